@@ -1,0 +1,101 @@
+//! Rates of the evaluators in candidate-steps per second (only samples that are really simulated count), and the
+//! ratios that matter: SIMD against the scalar oracle, against the FMA peak of the same run, and over threads.
+#![allow(missing_docs, reason = "a bench has no public interface")]
+#![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a bench prints and may stop")]
+
+mod support;
+
+use criterion::{BenchmarkId, Criterion, Throughput};
+use motorfit::evaluate::{Evaluator, Level, Scalar, Simd};
+use support::{candidates, evaluate, fma_loop, m2_problem, median, ratio, seconds};
+
+/// Operations on the FMA ports for one candidate-step: see `evaluate/kernel.rs`.
+const OPERATIONS: f64 = 8.0;
+
+fn pool(threads: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
+}
+
+fn rates(criterion: &mut Criterion) {
+    let problem = m2_problem();
+    let mut group = criterion.benchmark_group("evaluate");
+    for count in [100, 10_000] {
+        let values = candidates(count);
+        let mut costs = vec![0.0; count];
+        group.throughput(Throughput::Elements((count * problem.active()) as u64));
+        let case = format!("{count}x{}", problem.active());
+        if count == 100 {
+            group.bench_function(BenchmarkId::new("scalar f64, one thread", &case), |b| {
+                b.iter(|| evaluate(&mut Scalar, &problem, &values, &mut costs));
+            });
+        }
+        for level in Level::available() {
+            for threads in [1, rayon::current_num_threads()] {
+                let name = format!("{} f64, {threads} threads", level.name());
+                group.bench_function(BenchmarkId::new(name, &case), |b| {
+                    pool(threads).install(|| b.iter(|| evaluate(&mut Simd::at(level), &problem, &values, &mut costs)));
+                });
+            }
+        }
+    }
+    group.finish();
+}
+
+fn ratios() {
+    let problem = m2_problem();
+    let values = candidates(960);
+    let steps = (960 * problem.active()) as f64;
+    println!("\nratios, medians of calls in turn (A B B A), one thread unless said:");
+    for level in Level::available() {
+        let run = |evaluator: &mut dyn Evaluator| {
+            let mut costs = vec![0.0; 960];
+            evaluate(evaluator, &problem, &values, &mut costs);
+        };
+        let simd = pool(1).install(|| median((0..51).map(|_| seconds(|| run(&mut Simd::at(level)))).collect()));
+        // The oracle simulates the dead samples too: its rate counts them.
+        let all = problem.signals()[0].len() as f64 / problem.active() as f64;
+        let scalar = pool(1).install(|| ratio(5, || run(&mut Simd::at(level)), || run(&mut Scalar))) / all;
+        println!("{:9} {:6.2} G candidate-steps/s   {scalar:5.1} x the scalar oracle", level.name(), steps / simd / 1e9);
+        if level == Level::Portable {
+            continue;
+        }
+        let rounds = 200_000;
+        let operations = fma_loop(level, rounds);
+        let peak =
+            pool(1).install(|| ratio(25, || run(&mut Simd::at(level)), || drop(fma_loop(level, rounds)))) / operations
+                * steps;
+        println!(
+            "{:9} {:5.1} % of the FMA peak measured in the same run ({OPERATIONS} operations a step; {:.1} % at 6)",
+            "", 100.0 * OPERATIONS * peak, 100.0 * 6.0 * peak
+        );
+    }
+    threads();
+}
+
+fn threads() {
+    let problem = m2_problem();
+    let values = candidates(10_000);
+    let level = Level::best();
+    let two = pool(2);
+    let one = pool(1);
+    let mut costs = vec![0.0; 10_000];
+    let mut on = |pool: &rayon::ThreadPool| {
+        pool.install(|| evaluate(&mut Simd::at(level), &problem, &values, &mut costs));
+    };
+    let cell = std::cell::RefCell::new(&mut on);
+    let ours = ratio(15, || (cell.borrow_mut())(&two), || (cell.borrow_mut())(&one));
+    let fma = |pool: &rayon::ThreadPool, parts: usize| {
+        pool.install(|| {
+            rayon::scope(|s| (0..parts).for_each(|_| s.spawn(|_| drop(fma_loop(level, 1_000_000 * 2 / parts)))));
+        });
+    };
+    let theirs = ratio(15, || fma(&two, 2), || fma(&one, 2));
+    println!("10,000 candidates on two threads: {ours:.2} x one thread; an FMA loop: {theirs:.2} x");
+}
+
+fn main() {
+    let mut criterion = Criterion::default().sample_size(20).configure_from_args();
+    rates(&mut criterion);
+    criterion.final_summary();
+    ratios();
+}

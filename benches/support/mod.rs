@@ -1,0 +1,100 @@
+//! What the benches share: the M2 experiment, candidates, the FMA peak, and ratios measured in turn.
+#![allow(dead_code, reason = "each bench uses its part")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a bench may stop and print")]
+
+use motorfit::candidates::Candidates;
+use motorfit::criterion::Criterion;
+use motorfit::evaluate::{Batch, Evaluator, Group, Level, Model, Problem};
+use motorfit::experiment::{Excitation, simulated};
+use motorfit::motor::{Discretization, Parameters, Space};
+use motorfit::record::Record;
+use multiversion::multiversion;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use std::hint::black_box;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// The paper's experiment without noise.
+pub fn m2_record() -> Record {
+    let excitation = Excitation::step(10.5, 1.0, 3.0, 0.001).unwrap();
+    simulated(&Parameters::M2, &excitation, Discretization::Zoh).unwrap()
+}
+
+/// nrmse/std over the box of Table 2.
+pub fn m2_problem() -> Arc<Problem> {
+    Arc::new(Problem::new(&[m2_record()], Model::default(), Space::table2(), Criterion::default()).unwrap())
+}
+
+/// Uniform candidates of the box of Table 2, row-major.
+pub fn candidates(count: usize) -> Vec<f64> {
+    let mut generator = Xoshiro256PlusPlus::seed_from_u64(7);
+    let bounds = Space::table2().bounds();
+    (0..count).flat_map(|_| bounds.iter().map(|&(a, b)| generator.random_range(a..b)).collect::<Vec<_>>()).collect()
+}
+
+/// Evaluates all candidates once.
+pub fn evaluate(evaluator: &mut dyn Evaluator, problem: &Arc<Problem>, values: &[f64], costs: &mut [f64]) {
+    let candidates = Candidates::new(values, 5);
+    let groups = [Group { problem, candidates, reference: None }];
+    evaluator.evaluate(&Batch { groups: &groups }, costs).unwrap();
+}
+
+const CHAINS: usize = 10;
+
+/// Independent chains of multiply–adds, `N` lanes each, enough to hide their latency.
+#[inline(always)]
+fn chains<const N: usize>(rounds: usize) -> f64 {
+    let mut x = [[1.0_f64; N]; CHAINS];
+    let (a, b) = (black_box(0.999), black_box(1e-3));
+    for _ in 0..rounds {
+        for k in 0..CHAINS {
+            for n in 0..N {
+                x[k][n] = x[k][n].mul_add(a, b);
+            }
+        }
+    }
+    x.iter().flatten().sum()
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma"))]
+fn chains_avx512(rounds: usize) -> f64 {
+    chains::<8>(rounds)
+}
+
+#[multiversion(targets("x86_64+avx2+fma"))]
+fn chains_avx2(rounds: usize) -> f64 {
+    chains::<4>(rounds)
+}
+
+/// Runs `rounds` of the FMA loop at a level and returns how many lane multiply–adds that were.
+pub fn fma_loop(level: Level, rounds: usize) -> f64 {
+    let lanes = if level == Level::Avx512 { 8 } else { 4 };
+    black_box(if level == Level::Avx512 { chains_avx512(rounds) } else { chains_avx2(rounds) });
+    (rounds * CHAINS * lanes) as f64
+}
+
+/// Seconds of one call.
+pub fn seconds(mut call: impl FnMut()) -> f64 {
+    let start = Instant::now();
+    call();
+    start.elapsed().as_secs_f64()
+}
+
+/// Median of positive numbers.
+pub fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Median over `rounds` of the ratio b/a of the seconds that two calls take, in the order A B B A.
+pub fn ratio(rounds: usize, mut a: impl FnMut(), mut b: impl FnMut()) -> f64 {
+    a();
+    b();
+    let ratios = (0..rounds).map(|_| {
+        let (a1, b1) = (seconds(&mut a), seconds(&mut b));
+        let (b2, a2) = (seconds(&mut b), seconds(&mut a));
+        (b1 + b2) / (a1 + a2)
+    });
+    median(ratios.collect())
+}

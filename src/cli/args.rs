@@ -1,0 +1,253 @@
+//! Commands and flags.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Parameters of DC motors from recordings of voltage, current and speed
+///
+/// Give it a recording and it returns resistance R, inductance L, motor constant K, viscous friction B and inertia J.
+#[derive(Parser)]
+#[command(name = "motorfit", version, propagate_version = true, max_term_width = 100)]
+#[command(after_help = "Exit codes: 0 done, 2 wrong usage, 3 bad data, 4 not identified, 5 device not there, 130 interrupted.")]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+#[derive(Args)]
+pub(crate) struct Common {
+    /// Print results only: no notes, no warnings, no progress
+    #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = "Output")]
+    pub quiet: bool,
+    /// Print details of what is done
+    #[arg(short, long, global = true, help_heading = "Output")]
+    pub verbose: bool,
+    /// When to use colour; NO_COLOR is respected
+    #[arg(long, value_enum, default_value = "auto", global = true, value_name = "WHEN", help_heading = "Output")]
+    pub color: When,
+    /// Show no progress bar
+    #[arg(long, global = true, help_heading = "Output")]
+    pub no_progress: bool,
+    /// How progress is shown on stderr: a bar where it is a terminal, or JSON lines
+    #[arg(long, value_enum, default_value = "auto", global = true, value_name = "HOW", help_heading = "Output")]
+    pub progress: ProgressKind,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum When {
+    Auto,
+    Always,
+    Never,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum ProgressKind {
+    Auto,
+    Json,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    /// Identify one motor from one or more recordings (several: one joint fit)
+    Identify(Box<IdentifyArgs>),
+    /// Simulate a motor at rest and write a recording
+    Simulate(SimulateArgs),
+    /// Show what a recording holds and how it was understood
+    Inspect(InspectArgs),
+    /// List what can evaluate on this machine
+    Devices(DevicesArgs),
+    /// Print a completion script for a shell
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page (roff)
+    Man,
+}
+
+#[derive(Args)]
+pub(crate) struct Columns {
+    /// What columns hold, as QUANTITY=HEADING[:UNIT],…; quantities: time, voltage, current, speed, load_torque
+    #[arg(long, value_name = "LIST")]
+    pub columns: Option<String>,
+}
+
+#[derive(Args)]
+pub(crate) struct IdentifyArgs {
+    /// Recordings: CSV with time, voltage, current and speed
+    #[arg(required = true, value_name = "RECORD")]
+    pub records: Vec<PathBuf>,
+    #[command(flatten)]
+    pub columns: Columns,
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
+    /// How the optimum is searched
+    #[arg(long, value_enum, default_value = "gwo", help_heading = "Search")]
+    pub method: MethodName,
+    /// How the searched optimum is refined
+    #[arg(long, value_enum, default_value = "none", help_heading = "Search")]
+    pub polish: Polish,
+    /// Agents
+    #[arg(long, default_value_t = 100, value_name = "N", help_heading = "Search")]
+    pub population: usize,
+    /// Generations, the first population included
+    #[arg(long, default_value_t = 100, value_name = "N", help_heading = "Search")]
+    pub generations: usize,
+    /// Seed of the random numbers
+    #[arg(long, default_value_t = 1, value_name = "N", help_heading = "Search")]
+    pub seed: u64,
+    /// Settings of the method: a-start, a-end (gwo); sharing=generation|agent, greedy=true|false (jaya);
+    /// mutation, pressure, crossover, elites (ga)
+    #[arg(long, value_name = "KEY=VALUE", value_delimiter = ',', help_heading = "Search")]
+    pub set: Vec<String>,
+    /// Search bounds: table2, auto, or PARAMETER=MIN:MAX,… in SI units; repeatable
+    #[arg(long, value_delimiter = ',', default_value = "auto", value_name = "BOUNDS", help_heading = "Search")]
+    pub bounds: Vec<String>,
+    /// Parameters that are held, as R=0.92,…; repeatable
+    #[arg(long, value_delimiter = ',', value_name = "VALUES", help_heading = "Search")]
+    pub fix: Vec<String>,
+    /// What is minimized
+    #[arg(long, value_enum, default_value = "nrmse", help_heading = "Criterion")]
+    pub criterion: CriterionName,
+    /// What the error of each channel is divided by
+    #[arg(long, value_enum, default_value = "std", help_heading = "Criterion")]
+    pub scale: ScaleName,
+    /// Noise for --scale noise, as 40dB or i=0.05,w=0.5 [A, rad/s]; estimated from the recording otherwise
+    #[arg(long, value_name = "NOISE", help_heading = "Criterion")]
+    pub noise: Option<String>,
+    /// From when time counts in itse and itae, in seconds from the start of the recording
+    #[arg(long, value_name = "S", allow_negative_numbers = true, help_heading = "Criterion")]
+    pub time_origin: Option<f64>,
+    /// One-step method: voltage held (zoh), a line between samples (foh), Runge–Kutta, Euler
+    #[arg(long, value_enum, default_value = "zoh", help_heading = "Model")]
+    pub discretization: DiscretizationName,
+    /// State at the first sample; auto: zero if the recording starts at rest, else as measured
+    #[arg(long, value_enum, default_value = "auto", help_heading = "Model")]
+    pub initial: InitialName,
+    /// What evaluates
+    #[arg(long, default_value = "auto", value_name = "DEVICE", help_heading = "Device")]
+    pub device: String,
+    /// Numbers of the evaluation
+    #[arg(long, value_enum, default_value = "auto", help_heading = "Device")]
+    pub precision: Precision,
+    /// Threads [default: all]
+    #[arg(long, value_name = "N", help_heading = "Device")]
+    pub threads: Option<usize>,
+}
+
+#[derive(Args)]
+pub(crate) struct SimulateArgs {
+    /// The motor: R=…,L=…,K=…,B=…,J=… in SI units, or m2 for the motor of the paper
+    #[arg(long, value_name = "VALUES")]
+    pub parameters: String,
+    /// What drives it: step:VOLTS@SECONDS, or a CSV file with time and voltage (and load torque)
+    #[arg(long, value_name = "INPUT")]
+    pub input: String,
+    /// Length in seconds, for a step
+    #[arg(long, default_value_t = 3.0, value_name = "S")]
+    pub duration: f64,
+    /// Time between samples in seconds, for a step
+    #[arg(long, default_value_t = 0.001, value_name = "S")]
+    pub period: f64,
+    /// White noise on current and speed: 40dB, or i=0.05,w=0.5 [A, rad/s]
+    #[arg(long, value_name = "NOISE")]
+    pub noise: Option<String>,
+    /// Seed of the noise
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    pub seed: u64,
+    /// The file to write; - writes to stdout
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+    #[command(flatten)]
+    pub columns: Columns,
+    #[command(flatten)]
+    pub band: Band,
+}
+
+#[derive(Args)]
+pub(crate) struct Band {
+    /// Band of the settling time, in percent of the steady state
+    #[arg(long, default_value_t = 2.0, value_name = "PERCENT")]
+    pub settling_band: f64,
+}
+
+#[derive(Args)]
+pub(crate) struct InspectArgs {
+    /// Recordings
+    #[arg(required = true, value_name = "RECORD")]
+    pub records: Vec<PathBuf>,
+    #[command(flatten)]
+    pub columns: Columns,
+    #[command(flatten)]
+    pub band: Band,
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct DevicesArgs {
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum MethodName {
+    /// Grey Wolf Optimizer
+    Gwo,
+    /// Jaya
+    Jaya,
+    /// Genetic algorithm
+    Ga,
+    /// Random search
+    Random,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum Polish {
+    None,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum CriterionName {
+    Euclidean,
+    Ise,
+    Iae,
+    Itse,
+    Itae,
+    Mse,
+    Nrmse,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum ScaleName {
+    None,
+    Peak,
+    Std,
+    Noise,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum DiscretizationName {
+    Zoh,
+    Foh,
+    Rk4,
+    Euler,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum InitialName {
+    Auto,
+    Zero,
+    Measured,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum Precision {
+    Auto,
+    F64,
+}

@@ -1,0 +1,202 @@
+//! `identify`: the main job.
+
+use super::args::{CriterionName, DiscretizationName, IdentifyArgs, InitialName, MethodName, ScaleName};
+use super::output::{DIM, STRONG, Style, data};
+use super::progress::Reporter;
+use super::{Outcome, inspect, interrupt, values};
+use motorfit::criterion::{Criterion, Norm, Scale};
+use motorfit::evaluate::{Initial, Model};
+use motorfit::identify::{Identification, IdentifySpec, Method, identify};
+use motorfit::motor::{Discretization, Parameter, Space};
+use motorfit::optimize::{GeneticOptions, GwoOptions, JayaOptions, Sharing, Stop};
+use motorfit::record::Record;
+use motorfit::report::{IdentifyDocument, Names, json};
+use motorfit::text::{engineering, excerpt, significant};
+use motorfit::{Error, ErrorKind, Result};
+use std::fmt::Write as _;
+use std::ops::ControlFlow;
+
+pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
+    check_device(&args.device)?;
+    let mut spec = spec(args)?;
+    let records = inspect::read(&args.records, &args.columns)?;
+    if let Some(values::Noise::Decibels(decibels)) = args.noise.as_deref().map(values::noise).transpose()? {
+        spec.criterion.noise = motorfit::experiment::noise_at(&records[0], decibels).map(Some);
+    }
+    interrupt::listen()?;
+    let mut reporter = Reporter::new(style);
+    let found = identify(&records, &spec, &mut |progress| {
+        reporter.show(progress);
+        if interrupt::pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    drop(reporter);
+    let found = found?;
+    style.warnings(&found.warnings);
+    if found.stop == Stop::Interrupted {
+        style.note("interrupted: this is the best so far");
+    }
+    if args.json {
+        data(&json(&IdentifyDocument::of(&records, &spec, &found)))?;
+    } else {
+        data(&table(&records, &spec, &found, style))?;
+    }
+    Ok(if found.stop == Stop::Interrupted { Outcome::Interrupted } else { Outcome::Done })
+}
+
+fn check_device(device: &str) -> Result<()> {
+    match device {
+        "auto" | "cpu" => Ok(()),
+        gpu if gpu == "gpu" || gpu.starts_with("gpu:") => Err(Error::new(
+            ErrorKind::Device,
+            format!("{}: this version of motorfit evaluates on the CPU only", excerpt(gpu)),
+            "Use --device auto or --device cpu.",
+        )),
+        other => Err(Error::usage(
+            format!("--device: \"{}\" is no device", excerpt(other)),
+            "Give auto, cpu, gpu, gpu:INDEX or gpu:NAME; motorfit devices lists what is there.",
+        )),
+    }
+}
+
+fn spec(args: &IdentifyArgs) -> Result<IdentifySpec> {
+    let noise = match args.noise.as_deref().map(values::noise).transpose()? {
+        Some(values::Noise::Sigma(sigma)) => sigma,
+        _ => [None; 2],
+    };
+    let norm = match args.criterion {
+        CriterionName::Euclidean => Norm::Euclidean,
+        CriterionName::Ise => Norm::Ise,
+        CriterionName::Iae => Norm::Iae,
+        CriterionName::Itse => Norm::Itse,
+        CriterionName::Itae => Norm::Itae,
+        CriterionName::Mse => Norm::Mse,
+        CriterionName::Nrmse => Norm::Nrmse,
+    };
+    let scale = match args.scale {
+        ScaleName::None => Scale::None,
+        ScaleName::Peak => Scale::Peak,
+        ScaleName::Std => Scale::Std,
+        ScaleName::Noise => Scale::Noise,
+    };
+    let discretization = match args.discretization {
+        DiscretizationName::Zoh => Discretization::Zoh,
+        DiscretizationName::Foh => Discretization::Foh,
+        DiscretizationName::Rk4 => Discretization::Rk4,
+        DiscretizationName::Euler => Discretization::Euler,
+    };
+    let initial = match args.initial {
+        InitialName::Auto => Initial::Auto,
+        InitialName::Zero => Initial::Zero,
+        InitialName::Measured => Initial::Measured,
+    };
+    if args.threads == Some(0) {
+        return Err(Error::usage("--threads is 0", "Give at least 1, or leave it out for all."));
+    }
+    if args.time_origin.is_some_and(|t| !t.is_finite()) {
+        return Err(Error::usage("--time-origin is not finite", "Give seconds from the start of the recording."));
+    }
+    Ok(IdentifySpec {
+        method: method(args)?,
+        population: args.population,
+        generations: args.generations,
+        seed: args.seed,
+        criterion: Criterion { norm, scale, time_origin_s: args.time_origin, noise },
+        model: Model { discretization, initial },
+        space: Space::table2_with(&values::bounds(&args.bounds)?, &values::parameters(&args.fix, "--fix")?)?,
+        threads: args.threads,
+    })
+}
+
+/// The method with the settings of `--set`.
+fn method(args: &IdentifyArgs) -> Result<Method> {
+    let mut gwo = GwoOptions::default();
+    let mut jaya = JayaOptions::default();
+    let mut genetic = GeneticOptions::default();
+    for item in &args.set {
+        let (key, value) = values::pair(item, "--set", "mutation=0.1")?;
+        let number = || values::number(value, "--set");
+        match (args.method, key, value) {
+            (MethodName::Gwo, "a-start", _) => gwo.a_start = number()?,
+            (MethodName::Gwo, "a-end", _) => gwo.a_end = number()?,
+            (MethodName::Jaya, "sharing", "generation") => jaya.sharing = Sharing::Generation,
+            (MethodName::Jaya, "sharing", "agent") => jaya.sharing = Sharing::Agent,
+            (MethodName::Jaya, "greedy", "true") => jaya.greedy = true,
+            (MethodName::Jaya, "greedy", "false") => jaya.greedy = false,
+            (MethodName::Ga, "mutation", _) => genetic.mutation = number()?,
+            (MethodName::Ga, "pressure", _) => genetic.pressure = number()?,
+            (MethodName::Ga, "crossover", _) => genetic.crossover = number()?,
+            (MethodName::Ga, "elites", _) => {
+                genetic.elites = value.parse().map_err(|_| {
+                    let message = format!("--set elites=\"{}\" is no count", excerpt(value));
+                    Error::usage(message, "Give a whole number, 0 or more.")
+                })?;
+            }
+            _ => {
+                return Err(Error::usage(
+                    format!("--set \"{}\" is no setting of this method", excerpt(item)),
+                    "gwo has a-start and a-end; jaya sharing=generation|agent and greedy=true|false; \
+                     ga mutation, pressure, crossover and elites.",
+                ));
+            }
+        }
+    }
+    Ok(match args.method {
+        MethodName::Gwo => Method::Gwo(gwo),
+        MethodName::Jaya => Method::Jaya(jaya),
+        MethodName::Ga => Method::Genetic(genetic),
+        MethodName::Random => Method::Random,
+    })
+}
+
+/// The result for people.
+fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style: &Style) -> String {
+    let mut text = String::new();
+    if !style.quiet {
+        for record in records {
+            let _ = writeln!(text, "{}", inspect::understood(record));
+        }
+        text.push('\n');
+    }
+    for parameter in Parameter::ALL {
+        let axis = spec.space.free().iter().find(|axis| axis.parameter == parameter);
+        let remark = match axis {
+            None => "held".to_owned(),
+            Some(axis) => format!("{} … {}", significant(axis.min, 3), significant(axis.max, 3)),
+        };
+        let _ = writeln!(
+            text,
+            "  {STRONG}{}{STRONG:#}  {:<17}{:>12} {:<10} {DIM}{remark}{DIM:#}",
+            parameter.symbol(), parameter.name(), significant(found.parameters.get(parameter), 6), parameter.unit(),
+        );
+    }
+    let names = Names::of(spec);
+    let fit: Vec<String> = ["current", "speed"]
+        .iter()
+        .zip(found.fit_percent)
+        .filter_map(|(name, fit)| Some(format!("{name} {:.2} %", fit?)))
+        .collect();
+    let search = format!(
+        "{}, {} agents × {} generations, {} evaluations, seed {}",
+        spec.method.name(), spec.population, spec.generations, found.evaluations, spec.seed,
+    );
+    text.push('\n');
+    for (name, value) in [
+        ("fit", fit.join(", ")),
+        ("cost", format!("{} ({}, scale {})", significant(found.cost, 4), names.criterion, names.scale)),
+        ("search", search),
+        ("device", format!("{}, f64", found.device)),
+        ("time", engineering(found.seconds, "s", 3)),
+    ] {
+        let _ = writeln!(text, "  {name:<8}{value}");
+    }
+    if !style.quiet {
+        let _ = writeln!(text, "\n  {DIM}A population search gives no standard errors.{DIM:#}");
+    }
+    if style.verbose {
+        let _ = writeln!(text, "\n  generation  lowest cost");
+        for (n, cost) in found.history.iter().enumerate() {
+            let _ = writeln!(text, "  {:>10}  {}", n + 1, significant(*cost, 6));
+        }
+    }
+    text
+}

@@ -1,0 +1,105 @@
+//! `inspect`: what a recording holds and how it was understood.
+
+use super::args::{Columns, InspectArgs};
+use super::output::{STRONG, Style, data};
+use super::Outcome;
+use motorfit::identify::record_warnings;
+use motorfit::record::{Record, parse_columns, read_csv};
+use motorfit::report::{InspectDocument, SignalFacts, json};
+use motorfit::text::{engineering, printable, significant};
+use motorfit::{Error, Result};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
+    let band = band(args.band.settling_band)?;
+    let records = read(&args.records, &args.columns)?;
+    if args.json {
+        data(&json(&InspectDocument::of(&records, band)))?;
+        return Ok(Outcome::Done);
+    }
+    for record in &records {
+        data(&text(record, band))?;
+        style.warnings(&record_warnings(record));
+    }
+    Ok(Outcome::Done)
+}
+
+/// The settling band as a fraction.
+pub(super) fn band(percent: f64) -> Result<f64> {
+    if percent > 0.0 && percent < 100.0 {
+        return Ok(percent / 100.0);
+    }
+    Err(Error::usage(format!("--settling-band is {percent}"), "Give percent between 0 and 100, usually 2 or 5."))
+}
+
+/// Reads all recordings.
+pub(super) fn read(paths: &[PathBuf], columns: &Columns) -> Result<Vec<Record>> {
+    let columns = parse_columns(columns.columns.as_deref().unwrap_or_default())?;
+    paths.iter().map(|path| read_csv(path, &columns)).collect()
+}
+
+/// One line: file, samples, period, duration, columns with units.
+pub(super) fn understood(record: &Record) -> String {
+    let source = record.source();
+    let path = source.path.as_ref().map_or_else(String::new, |path| path.display().to_string());
+    let time = &record.samples().time_s;
+    let columns: Vec<String> = source
+        .columns
+        .iter()
+        .map(|c| format!("{} [{}{}]", c.heading, c.unit, if c.unit_named { "" } else { " assumed" }))
+        .collect();
+    printable(&format!(
+        "{path}: {} samples every {}, {}; {}",
+        record.len(),
+        engineering(record.period_s(), "s", 4),
+        engineering(time[time.len() - 1] - time[0], "s", 4),
+        columns.join(", ")
+    ))
+}
+
+fn text(record: &Record, band: f64) -> String {
+    let mut text = format!("{}\n", understood(record));
+    let jitter = significant(100.0 * record.steps().jitter, 2);
+    let _ = writeln!(text, "  jitter of the period: at most {jitter} %");
+    if !record.source().ignored.is_empty() {
+        let _ = writeln!(text, "  not used: {}", printable(&record.source().ignored.join(", ")));
+    }
+    let facts = SignalFacts::of(record, band);
+    text.push_str(&table(&facts));
+    for facts in &facts {
+        let Some(response) = facts.response else { continue };
+        let unit = facts.quantity.unit();
+        let settled = response.settling_time_s.map_or_else(|| "not settled".to_owned(), |t| format!("settled from {t} s on"));
+        let overshoot = response.overshoot_percent.map_or_else(String::new, |p| format!(" ({p:.1} % over)"));
+        let _ = writeln!(
+            text,
+            "  {STRONG}{}{STRONG:#}: peak {} {unit} at {} s{overshoot}, steady state {} {unit}, {settled} (within {} %)",
+            facts.quantity, significant(response.peak, 5), significant(response.peak_time_s, 5),
+            significant(response.steady_state, 5), significant(100.0 * band, 3).trim_end_matches('0').trim_end_matches('.'),
+        );
+    }
+    text
+}
+
+fn table(facts: &[SignalFacts]) -> String {
+    let mut table = comfy_table::Table::new();
+    table.load_style(comfy_table::presets::NOTHING);
+    table.set_header(["signal", "unit", "min", "max", "mean", "rms", "noise σ"]);
+    for f in facts {
+        let number = |value: f64| significant(value, 4);
+        table.add_row([
+            f.quantity.to_string(),
+            f.quantity.unit().to_owned(),
+            number(f.min),
+            number(f.max),
+            number(f.mean),
+            number(f.rms),
+            significant(f.noise_sigma, 2),
+        ]);
+    }
+    for column in table.column_iter_mut().skip(2) {
+        column.set_cell_alignment(comfy_table::CellAlignment::Right);
+    }
+    format!("{table}\n")
+}

@@ -1,0 +1,41 @@
+//! What the contract names and this version does not have yet: asking for it says so.
+
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use motorfit::Error;
+
+const COMMANDS: [&str; 4] = ["evaluate", "compare", "sweep", "bench"];
+const FLAGS: [&str; 6] = ["--with", "--validate", "--split", "--rate", "--crop", "--out"];
+const VALUES: [(&str, &[&str]); 4] = [
+    ("--method", &["auto", "sm"]),
+    ("--polish", &["lm"]),
+    ("--initial", &["free"]),
+    ("--precision", &["f32"]),
+];
+
+/// The error for a command, flag or value that a later version brings; `None` when clap's own words fit.
+pub(super) fn planned(error: &clap::Error) -> Option<Error> {
+    let text = |kind| match error.get(kind) {
+        Some(ContextValue::String(text)) => Some(text.as_str()),
+        _ => None,
+    };
+    let what = match error.kind() {
+        ErrorKind::InvalidSubcommand => {
+            let command = text(ContextKind::InvalidSubcommand)?;
+            COMMANDS.contains(&command).then(|| format!("the command {command}"))?
+        }
+        ErrorKind::UnknownArgument => {
+            let flag = text(ContextKind::InvalidArg)?;
+            FLAGS.contains(&flag).then(|| flag.to_owned())?
+        }
+        ErrorKind::InvalidValue => {
+            let (flag, value) = (text(ContextKind::InvalidArg)?, text(ContextKind::InvalidValue)?);
+            let known = VALUES.iter().any(|(name, values)| flag.starts_with(name) && values.contains(&value));
+            known.then(|| format!("{} {value}", flag.split(' ').next().unwrap_or(flag)))?
+        }
+        _ => return None,
+    };
+    Some(Error::usage(
+        format!("{what} is planned but not in motorfit {}", env!("CARGO_PKG_VERSION")),
+        "See motorfit --help for what there is; a later version brings it.",
+    ))
+}

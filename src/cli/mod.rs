@@ -1,0 +1,80 @@
+//! The command line: reads arguments, calls the library, prints. One file a command; `args` alone knows clap.
+
+mod args;
+mod devices;
+mod identify;
+mod inspect;
+mod interrupt;
+mod later;
+mod output;
+mod progress;
+mod shell;
+mod simulate;
+mod values;
+
+use args::{Cli, Command};
+use clap::{CommandFactory as _, FromArgMatches as _};
+use motorfit::{Error, ErrorKind};
+use output::Style;
+use std::process::ExitCode;
+
+/// How a command ended when it did not fail.
+pub(crate) enum Outcome {
+    Done,
+    /// Ctrl-C: what was finished is printed.
+    Interrupted,
+}
+
+/// Runs the program on the arguments of the process.
+pub(crate) fn main() -> ExitCode {
+    let mut command = Cli::command();
+    let parsed = command.try_get_matches_from_mut(std::env::args_os()).and_then(|m| Cli::from_arg_matches(&m));
+    let cli = match parsed {
+        Ok(cli) => cli,
+        Err(error) => return refuse(&error),
+    };
+    let style = Style::new(&cli.common);
+    match run(&cli, &style) {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Interrupted) => ExitCode::from(130),
+        Err(error) => {
+            style.error(&error);
+            ExitCode::from(exit_code(&error))
+        }
+    }
+}
+
+fn run(cli: &Cli, style: &Style) -> motorfit::Result<Outcome> {
+    match &cli.command {
+        Command::Identify(args) => identify::run(args, style),
+        Command::Simulate(args) => simulate::run(args, style),
+        Command::Inspect(args) => inspect::run(args, style),
+        Command::Devices(args) => devices::run(args),
+        Command::Completions { shell } => shell::completions(*shell),
+        Command::Man => shell::man(),
+    }
+}
+
+fn exit_code(error: &Error) -> u8 {
+    match error.kind() {
+        ErrorKind::Usage => 2,
+        ErrorKind::NotIdentified => 4,
+        ErrorKind::Device => 5,
+        _ => 3,
+    }
+}
+
+/// Help and version go to stdout; anything else that clap says is a wrong usage, exit code 2.
+fn refuse(error: &clap::Error) -> ExitCode {
+    if !error.use_stderr() {
+        return match output::data(&error.render().ansi().to_string()) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(_) => ExitCode::from(3),
+        };
+    }
+    match later::planned(error) {
+        Some(error) => Style::plain().error(&error),
+        None => output::usage(error),
+    }
+    ExitCode::from(2)
+}

@@ -1,0 +1,93 @@
+//! Where text goes: data to stdout, everything else to stderr.
+
+use super::args::{Common, When};
+use anstyle::{AnsiColor, Style as Paint};
+use motorfit::identify::Warning;
+use motorfit::text::printable;
+use motorfit::{Error, Result};
+use std::io::{self, IsTerminal as _, Write as _};
+
+/// How this run prints.
+pub(crate) struct Style {
+    pub quiet: bool,
+    pub verbose: bool,
+    pub progress: Progress,
+}
+
+/// How progress is shown.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Progress {
+    Hidden,
+    Bar,
+    Json,
+}
+
+const ERROR: Paint = AnsiColor::Red.on_default().bold();
+const WARNING: Paint = AnsiColor::Yellow.on_default().bold();
+const HELP: Paint = AnsiColor::Cyan.on_default();
+pub(crate) const STRONG: Paint = Paint::new().bold();
+pub(crate) const DIM: Paint = Paint::new().dimmed();
+
+impl Style {
+    pub(crate) fn new(common: &Common) -> Self {
+        match common.color {
+            When::Auto => {} // anstream looks at the terminal, NO_COLOR and CLICOLOR by itself
+            When::Always => anstream::ColorChoice::Always.write_global(),
+            When::Never => anstream::ColorChoice::Never.write_global(),
+        }
+        let progress = if common.no_progress || common.quiet {
+            Progress::Hidden
+        } else if common.progress == super::args::ProgressKind::Json {
+            Progress::Json
+        } else if io::stderr().is_terminal() {
+            Progress::Bar
+        } else {
+            Progress::Hidden
+        };
+        Self { quiet: common.quiet, verbose: common.verbose, progress }
+    }
+
+    /// For errors about the arguments themselves.
+    pub(crate) fn plain() -> Self {
+        Self { quiet: false, verbose: false, progress: Progress::Hidden }
+    }
+
+    pub(crate) fn error(&self, error: &Error) {
+        self.line(&format!("{ERROR}error:{ERROR:#} {error}\n{HELP}help:{HELP:#} {}", error.remedy()));
+    }
+
+    pub(crate) fn warnings(&self, warnings: &[Warning]) {
+        for warning in warnings.iter().filter(|_| !self.quiet) {
+            self.line(&format!("{WARNING}warning:{WARNING:#} {} [{}]", printable(&warning.message), warning.code));
+        }
+    }
+
+    /// A remark on what is done.
+    pub(crate) fn note(&self, text: &str) {
+        if !self.quiet {
+            self.line(&printable(text));
+        }
+    }
+
+    /// A line on stderr; nothing can be done if that fails.
+    fn line(&self, text: &str) {
+        let _ = writeln!(anstream::stderr(), "{text}");
+    }
+}
+
+/// Writes data to stdout; that nobody reads on is no error.
+pub(crate) fn data(text: &str) -> Result<()> {
+    let mut stdout = anstream::stdout();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Error::data(format!("stdout cannot be written: {error}"), "Check where the output goes."))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What clap says about wrong arguments, free of control characters that they may hold.
+pub(crate) fn usage(error: &clap::Error) {
+    let text: Vec<String> = error.render().to_string().lines().map(printable).collect();
+    let _ = writeln!(anstream::stderr(), "{}", text.join("\n"));
+}

@@ -1,0 +1,104 @@
+//! Values of flags that are small languages of their own: parameters, bounds, noise, settings.
+
+use motorfit::motor::{Parameter, Parameters};
+use motorfit::text::excerpt;
+use motorfit::{Error, Result};
+
+/// `KEY=VALUE` in its two parts.
+pub(super) fn pair<'a>(item: &'a str, flag: &str, example: &str) -> Result<(&'a str, &'a str)> {
+    item.split_once('=').map(|(key, value)| (key.trim(), value.trim())).ok_or_else(|| {
+        Error::usage(format!("{flag}: \"{}\" is not KEY=VALUE", excerpt(item)), format!("Write {flag} {example}."))
+    })
+}
+
+/// A finite number.
+pub(super) fn number(text: &str, flag: &str) -> Result<f64> {
+    motorfit::record::parse_number(text, false)
+        .map_err(|found| Error::usage(format!("{flag}: {found}"), "Use a decimal point and SI units."))
+}
+
+/// `R=0.92,L=…`, positive values, each parameter at most once.
+pub(super) fn parameters(items: &[String], flag: &str) -> Result<Vec<(Parameter, f64)>> {
+    let mut list: Vec<(Parameter, f64)> = Vec::new();
+    for item in items.iter().filter(|item| !item.trim().is_empty()) {
+        let (symbol, value) = pair(item, flag, "R=0.92,L=0.0078")?;
+        let parameter: Parameter = symbol.parse()?;
+        let value = number(value, flag)?;
+        if value <= 0.0 {
+            let message = format!("{flag}: {symbol} is {value}, expected a positive value");
+            return Err(Error::usage(message, format!("Give it in {}.", parameter.unit())));
+        }
+        if list.iter().any(|(p, _)| *p == parameter) {
+            return Err(Error::usage(format!("{flag} gives {symbol} twice"), "Give each parameter once."));
+        }
+        list.push((parameter, value));
+    }
+    Ok(list)
+}
+
+/// All five parameters of a motor, or `m2`.
+pub(super) fn motor(text: &str) -> Result<Parameters> {
+    if text.eq_ignore_ascii_case("m2") {
+        return Ok(Parameters::M2);
+    }
+    let items: Vec<String> = text.split(',').map(str::to_owned).collect();
+    let list = parameters(&items, "--parameters")?;
+    let mut values = [0.0; 5];
+    for parameter in Parameter::ALL {
+        let found = list.iter().find(|(p, _)| *p == parameter);
+        let &(_, value) = found.ok_or_else(|| {
+            let message = format!("--parameters lacks {}, the {}", parameter.symbol(), parameter.name());
+            Error::usage(message, "Give all five: R=0.921042,L=0.007759,K=0.073472,B=0.000678,J=0.000136.")
+        })?;
+        values[parameter as usize] = value;
+    }
+    Ok(Parameters::from_array(values))
+}
+
+/// `table2`, `auto`, `R=0.1:1`, …: the bounds that differ from Table 2.
+pub(super) fn bounds(items: &[String]) -> Result<Vec<(Parameter, f64, f64)>> {
+    let mut list = Vec::new();
+    for item in items.iter().map(|item| item.trim()).filter(|item| !matches!(*item, "" | "auto" | "table2")) {
+        let (symbol, range) = pair(item, "--bounds", "table2, auto or R=0.1:1,L=0.001:0.1")?;
+        let parameter: Parameter = symbol.parse()?;
+        let Some((min, max)) = range.split_once(':') else {
+            let message = format!("--bounds: \"{}\" is not MIN:MAX", excerpt(range));
+            return Err(Error::usage(message, "Write --bounds R=0.1:1,L=0.001:0.1."));
+        };
+        list.push((parameter, number(min, "--bounds")?, number(max, "--bounds")?));
+    }
+    Ok(list)
+}
+
+/// Noise of current and speed.
+pub(super) enum Noise {
+    /// Ratio of the signal's rms to σ.
+    Decibels(f64),
+    /// σ of current \[A\] and speed \[rad/s\], where given.
+    Sigma([Option<f64>; 2]),
+}
+
+/// `40dB`, or `i=0.05,w=0.5`.
+pub(super) fn noise(text: &str) -> Result<Noise> {
+    const EXAMPLE: &str = "Write --noise 40dB, or --noise i=0.05,w=0.5 in A and rad/s.";
+    let bad = |what: String| Error::usage(format!("--noise: {what}"), EXAMPLE);
+    let lower = text.trim().to_lowercase();
+    if let Some(decibels) = lower.strip_suffix("db") {
+        return number(decibels.trim(), "--noise").map(Noise::Decibels);
+    }
+    let mut sigma = [None; 2];
+    for item in lower.split(',') {
+        let (key, value) = pair(item, "--noise", "40dB or i=0.05,w=0.5")?;
+        let channel = match key {
+            "i" => 0,
+            "w" => 1,
+            _ => return Err(bad(format!("\"{}\" is neither i nor w", excerpt(key)))),
+        };
+        let value = number(value, "--noise")?;
+        if value < 0.0 {
+            return Err(bad(format!("{key} is negative")));
+        }
+        sigma[channel] = Some(value);
+    }
+    Ok(Noise::Sigma(sigma))
+}

@@ -1,0 +1,155 @@
+//! Criteria: one number for how far a simulation is from a measurement.
+//!
+//! With `e_c = (measured − simulated)/s_c` over the channels present, N samples, step h and time t:
+//! euclidean `√ΣΣe²` (root of the paper's Eq. 13), ISE `hΣΣe²`, IAE `hΣΣ|e|`, ITSE `hΣΣt e²`, ITAE `hΣΣt|e|`,
+//! MSE `ΣΣe²/N` (Eq. 14, with N samples), NRMSE `√MSE`. Evaluators return one weighted sum per channel; this module
+//! holds the weights that go in and the combination that comes out, so that every evaluator means the same.
+
+/// How errors are added up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Norm {
+    /// Square root of the sum of squares.
+    Euclidean,
+    /// Integral of the squared error.
+    Ise,
+    /// Integral of the absolute error.
+    Iae,
+    /// Integral of time times squared error.
+    Itse,
+    /// Integral of time times absolute error.
+    Itae,
+    /// Mean squared error.
+    Mse,
+    /// Root of the mean squared error.
+    #[default]
+    Nrmse,
+}
+
+/// What the error of each channel is divided by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Scale {
+    /// Nothing.
+    None,
+    /// The largest |measured|.
+    Peak,
+    /// The population standard deviation of the measured signal.
+    #[default]
+    Std,
+    /// The standard deviation of the noise, given or estimated.
+    Noise,
+}
+
+/// A criterion: its norm, its scale, and what these need.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Criterion {
+    /// How errors are added up.
+    pub norm: Norm,
+    /// What each channel is divided by.
+    pub scale: Scale,
+    /// From when time counts in ITSE and ITAE \[s\]; `None` is the start of the recording. Samples before weigh 0.
+    pub time_origin_s: Option<f64>,
+    /// Noise σ of current \[A\] and speed \[rad/s\] for [`Scale::Noise`]; `None` is estimated from the recording.
+    pub noise: [Option<f64>; 2],
+}
+
+/// The largest cost that counts as one: beyond it, or without a number, a candidate has diverged and costs +∞.
+pub const COST_MAX: f64 = 1e30;
+
+impl Criterion {
+    /// Whether |e| is added up rather than e².
+    #[must_use]
+    pub fn is_absolute(&self) -> bool {
+        matches!(self.norm, Norm::Iae | Norm::Itae)
+    }
+
+    /// Whether errors are weighted by the time that has passed.
+    #[must_use]
+    pub fn is_time_weighted(&self) -> bool {
+        matches!(self.norm, Norm::Itse | Norm::Itae)
+    }
+
+    /// Whether the sum approximates an integral over time.
+    #[must_use]
+    pub fn is_integral(&self) -> bool {
+        matches!(self.norm, Norm::Ise | Norm::Iae | Norm::Itse | Norm::Itae)
+    }
+
+    /// The weight of the sample at `time_s` (from the start of the recording) followed by a step of `step_s`.
+    #[must_use]
+    pub fn weight(&self, time_s: f64, step_s: f64) -> f64 {
+        let time = if self.is_time_weighted() { (time_s - self.time_origin_s.unwrap_or(0.0)).max(0.0) } else { 1.0 };
+        if self.is_integral() { time * step_s } else { time }
+    }
+
+    /// Turns `s_c`, what a channel is divided by, into the factor of the channel's sum.
+    #[must_use]
+    pub fn factor(&self, divisor: f64) -> f64 {
+        if self.is_absolute() { 1.0 / divisor } else { 1.0 / (divisor * divisor) }
+    }
+
+    /// The cost from the total of all scaled sums over `samples` samples; +∞ when it is no number or above 1e30.
+    #[must_use]
+    pub fn cost(&self, total: f64, samples: usize) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
+        let samples = samples as f64;
+        let cost = match self.norm {
+            Norm::Euclidean => total.sqrt(),
+            Norm::Ise | Norm::Iae | Norm::Itse | Norm::Itae => total,
+            Norm::Mse => total / samples,
+            Norm::Nrmse => (total / samples).sqrt(),
+        };
+        if cost <= COST_MAX { cost } else { f64::INFINITY }
+    }
+
+    /// What channel `channel` (0 current, 1 speed) is divided by; not positive when the signal does not define it.
+    #[must_use]
+    pub fn divisor(&self, channel: usize, measured: &[f64]) -> f64 {
+        match self.scale {
+            Scale::None => 1.0,
+            Scale::Peak => measured.iter().fold(0.0, |peak: f64, v| peak.max(v.abs())),
+            Scale::Std => standard_deviation(measured),
+            Scale::Noise => self.noise[channel].unwrap_or_else(|| noise_sigma(measured)),
+        }
+    }
+}
+
+/// Population standard deviation.
+#[must_use]
+pub fn standard_deviation(signal: &[f64]) -> f64 {
+    let mean = mean(signal);
+    mean_of(signal.iter().map(|v| (v - mean) * (v - mean))).sqrt()
+}
+
+/// Arithmetic mean; NaN of nothing.
+#[must_use]
+pub fn mean(signal: &[f64]) -> f64 {
+    mean_of(signal.iter().copied())
+}
+
+/// Root mean square; NaN of nothing.
+#[must_use]
+pub fn rms(signal: &[f64]) -> f64 {
+    mean_of(signal.iter().map(|v| v * v)).sqrt()
+}
+
+fn mean_of(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
+    let count = values.len() as f64;
+    values.sum::<f64>() / count
+}
+
+/// Standard deviation of white noise on a smooth signal: the median of |third difference|, which takes out the
+/// signal up to its parabola and is blind to a short transient. The third difference of white noise has variance
+/// `(1 + 9 + 9 + 1) σ²`, and the median of |normal| is 0.6745 σ. Zero for fewer than four samples.
+#[must_use]
+pub fn noise_sigma(signal: &[f64]) -> f64 {
+    let mut thirds: Vec<f64> = signal.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
+    if thirds.is_empty() {
+        return 0.0;
+    }
+    let middle = thirds.len() / 2;
+    let (_, median, _) = thirds.select_nth_unstable_by(middle, f64::total_cmp);
+    *median / (0.674_489_750_196_081_7 * 20.0_f64.sqrt())
+}

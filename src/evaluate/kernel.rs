@@ -1,0 +1,169 @@
+//! The kernel: `L` candidates side by side through one recording.
+//!
+//! Limit: per candidate and step, four multiply–adds for the state (`x⁺ = Φ x + g`, g constant over a span), two
+//! subtractions and two multiply–adds for the errors: 8 operations on the FMA ports (6 where additions have ports of
+//! their own). `Φ = I + D` is rounded once per candidate, which moves a trajectory by ε/(h·pole) at most.
+//!
+//! Plain arrays, compiled once per feature level by `multiversion`; no intrinsics.
+
+use super::{Problem, Signals, Span};
+use crate::motor::{StepMaps, step_maps};
+use multiversion::multiversion;
+
+/// Candidates of one block and what they are run on.
+pub(super) struct Block<'a> {
+    pub problem: &'a Problem,
+    /// Rows of `width` values.
+    pub candidates: &'a [f64],
+    pub width: usize,
+}
+
+/// Candidates side by side at each level: what fills its registers (measured).
+pub(super) const LANES_AVX512: usize = 24;
+pub(super) const LANES: usize = 8;
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma"))]
+pub(super) fn avx512(block: &Block<'_>, costs: &mut [f64]) {
+    run::<LANES_AVX512, true>(block, costs);
+}
+
+#[multiversion(targets("x86_64+avx2+fma"))]
+pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) {
+    run::<LANES, true>(block, costs);
+}
+
+/// Without FMA `mul_add` would be a library call: multiply, then add.
+pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {
+    run::<LANES, false>(block, costs);
+}
+
+/// Costs of up to `L` candidates; lanes without one repeat the last.
+#[inline(always)]
+fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
+    let Block { problem, candidates, width } = *block;
+    let mut totals = [0.0; L];
+    for (recording, signals) in problem.signals().iter().enumerate() {
+        let mut parameters = [[0.0; L]; 5];
+        for lane in 0..L {
+            let row = lane.min(costs.len() - 1) * width;
+            let values = problem.parameters(&candidates[row..row + width], recording).to_array();
+            for (p, value) in values.into_iter().enumerate() {
+                parameters[p][lane] = value;
+            }
+        }
+        let absolute = problem.criterion().is_absolute();
+        let sums = match (absolute, signals.weight.is_empty()) {
+            (false, true) => simulate::<L, FMA, false, false>(problem, signals, &parameters),
+            (false, false) => simulate::<L, FMA, false, true>(problem, signals, &parameters),
+            (true, true) => simulate::<L, FMA, true, false>(problem, signals, &parameters),
+            (true, false) => simulate::<L, FMA, true, true>(problem, signals, &parameters),
+        };
+        for lane in 0..L {
+            totals[lane] += Problem::scaled(signals, [sums[0][lane], sums[1][lane]]);
+        }
+    }
+    for (cost, total) in costs.iter_mut().zip(totals) {
+        *cost = problem.cost(total);
+    }
+}
+
+/// State, sums and coefficients of a block.
+struct Lanes<const L: usize> {
+    x: [[f64; L]; 2],
+    sums: [[f64; L]; 2],
+    phi: [[f64; L]; 4],
+    gain: [[f64; L]; 2],
+}
+
+/// Weighted sums of errors per channel over the active samples of one recording.
+#[inline(always)]
+fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+    problem: &Problem,
+    signals: &Signals,
+    parameters: &[[f64; L]; 5],
+) -> [[f64; L]; 2] {
+    let method = problem.model().discretization;
+    let uniform = signals.step_index.is_empty();
+    // Irregular recordings have a table of maps; a regular one, the rule, needs no allocation.
+    let first = step_maps(parameters, signals.step_s[0], method);
+    let table: Vec<StepMaps<L>> = if uniform {
+        Vec::new()
+    } else {
+        signals.step_s.iter().map(|&h| step_maps(parameters, h, method)).collect()
+    };
+    let mut lanes = Lanes { x: signals.initial.map(|x| [x; L]), sums: [[0.0; L]; 2], phi: phi(&first), gain: first.torque };
+    for span in &signals.spans {
+        let maps = if uniform { &first } else { &table[usize::from(span.step)] };
+        if !uniform {
+            lanes.phi = phi(maps);
+        }
+        lanes.gain = gain(maps, span);
+        let measured = &signals.measured[span.start..span.end];
+        if WEIGHTED {
+            let weight = &signals.weight[span.start..span.end];
+            for (measured, weight) in measured.iter().zip(weight) {
+                step::<L, FMA, ABSOLUTE, true>(&mut lanes, *measured, *weight);
+            }
+        } else {
+            for measured in measured {
+                step::<L, FMA, ABSOLUTE, false>(&mut lanes, *measured, [1.0; 2]);
+            }
+        }
+    }
+    lanes.sums
+}
+
+#[inline(always)]
+fn phi<const L: usize>(maps: &StepMaps<L>) -> [[f64; L]; 4] {
+    let mut phi = maps.d;
+    for lane in 0..L {
+        phi[0][lane] += 1.0;
+        phi[3][lane] += 1.0;
+    }
+    phi
+}
+
+#[inline(always)]
+fn gain<const L: usize>(maps: &StepMaps<L>, span: &Span) -> [[f64; L]; 2] {
+    let mut gain = [[0.0; L]; 2];
+    for axis in 0..2 {
+        for lane in 0..L {
+            gain[axis][lane] = maps.taps[0][axis][lane] * span.voltage[0]
+                + maps.taps[1][axis][lane] * span.voltage[1]
+                + maps.torque[axis][lane] * span.torque;
+        }
+    }
+    gain
+}
+
+/// One sample: its errors into the sums, then one step of the state.
+#[inline(always)]
+fn step<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+    lanes: &mut Lanes<L>,
+    measured: [f64; 2],
+    weight: [f64; 2],
+) {
+    let Lanes { x: [i, w], sums: [sum_i, sum_w], phi, gain } = lanes;
+    for lane in 0..L {
+        sum_i[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_i[lane], measured[0] - i[lane], weight[0]);
+        sum_w[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_w[lane], measured[1] - w[lane], weight[1]);
+        let next = multiply_add::<FMA>(phi[0][lane], i[lane], multiply_add::<FMA>(phi[1][lane], w[lane], gain[0][lane]));
+        w[lane] = multiply_add::<FMA>(phi[2][lane], i[lane], multiply_add::<FMA>(phi[3][lane], w[lane], gain[1][lane]));
+        i[lane] = next;
+    }
+}
+
+#[inline(always)]
+fn add_loss<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(sum: f64, e: f64, weight: f64) -> f64 {
+    match (ABSOLUTE, WEIGHTED) {
+        (false, false) => multiply_add::<FMA>(e, e, sum),
+        (false, true) => multiply_add::<FMA>(weight * e, e, sum),
+        (true, false) => sum + e.abs(),
+        (true, true) => multiply_add::<FMA>(weight, e.abs(), sum),
+    }
+}
+
+#[inline(always)]
+fn multiply_add<const FMA: bool>(a: f64, b: f64, c: f64) -> f64 {
+    if FMA { a.mul_add(b, c) } else { a * b + c }
+}

@@ -1,0 +1,86 @@
+//! Evaluation: candidates in, costs out, a whole batch at once.
+//!
+//! The unit of work is (candidate, recording). Kernels return one weighted sum of errors per channel; the cost is
+//! formed from them here, the same for every evaluator. A batch holds groups, each with its own problem, so that
+//! many runs on many recordings go in one call.
+
+mod cpu;
+mod kernel;
+mod problem;
+mod scalar;
+mod signals;
+mod simd;
+
+pub use cpu::{Level, cpu_name};
+pub use problem::{Model, Problem};
+pub use scalar::Scalar;
+pub use signals::{Initial, Signals, Span};
+pub use simd::Simd;
+
+use crate::candidates::Candidates;
+use crate::{Error, Result};
+use std::sync::Arc;
+
+/// Candidates that are evaluated on one problem.
+#[derive(Debug, Clone, Copy)]
+pub struct Group<'a> {
+    /// What they are evaluated on.
+    pub problem: &'a Arc<Problem>,
+    /// The candidates, one value per free axis of the problem's space.
+    pub candidates: Candidates<'a>,
+    /// A candidate near the others, the reference of evaluators that compute in deviations; others ignore it.
+    pub reference: Option<&'a [f64]>,
+}
+
+/// Groups that are evaluated together.
+#[derive(Debug, Clone, Copy)]
+pub struct Batch<'a> {
+    /// The groups; costs come back in their order.
+    pub groups: &'a [Group<'a>],
+}
+
+impl Batch<'_> {
+    /// Candidates of all groups.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.groups.iter().map(|group| group.candidates.count()).sum()
+    }
+
+    /// Checks that every group fits its problem and `costs` holds one cost per candidate.
+    ///
+    /// # Errors
+    /// `Usage` when the lengths do not fit.
+    pub fn check(&self, costs: &[f64]) -> Result<()> {
+        if costs.len() != self.count() {
+            return Err(Error::usage(
+                format!("{} costs for {} candidates", costs.len(), self.count()),
+                "Give one cost per candidate of the batch.",
+            ));
+        }
+        for group in self.groups {
+            let (width, axes) = (group.candidates.width(), group.problem.space().free().len());
+            if width != axes {
+                return Err(Error::usage(
+                    format!("candidates of {width} values for a space of {axes} free parameters"),
+                    "Give one value per free parameter.",
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Evaluates batches of candidates.
+///
+/// A cost is finite and at most 1e30, or +∞ for a candidate that diverges; never NaN. It depends on the candidate
+/// and its problem alone, not on what else is in the batch.
+pub trait Evaluator: Send {
+    /// Writes the cost of every candidate, group after group, to `costs`.
+    ///
+    /// # Errors
+    /// `Usage` when lengths do not fit; `Device` when the device fails.
+    fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()>;
+
+    /// What it evaluates on, in words.
+    fn name(&self) -> String;
+}

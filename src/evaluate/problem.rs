@@ -1,0 +1,97 @@
+//! A problem: recordings, model, space and criterion, checked and prepared once.
+
+use super::signals::{Initial, Signals};
+use crate::Result;
+use crate::criterion::Criterion;
+use crate::motor::{Discretization, Parameters, Space};
+use crate::record::Record;
+use std::sync::Arc;
+
+/// How the motor is simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Model {
+    /// The one-step method.
+    pub discretization: Discretization,
+    /// The state at the first sample.
+    pub initial: Initial,
+}
+
+/// What candidates are evaluated on: one motor in one or more recordings.
+#[derive(Debug, Clone)]
+pub struct Problem {
+    signals: Vec<Arc<Signals>>,
+    model: Model,
+    space: Space,
+    criterion: Criterion,
+    samples: usize,
+}
+
+impl Problem {
+    /// Prepares the recordings.
+    ///
+    /// # Errors
+    /// `Usage` when there is no recording; `NotIdentified` when a signal is constant where the scale divides by its
+    /// variation.
+    pub fn new(records: &[Record], model: Model, space: Space, criterion: Criterion) -> Result<Self> {
+        if records.is_empty() {
+            return Err(crate::Error::usage("no recording was given", "Give at least one."));
+        }
+        let signals = records
+            .iter()
+            .map(|record| Signals::new(record, &criterion, model.initial, model.discretization).map(Arc::new))
+            .collect::<Result<Vec<_>>>()?;
+        let samples = signals.iter().map(|s| s.len()).sum();
+        Ok(Self { signals, model, space, criterion, samples })
+    }
+
+    /// The recordings.
+    #[must_use]
+    pub fn signals(&self) -> &[Arc<Signals>] {
+        &self.signals
+    }
+
+    /// How the motor is simulated.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// What is free and what is held.
+    #[must_use]
+    pub fn space(&self) -> &Space {
+        &self.space
+    }
+
+    /// The criterion.
+    #[must_use]
+    pub fn criterion(&self) -> &Criterion {
+        &self.criterion
+    }
+
+    /// Samples that have to be simulated for each candidate, over all recordings: its candidate-steps.
+    #[must_use]
+    pub fn active(&self) -> usize {
+        self.signals.iter().map(|s| s.active()).sum()
+    }
+
+    /// What a candidate means for one recording.
+    #[must_use]
+    pub fn parameters(&self, candidate: &[f64], recording: usize) -> Parameters {
+        self.space.parameters(candidate, u32::try_from(recording).unwrap_or(u32::MAX))
+    }
+
+    /// Adds one recording's weighted sums (over its active samples) to the total of a candidate.
+    #[must_use]
+    #[inline]
+    pub(crate) fn scaled(signals: &Signals, sums: [f64; 2]) -> f64 {
+        let channel = |c: usize| if signals.present[c] { signals.factor[c] * (signals.rest[c] + sums[c]) } else { 0.0 };
+        channel(0) + channel(1)
+    }
+
+    /// The cost from the total over all recordings.
+    #[must_use]
+    #[inline]
+    pub(crate) fn cost(&self, total: f64) -> f64 {
+        self.criterion.cost(total, self.samples)
+    }
+}

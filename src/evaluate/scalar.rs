@@ -1,0 +1,81 @@
+//! The scalar evaluator: the oracle of `motor::simulate` with sums in blocks, one candidate after the other.
+//!
+//! It simulates every sample, the dead ones included, and shares no loop with the fast evaluators.
+
+use super::{Batch, Evaluator, Problem, Signals};
+use crate::Result;
+use crate::motor::walk;
+
+/// Scalar f64 on one thread.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Scalar;
+
+impl Scalar {
+    /// The cost of one candidate, by the oracle; `candidate` has one value per free axis.
+    #[must_use]
+    pub fn cost(problem: &Problem, candidate: &[f64]) -> f64 {
+        let total = problem.signals().iter().enumerate().map(|(recording, signals)| {
+            let sums = sums(problem, signals, candidate, recording);
+            let channel = |c: usize| if signals.present[c] { signals.factor[c] * sums[c] } else { 0.0 };
+            channel(0) + channel(1)
+        });
+        problem.cost(total.sum())
+    }
+}
+
+impl Evaluator for Scalar {
+    fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()> {
+        batch.check(costs)?;
+        let mut costs = costs.iter_mut();
+        for group in batch.groups {
+            let rows = (0..group.candidates.count()).map(|row| group.candidates.row(row));
+            for (candidate, cost) in rows.zip(&mut costs) {
+                *cost = Self::cost(group.problem, candidate);
+            }
+        }
+        Ok(())
+    }
+
+    fn name(&self) -> String {
+        "scalar f64, one thread".to_owned()
+    }
+}
+
+/// Weighted sums per channel over all samples of one recording.
+fn sums(problem: &Problem, signals: &Signals, candidate: &[f64], recording: usize) -> [f64; 2] {
+    let absolute = problem.criterion().is_absolute();
+    let parameters = problem.parameters(candidate, recording);
+    let mut sums = [Sum::default(); 2];
+    let mut n = 0;
+    walk(&parameters, &signals.drive(), signals.initial, problem.model().discretization, |x| {
+        for channel in 0..2 {
+            let e = signals.measured[n][channel] - x[channel];
+            let loss = if absolute { e.abs() } else { e * e };
+            sums[channel].add(loss * signals.weight.get(n).map_or(1.0, |w| w[channel]));
+        }
+        n += 1;
+    });
+    sums.map(Sum::value)
+}
+
+/// A sum in blocks: rounding grows with the length of a block and the number of blocks, not with their product.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    total: f64,
+    block: f64,
+    terms: u32,
+}
+
+impl Sum {
+    fn add(&mut self, term: f64) {
+        self.block += term;
+        self.terms += 1;
+        if self.terms == 64 {
+            *self = Self { total: self.total + self.block, ..Self::default() };
+        }
+    }
+
+    fn value(self) -> f64 {
+        self.total + self.block
+    }
+}

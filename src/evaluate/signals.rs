@@ -1,0 +1,211 @@
+//! One recording, made ready to be evaluated: what does not depend on the candidate is done once, here.
+
+use crate::criterion::Criterion;
+use crate::motor::{Discretization, Drive};
+use crate::record::Record;
+use crate::{Error, ErrorKind, Result};
+
+/// The state `[i, ω]` in which the simulation starts.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
+pub enum Initial {
+    /// Zero if the recording starts at rest, else as measured.
+    #[default]
+    Auto,
+    /// At rest.
+    Zero,
+    /// The first measured sample; zero for a channel that was not measured.
+    Measured,
+}
+
+/// A stretch of samples over which the step and all inputs stay the same.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span {
+    /// First sample.
+    pub start: usize,
+    /// One past the last sample.
+    pub end: usize,
+    /// Index of the step.
+    pub step: u16,
+    /// Voltage at the start and at the end of each step \[V\]; the latter 0 where the method does not use it.
+    pub voltage: [f64; 2],
+    /// Load torque \[N·m\].
+    pub torque: f64,
+}
+
+/// One recording, ready to run.
+#[derive(Debug, Clone)]
+pub struct Signals {
+    pub(crate) step_s: Vec<f64>,
+    pub(crate) step_index: Vec<u16>,
+    pub(crate) voltage: Vec<f64>,
+    pub(crate) torque: Vec<f64>,
+    /// Measured current and speed; zeros for a channel that was not measured.
+    pub(crate) measured: Vec<[f64; 2]>,
+    pub(crate) present: [bool; 2],
+    /// Weights of the errors; empty when all are 1.
+    pub(crate) weight: Vec<[f64; 2]>,
+    /// What each channel's sum is multiplied by: its scale and, where weights are empty, the step.
+    pub(crate) factor: [f64; 2],
+    pub(crate) initial: [f64; 2],
+    /// Samples before this one find the motor at rest without voltage or torque: their state is zero.
+    pub(crate) first_active: usize,
+    /// The weighted sums over those samples.
+    pub(crate) rest: [f64; 2],
+    /// The inputs from `first_active` on.
+    pub(crate) spans: Vec<Span>,
+}
+
+impl Signals {
+    /// Prepares a recording for a criterion and a one-step method.
+    ///
+    /// # Errors
+    /// `NotIdentified` when a channel is constant where the scale divides by its variation.
+    pub fn new(record: &Record, criterion: &Criterion, initial: Initial, method: Discretization) -> Result<Self> {
+        let (samples, steps) = (record.samples(), record.steps());
+        let measured = record.measured();
+        let mut signals = Self {
+            step_s: steps.step_s.clone(),
+            step_index: steps.step_index.clone(),
+            voltage: samples.voltage.clone(),
+            torque: samples.torque.clone().unwrap_or_default(),
+            measured: (0..record.len()).map(|n| measured.map(|m| m.map_or(0.0, |m| m[n]))).collect(),
+            present: measured.map(|m| m.is_some()),
+            weight: Vec::new(),
+            factor: [0.0; 2],
+            initial: initial_state(record, initial),
+            first_active: 0,
+            rest: [0.0; 2],
+            spans: Vec::new(),
+        };
+        for (channel, signal) in measured.into_iter().enumerate() {
+            if let Some(signal) = signal {
+                let divisor = divisor(criterion, channel, signal)
+                    .map_err(|e| record.source().path.iter().fold(e, |e, path| e.in_file(path)))?;
+                signals.factor[channel] = criterion.factor(divisor);
+            }
+        }
+        signals.set_weights(record, criterion);
+        signals.set_spans(method);
+        signals.set_rest(criterion);
+        Ok(signals)
+    }
+
+    /// How many samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.voltage.len()
+    }
+
+    /// Never: a recording has samples.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.voltage.is_empty()
+    }
+
+    /// How many samples have to be simulated for each candidate; the others find the motor at rest.
+    #[must_use]
+    pub fn active(&self) -> usize {
+        self.len() - self.first_active
+    }
+
+    /// The state `[i, ω]` at the first sample.
+    #[must_use]
+    pub fn initial(&self) -> [f64; 2] {
+        self.initial
+    }
+
+    /// The inputs, as the oracle takes them.
+    #[must_use]
+    pub fn drive(&self) -> Drive<'_> {
+        let Self { step_s, step_index, voltage, torque, .. } = self;
+        Drive { step_s, step_index, voltage, torque }
+    }
+
+    fn step_of(&self, n: usize) -> u16 {
+        self.step_index.get(n).copied().unwrap_or(0)
+    }
+
+    fn set_weights(&mut self, record: &Record, criterion: &Criterion) {
+        let regular = self.step_index.is_empty();
+        if criterion.is_time_weighted() || (criterion.is_integral() && !regular) {
+            let time_s = &record.samples().time_s;
+            let weight = |n: usize| criterion.weight(time_s[n] - time_s[0], record.steps().step(n));
+            self.weight = (0..self.len()).map(|n| [weight(n); 2]).collect();
+        } else if criterion.is_integral() {
+            self.factor = self.factor.map(|factor| factor * self.step_s[0]);
+        }
+    }
+
+    fn set_spans(&mut self, method: Discretization) {
+        let last = self.len() - 1;
+        for n in 0..=last {
+            let end = if method.uses_next_input() { self.voltage[(n + 1).min(last)] } else { 0.0 };
+            let (voltage, torque) = ([self.voltage[n], end], self.torque.get(n).copied().unwrap_or(0.0));
+            let here = Span { start: n, end: n + 1, step: self.step_of(n), voltage, torque };
+            match self.spans.last_mut() {
+                Some(span) if Span { start: n, end: n + 1, ..*span } == here => span.end = n + 1,
+                _ => self.spans.push(here),
+            }
+        }
+        if self.initial == [0.0; 2] {
+            let quiet = |span: &Span| span.voltage == [0.0; 2] && span.torque == 0.0;
+            let leading = self.spans.iter().take_while(|span| quiet(span)).count();
+            self.first_active = self.spans.get(leading).map_or(self.len(), |span| span.start);
+            self.spans.drain(..leading);
+        }
+    }
+
+    fn set_rest(&mut self, criterion: &Criterion) {
+        for (n, measured) in self.measured[..self.first_active].iter().enumerate() {
+            for channel in 0..2 {
+                let e = measured[channel];
+                let loss = if criterion.is_absolute() { e.abs() } else { e * e };
+                self.rest[channel] += loss * self.weight.get(n).map_or(1.0, |w| w[channel]);
+            }
+        }
+    }
+}
+
+fn divisor(criterion: &Criterion, channel: usize, signal: &[f64]) -> Result<f64> {
+    let name = ["current", "speed"][channel];
+    let divisor = criterion.divisor(channel, signal);
+    // Below this a division would turn rounding noise into cost.
+    let smallest = 1e-12 * signal.iter().fold(f64::MIN_POSITIVE, |peak: f64, v| peak.max(v.abs()));
+    if divisor.is_finite() && divisor > smallest {
+        return Ok(divisor);
+    }
+    let (message, remedy) = match criterion.scale {
+        crate::criterion::Scale::Noise => (
+            format!("the noise of the {name} cannot be estimated: it shows none"),
+            "Give it (--noise i=SIGMA,w=SIGMA) or choose another --scale.",
+        ),
+        _ => (
+            format!("the {name} is constant, {}: it tells nothing about the motor", signal[0]),
+            "Record while the voltage changes, or leave the column out if it was not connected.",
+        ),
+    };
+    Err(Error::new(ErrorKind::NotIdentified, message, remedy))
+}
+
+fn initial_state(record: &Record, initial: Initial) -> [f64; 2] {
+    let first = record.measured().map(|m| m.map_or(0.0, |m| m[0]));
+    let at_rest = || {
+        record.measured().into_iter().flatten().all(|signal| {
+            let peak = signal.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()));
+            // Five σ of the noise, or one percent of what the signal reaches.
+            signal[0].abs() <= (0.01 * peak).max(5.0 * crate::criterion::noise_sigma(signal))
+        })
+    };
+    match initial {
+        Initial::Zero => [0.0; 2],
+        Initial::Measured => first,
+        Initial::Auto => {
+            if at_rest() {
+                [0.0; 2]
+            } else {
+                first
+            }
+        }
+    }
+}

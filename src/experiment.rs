@@ -1,0 +1,109 @@
+//! Simulated experiments: an excitation, a motor at rest, white noise on what is measured.
+
+use crate::criterion::rms;
+use crate::motor::{Discretization, Drive, Parameters, simulate};
+use crate::record::{Record, SAMPLES_MAX, Samples};
+use crate::{Error, Result};
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution as _, StandardNormal};
+
+/// What drives a simulated motor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Excitation {
+    /// Time \[s\].
+    pub time_s: Vec<f64>,
+    /// Voltage \[V\].
+    pub voltage: Vec<f64>,
+    /// Load torque \[N·m\].
+    pub torque: Option<Vec<f64>>,
+}
+
+impl Excitation {
+    /// 0 V before `at_s`, `volts` from then on, for `duration_s` in steps of `period_s`, both ends included.
+    ///
+    /// # Errors
+    /// `Usage` when a time is not positive and finite, or there would be more than [`SAMPLES_MAX`] samples.
+    pub fn step(volts: f64, at_s: f64, duration_s: f64, period_s: f64) -> Result<Self> {
+        let time_s = Self::grid(duration_s, period_s)?;
+        if !(volts.is_finite() && at_s.is_finite()) {
+            return Err(Error::usage("a step needs finite numbers", "Write step:VOLTS@SECONDS, as in step:10.5@1."));
+        }
+        // Half a period of tolerance: 1 s is sample 1000 of 1 ms, whatever the last bit of 1000 × 0.001 is.
+        let voltage = time_s.iter().map(|t| if t - at_s > -1e-6 * period_s { volts } else { 0.0 }).collect();
+        Ok(Self { time_s, voltage, torque: None })
+    }
+
+    fn grid(duration_s: f64, period_s: f64) -> Result<Vec<f64>> {
+        let good = |v: f64| v.is_finite() && v > 0.0;
+        if !(good(duration_s) && good(period_s)) {
+            return Err(Error::usage(
+                format!("a duration of {duration_s} s in steps of {period_s} s cannot be simulated"),
+                "Give a positive duration and a positive period, in seconds.",
+            ));
+        }
+        let steps = (duration_s / period_s * (1.0 + 1e-12)).floor();
+        #[expect(clippy::cast_precision_loss, reason = "the limit is far below 2^53")]
+        if !(1.0..SAMPLES_MAX as f64).contains(&steps) {
+            return Err(Error::usage(
+                format!("{steps} steps, expected 1 to {}", SAMPLES_MAX - 1),
+                "Change --duration or --period.",
+            ));
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked against the limit above")]
+        Ok((0..=steps as u32).map(|n| f64::from(n) * period_s).collect())
+    }
+}
+
+/// The recording that a motor at rest gives, without noise.
+///
+/// # Errors
+/// `Data` when the motor diverges or the excitation is no valid recording.
+pub fn simulated(parameters: &Parameters, excitation: &Excitation, method: Discretization) -> Result<Record> {
+    let Excitation { time_s, voltage, torque } = excitation.clone();
+    let zero = Some(vec![0.0; time_s.len()]);
+    let draft = Record::new(Samples { time_s, voltage, torque, current: zero.clone(), speed: zero })?;
+    let trajectory = simulate(parameters, &drive(&draft), [0.0; 2], method);
+    let (current, speed) = (Some(trajectory.current), Some(trajectory.speed));
+    Record::new(Samples { current, speed, ..draft.samples().clone() }).map_err(|error| {
+        Error::data(
+            format!("the simulated motor diverges: {error}"),
+            "Shorten the period and check the units of the parameters.",
+        )
+    })
+}
+
+/// The same recording with white normal noise of standard deviation `sigma` (current \[A\], speed \[rad/s\]).
+///
+/// # Errors
+/// `Data` when a value leaves the range of a recording.
+pub fn with_noise(record: &Record, sigma: [f64; 2], seed: u64) -> Result<Record> {
+    let mut samples = record.samples().clone();
+    for (stream, (signal, sigma)) in (0..).zip([&mut samples.current, &mut samples.speed].into_iter().zip(sigma)) {
+        let mut generator = ChaCha8Rng::seed_from_u64(seed);
+        generator.set_stream(stream);
+        for value in signal.iter_mut().flatten() {
+            let normal: f64 = StandardNormal.sample(&mut generator);
+            *value += sigma * normal;
+        }
+    }
+    Record::new(samples)
+}
+
+/// Noise σ per channel for a ratio in dB to the rms of the signal, `rms·10^(−dB/20)`; 0 for a missing channel.
+#[must_use]
+pub fn noise_at(record: &Record, decibels: f64) -> [f64; 2] {
+    record.measured().map(|signal| signal.map_or(0.0, rms) * 10f64.powf(-decibels / 20.0))
+}
+
+/// What drives the motor in a recording, as [`simulate`] takes it.
+#[must_use]
+pub fn drive(record: &Record) -> Drive<'_> {
+    let (samples, steps) = (record.samples(), record.steps());
+    Drive {
+        step_s: &steps.step_s,
+        step_index: &steps.step_index,
+        voltage: &samples.voltage,
+        torque: samples.torque.as_deref().unwrap_or_default(),
+    }
+}

@@ -1,0 +1,305 @@
+//! The main job: recordings in, R, L, K, B, J out.
+//!
+//! A population search minimizes the criterion over the space, every generation evaluated at once. The winner is
+//! evaluated again by the scalar oracle, and its simulation gives the fit to each channel.
+
+use crate::candidates::Candidates;
+use crate::criterion::{Criterion, mean};
+use crate::evaluate::{Batch, Evaluator, Group, Initial, Model, Problem, Scalar, Simd};
+use crate::motor::{Parameter, Parameters, Scope, Space, simulate};
+use crate::optimize::{
+    Genetic, GeneticOptions, Gwo, GwoOptions, Jaya, JayaOptions, Optimizer, Progress, Random, Run, Setup, Stop, minimize,
+};
+use crate::record::Record;
+use crate::text::significant;
+use crate::{Error, ErrorKind, Result};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// How the optimum is searched.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Method {
+    /// Grey Wolf Optimizer.
+    Gwo(GwoOptions),
+    /// Jaya.
+    Jaya(JayaOptions),
+    /// Genetic algorithm.
+    Genetic(GeneticOptions),
+    /// Random search.
+    Random,
+}
+
+impl Method {
+    /// Its name in flags and results.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Gwo(_) => "gwo",
+            Self::Jaya(_) => "jaya",
+            Self::Genetic(_) => "ga",
+            Self::Random => "random",
+        }
+    }
+
+    /// A new run of it.
+    ///
+    /// # Errors
+    /// `Usage` for settings that cannot be.
+    pub fn optimizer(&self, setup: Setup) -> Result<Box<dyn Optimizer>> {
+        Ok(match *self {
+            Self::Gwo(options) => Box::new(Gwo::new(setup, options)?),
+            Self::Jaya(options) => Box::new(Jaya::new(setup, options)?),
+            Self::Genetic(options) => Box::new(Genetic::new(setup, options)?),
+            Self::Random => Box::new(Random::new(setup)?),
+        })
+    }
+}
+
+/// What is to be done.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IdentifySpec {
+    /// How the optimum is searched.
+    pub method: Method,
+    /// Agents.
+    pub population: usize,
+    /// Generations, the first population included.
+    pub generations: usize,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// What is minimized.
+    pub criterion: Criterion,
+    /// How the motor is simulated.
+    pub model: Model,
+    /// What is free within which bounds, and what is held.
+    pub space: Space,
+    /// Threads; `None` takes the rayon pool of the caller.
+    pub threads: Option<usize>,
+}
+
+impl Default for IdentifySpec {
+    fn default() -> Self {
+        Self {
+            method: Method::Gwo(GwoOptions::default()),
+            population: 100,
+            generations: 100,
+            seed: 1,
+            criterion: Criterion::default(),
+            model: Model::default(),
+            space: Space::table2(),
+            threads: None,
+        }
+    }
+}
+
+/// Something that the reader of a result should know.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Warning {
+    /// A short name that does not change.
+    pub code: &'static str,
+    /// In words.
+    pub message: String,
+}
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Identification {
+    /// The parameters, those held included.
+    pub parameters: Parameters,
+    /// Their cost in the chosen criterion, by the scalar oracle.
+    pub cost: f64,
+    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed over all recordings; `None` for a channel not measured.
+    pub fit_percent: [Option<f64>; 2],
+    /// What the reader should know.
+    pub warnings: Vec<Warning>,
+    /// Why the search ended.
+    pub stop: Stop,
+    /// Candidates evaluated.
+    pub evaluations: u64,
+    /// Lowest cost after each generation.
+    pub history: Vec<f64>,
+    /// What evaluated.
+    pub device: String,
+    /// Seconds of the estimation alone.
+    pub seconds: f64,
+}
+
+/// Identifies one motor from one or more recordings (several: one joint fit).
+///
+/// `observe` sees every generation and may end the search, whose best is then returned.
+///
+/// # Errors
+/// `Usage` for a spec that cannot be; `NotIdentified` when a signal is constant or every candidate diverges.
+pub fn identify(
+    records: &[Record],
+    spec: &IdentifySpec,
+    observe: &mut (dyn FnMut(&Progress) -> ControlFlow<()> + Send),
+) -> Result<Identification> {
+    let pool = spec.threads.map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build()).transpose();
+    let pool = pool.map_err(|e| Error::usage(format!("threads cannot be started: {e}"), "Give fewer --threads."))?;
+    // The whole search runs inside the pool: its threads then need no waking between generations.
+    match pool {
+        Some(pool) => pool.install(|| search(records, spec, observe)),
+        None => rayon::scope(|_| search(records, spec, observe)),
+    }
+}
+
+fn search(
+    records: &[Record],
+    spec: &IdentifySpec,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Identification> {
+    let started = Instant::now();
+    let problem = Arc::new(Problem::new(records, spec.model, spec.space.clone(), spec.criterion)?);
+    let &IdentifySpec { population, generations, seed, .. } = spec;
+    let setup = Setup { bounds: spec.space.bounds(), population, generations, seed, run: 0 };
+    let mut runs = [Run::new(spec.method.optimizer(setup)?)];
+    let mut evaluator = Simd::default();
+    let mut evaluate = |populations: &[Candidates<'_>], costs: &mut [f64]| {
+        let groups: Vec<Group<'_>> = populations
+            .iter()
+            .map(|&candidates| Group { problem: &problem, candidates, reference: None })
+            .collect();
+        evaluator.evaluate(&Batch { groups: &groups }, costs)
+    };
+    let stop = minimize(&mut runs, generations, &mut evaluate, observe)?;
+    let [run] = runs;
+    let Some(best) = run.optimizer.best() else {
+        return Err(Error::new(
+            ErrorKind::NotIdentified,
+            format!("all {} candidates diverge", run.evaluations),
+            "Check the units of the recording and --bounds; --discretization zoh cannot diverge by itself.",
+        ));
+    };
+    let parameters = problem.parameters(best.values, 0);
+    let cost = Scalar::cost(&problem, best.values);
+    let mut warnings = warnings_of(records, spec);
+    warnings.extend(spec.space.free().iter().filter_map(|axis| at_bound(spec, axis.parameter, &parameters)).map(
+        |(parameter, side)| Warning {
+            code: "at_bound",
+            message: format!("{} ended at its {side} bound; widen it with --bounds", parameter.symbol()),
+        },
+    ));
+    Ok(Identification {
+        parameters,
+        cost,
+        fit_percent: fit_percent(records, &problem, best.values),
+        warnings,
+        stop,
+        evaluations: run.evaluations,
+        history: run.history,
+        device: evaluator.name(),
+        seconds: started.elapsed().as_secs_f64(),
+    })
+}
+
+/// The bound, `min` or `max`, that a free parameter ended at: nearer to it than 1e-4 of the range.
+#[must_use]
+pub fn at_bound(spec: &IdentifySpec, parameter: Parameter, found: &Parameters) -> Option<(Parameter, &'static str)> {
+    let axis = spec.space.free().iter().find(|axis| axis.parameter == parameter && axis.scope == Scope::Shared)?;
+    let (value, near) = (found.get(parameter), 1e-4 * (axis.max - axis.min));
+    let side = if value - axis.min <= near {
+        "min"
+    } else if axis.max - value <= near {
+        "max"
+    } else {
+        return None;
+    };
+    Some((parameter, side))
+}
+
+/// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) per channel, norms over all recordings.
+fn fit_percent(records: &[Record], problem: &Problem, candidate: &[f64]) -> [Option<f64>; 2] {
+    let mut squares = [[0.0; 2]; 2];
+    let mut seen = [false; 2];
+    for (recording, (record, signals)) in records.iter().zip(problem.signals()).enumerate() {
+        let parameters = problem.parameters(candidate, recording);
+        let model = simulate(&parameters, &signals.drive(), signals.initial(), problem.model().discretization);
+        for (channel, (measured, simulated)) in record.measured().into_iter().zip([model.current, model.speed]).enumerate()
+        {
+            let Some(measured) = measured else { continue };
+            seen[channel] = true;
+            let mean = mean(measured);
+            for (y, y_hat) in measured.iter().zip(simulated) {
+                squares[channel][0] += (y - y_hat) * (y - y_hat);
+                squares[channel][1] += (y - mean) * (y - mean);
+            }
+        }
+    }
+    [0, 1].map(|channel| {
+        let [error, total] = squares[channel];
+        let percent = 100.0 * (1.0 - (error / total).sqrt());
+        (seen[channel] && percent.is_finite()).then_some(percent)
+    })
+}
+
+fn warnings_of(records: &[Record], spec: &IdentifySpec) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    for record in records {
+        let name = record.source().path.as_ref().map_or_else(|| "the recording".to_owned(), |p| p.display().to_string());
+        warnings.extend(record_warnings(record).into_iter().map(|Warning { code, message }| Warning {
+            code,
+            message: format!("{name}: {message}"),
+        }));
+    }
+    let speeds_only = records.iter().all(|r| r.measured()[0].is_none());
+    let currents_only = records.iter().all(|r| r.measured()[1].is_none());
+    let free = spec.space.free().len();
+    if speeds_only && free > 3 {
+        warnings.push(Warning {
+            code: "channel_missing",
+            message: format!("no current: speed alone fixes three combinations of the {free} free parameters; \
+                record the current or hold R and K with --fix"),
+        });
+    }
+    if currents_only && free > 4 {
+        warnings.push(Warning {
+            code: "channel_missing",
+            message: "no speed: current alone leaves K, B and J free along K : B : J = 1 : 2 : 2; \
+                record the speed or hold K with --fix".to_owned(),
+        });
+    }
+    if spec.model.initial == Initial::Zero && records.iter().flat_map(Record::measured).flatten().any(moves_at_start) {
+        warnings.push(Warning {
+            code: "initial_state",
+            message: "a recording does not start at rest, but --initial zero says so; use --initial measured".to_owned(),
+        });
+    }
+    warnings
+}
+
+fn moves_at_start(signal: &[f64]) -> bool {
+    signal[0].abs() > 0.05 * signal.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()))
+}
+
+/// What is suspicious about a recording, whatever it is used for.
+#[must_use]
+pub fn record_warnings(record: &Record) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let (period, jitter) = (record.period_s(), record.steps().jitter);
+    if period > 0.1 {
+        let message = format!(
+            "{period} s between samples is too long for a motor; if the times are milliseconds, name the unit: \
+             --columns time=HEADING:ms"
+        );
+        warnings.push(Warning { code: "period_unit", message });
+    }
+    if jitter > crate::record::TIME_JITTER_UNIFORM && !record.steps().step_index.is_empty() {
+        let message = format!(
+            "steps between samples deviate by up to {} % from the period; each is simulated as it is",
+            significant(100.0 * jitter, 2)
+        );
+        warnings.push(Warning { code: "jitter", message });
+    }
+    let voltage = &record.samples().voltage;
+    if voltage.iter().all(|v| v.to_bits() == voltage[0].to_bits()) {
+        let message = if voltage[0] == 0.0 {
+            "the voltage is zero throughout: nothing drives the motor".to_owned()
+        } else {
+            format!("the voltage is {} V throughout; fine if the motor starts from rest in this recording", voltage[0])
+        };
+        warnings.push(Warning { code: "constant_voltage", message });
+    }
+    warnings
+}

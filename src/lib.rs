@@ -1,0 +1,34 @@
+//! Parameters of DC motors from recordings of voltage, current and speed.
+//!
+//! A [`Record`](record::Record) goes in; R, L, K, B and J come out of [`identify`](identify::identify), found by a
+//! population search over the output error of the linear motor
+//! `L di/dt = v − R i − K ω`, `J dω/dt = K i − B ω − T`. Each generation of candidates is simulated at once.
+//!
+//! Data flow one way: record → motor → criterion → evaluate → optimize → identify → report. A module uses those
+//! before it only.
+//!
+//! ```
+//! use motorfit::identify::{IdentifySpec, identify};
+//! use motorfit::motor::{Discretization, Parameters};
+//! use motorfit::experiment::{Excitation, simulated};
+//!
+//! let step = Excitation::step(10.5, 1.0, 3.0, 0.001)?;
+//! let record = simulated(&Parameters::M2, &step, Discretization::Zoh)?;
+//! let found = identify(&[record], &IdentifySpec::default(), &mut |_| std::ops::ControlFlow::Continue(()))?;
+//! assert!((found.parameters.r - Parameters::M2.r).abs() < 0.05);
+//! # Ok::<(), motorfit::Error>(())
+//! ```
+
+pub mod candidates;
+pub mod criterion;
+pub mod error;
+pub mod evaluate;
+pub mod experiment;
+pub mod identify;
+pub mod motor;
+pub mod optimize;
+pub mod record;
+pub mod report;
+pub mod text;
+
+pub use error::{Error, ErrorKind, Result};

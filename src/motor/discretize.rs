@@ -1,0 +1,210 @@
+//! One-step maps: from continuous parameters to `x⁺ = x + D x + taps·v + torque·T`.
+//!
+//! With `A = [[−R/L, −K/L], [K/J, −B/J]]`, `M = hA`, `b = (1/L, 0)` and `φ₁(M) = Σ Mⁿ/(n+1)!`, every method is
+//! `D = M φ₁` and held input `h φ₁ b`: the full series is the exact zero-order hold, four terms are RK4 with held
+//! input, one term is Euler. The first-order hold splits `h φ₁ b` by `φ₂(M) = Σ Mⁿ/(n+2)!`. Powers of a 2×2 matrix
+//! are `Mⁿ = αₙ I + βₙ M` with `αₙ₊₁ = −d βₙ`, `βₙ₊₁ = αₙ + t βₙ` (trace t, determinant d), so there is no branch on
+//! the eigenvalues. Where the spectral radius of M exceeds 1 the step is halved until it does not, and the maps of
+//! the halves are composed (scaling and squaring).
+//!
+//! Inputs: R \[ohm\], L \[H\], K \[V·s/rad\], B \[N·m·s/rad\], J \[kg·m²\], h \[s\]. Reference: N. J. Higham,
+//! Functions of Matrices (2008), ch. 10.
+
+use super::Parameters;
+
+/// How the continuous motor is turned into one step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Discretization {
+    /// Exact for a voltage held between samples.
+    #[default]
+    Zoh,
+    /// Exact for a voltage that is a straight line between samples.
+    Foh,
+    /// Classical Runge–Kutta of order 4, voltage held.
+    Rk4,
+    /// Forward Euler, voltage held.
+    Euler,
+}
+
+impl Discretization {
+    /// Terms of φ₁ that are added up; 18 reach rounding error for a spectral radius up to 1.1.
+    fn terms(self) -> u32 {
+        match self {
+            Self::Zoh | Self::Foh => 18,
+            Self::Rk4 => 4,
+            Self::Euler => 1,
+        }
+    }
+
+    fn is_exact(self) -> bool {
+        matches!(self, Self::Zoh | Self::Foh)
+    }
+
+    /// Whether a step uses the voltage at its end too.
+    #[must_use]
+    pub fn uses_next_input(self) -> bool {
+        self == Self::Foh
+    }
+}
+
+/// `x⁺ = x + D x + taps[0] v[n] + taps[1] v[n+1] + torque T[n]` for one candidate, x = `[i, ω]`, D row-major.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepMap {
+    /// `Φ − I`, rows after each other.
+    pub d: [f64; 4],
+    /// Gains of the voltage at the start and at the end of the step.
+    pub taps: [[f64; 2]; 2],
+    /// Gain of the load torque, held over the step.
+    pub torque: [f64; 2],
+}
+
+impl StepMap {
+    /// The map of one motor for a step of `h` seconds.
+    #[must_use]
+    pub fn new(parameters: &Parameters, h: f64, method: Discretization) -> Self {
+        let maps = step_maps::<1>(&parameters.to_array().map(|p| [p]), h, method);
+        Self { d: maps.d.map(|[v]| v), taps: maps.taps.map(|t| t.map(|[v]| v)), torque: maps.torque.map(|[v]| v) }
+    }
+}
+
+/// [`StepMap`] of `N` candidates side by side.
+#[derive(Debug, Clone, Copy)]
+pub struct StepMaps<const N: usize> {
+    /// `Φ − I`.
+    pub d: [[f64; N]; 4],
+    /// Gains of the voltage.
+    pub taps: [[[f64; N]; 2]; 2],
+    /// Gain of the torque.
+    pub torque: [[f64; N]; 2],
+}
+
+/// The one-step maps of `N` motors, `parameters[p][lane]` in the order R, L, K, B, J.
+#[inline(always)]
+#[must_use]
+pub fn step_maps<const N: usize>(parameters: &[[f64; N]; 5], h: f64, method: Discretization) -> StepMaps<N> {
+    let [r, l, k, b, j] = parameters;
+    let mut m = [[0.0; N]; 4];
+    let mut halvings = [0_u32; N];
+    for n in 0..N {
+        m[0][n] = -r[n] / l[n] * h;
+        m[1][n] = -k[n] / l[n] * h;
+        m[2][n] = k[n] / j[n] * h;
+        m[3][n] = -b[n] / j[n] * h;
+    }
+    if method.is_exact() {
+        for n in 0..N {
+            halvings[n] = halvings_needed([m[0][n], m[1][n], m[2][n], m[3][n]]);
+        }
+    }
+    let deepest = halvings.iter().copied().max().unwrap_or(0);
+    let mut part = [h; N];
+    if deepest > 0 {
+        for n in 0..N {
+            let scale = 0.5_f64.powi(halvings[n].cast_signed());
+            part[n] *= scale;
+            for row in &mut m {
+                row[n] *= scale;
+            }
+        }
+    }
+    let mut maps = series(&m, method);
+    for n in 0..N {
+        for axis in 0..2 {
+            maps.taps[0][axis][n] *= part[n] / l[n];
+            maps.taps[1][axis][n] *= part[n] / l[n];
+            maps.torque[axis][n] *= -part[n] / j[n];
+        }
+    }
+    for done in 0..deepest {
+        double(&mut maps, &halvings, done, method.uses_next_input());
+    }
+    maps
+}
+
+/// How often a step must be halved for the spectral radius of `M` to be at most 1; a map without a finite radius is
+/// left alone and ends as NaN.
+#[inline(always)]
+fn halvings_needed(m: [f64; 4]) -> u32 {
+    let half_trace = 0.5 * (m[0] + m[3]);
+    let determinant = m[0] * m[3] - m[1] * m[2];
+    let discriminant = half_trace * half_trace - determinant;
+    let radius =
+        if discriminant < 0.0 { determinant.sqrt() } else { half_trace.abs() + discriminant.sqrt() };
+    if !radius.is_finite() || radius <= 1.0 {
+        return 0;
+    }
+    // The exponent of a float above 1 is the number of halvings that bring it to 1 or a little above (below 2):
+    // one more is always enough.
+    ((radius.to_bits() >> 52) & 0x7ff) as u32 - 1022
+}
+
+/// `D` and the gains before they are scaled: `taps[0] = φ₁ e₁` (ZOH) or `(φ₁ − φ₂) e₁` with `taps[1] = φ₂ e₁` (FOH),
+/// `torque = φ₁ e₂`.
+#[inline(always)]
+fn series<const N: usize>(m: &[[f64; N]; 4], method: Discretization) -> StepMaps<N> {
+    let mut maps = StepMaps { d: [[0.0; N]; 4], taps: [[[0.0; N]; 2]; 2], torque: [[0.0; N]; 2] };
+    let terms = method.terms();
+    let foh = method.uses_next_input();
+    let (mut alpha, mut beta) = ([1.0; N], [0.0; N]);
+    let (mut p, mut q) = ([[0.0; N]; 2], [[0.0; N]; 2]);
+    let mut inverse_factorial = 1.0;
+    for term in 0..terms {
+        inverse_factorial /= f64::from(term + 1); // 1/(n+1)!
+        let next = inverse_factorial / f64::from(term + 2); // 1/(n+2)!
+        for n in 0..N {
+            p[0][n] += alpha[n] * inverse_factorial;
+            p[1][n] += beta[n] * inverse_factorial;
+            q[0][n] += alpha[n] * next;
+            q[1][n] += beta[n] * next;
+            let trace = m[0][n] + m[3][n];
+            let determinant = m[0][n] * m[3][n] - m[1][n] * m[2][n];
+            let raised = alpha[n] + trace * beta[n];
+            alpha[n] = -determinant * beta[n];
+            beta[n] = raised;
+        }
+    }
+    for n in 0..N {
+        let phi1 = [p[0][n] + p[1][n] * m[0][n], p[1][n] * m[1][n], p[1][n] * m[2][n], p[0][n] + p[1][n] * m[3][n]];
+        // D = M φ₁
+        maps.d[0][n] = m[0][n] * phi1[0] + m[1][n] * phi1[2];
+        maps.d[1][n] = m[0][n] * phi1[1] + m[1][n] * phi1[3];
+        maps.d[2][n] = m[2][n] * phi1[0] + m[3][n] * phi1[2];
+        maps.d[3][n] = m[2][n] * phi1[1] + m[3][n] * phi1[3];
+        let end = if foh { [q[0][n] + q[1][n] * m[0][n], q[1][n] * m[2][n]] } else { [0.0; 2] };
+        for axis in 0..2 {
+            maps.taps[1][axis][n] = end[axis];
+            maps.taps[0][axis][n] = phi1[2 * axis] - end[axis];
+            maps.torque[axis][n] = phi1[2 * axis + 1];
+        }
+    }
+    maps
+}
+
+/// Two equal steps become one of twice the length, in the lanes that still need it: `D ← 2D + D²`; held gains
+/// `g ← 2g + D g`; with a straight-line input, whose middle is the mean of its ends, `w = g₀ + Φ g₁`,
+/// `g₀ ← Φ g₀ + w/2`, `g₁ ← g₁ + w/2`.
+#[inline(always)]
+fn double<const N: usize>(maps: &mut StepMaps<N>, halvings: &[u32; N], done: u32, foh: bool) {
+    for n in 0..N {
+        if done >= halvings[n] {
+            continue;
+        }
+        let d = maps.d.map(|entry| entry[n]);
+        let times_d = |v: [f64; 2]| [d[0] * v[0] + d[1] * v[1], d[2] * v[0] + d[3] * v[1]];
+        let (start, end) = (maps.taps[0].map(|t| t[n]), maps.taps[1].map(|t| t[n]));
+        let torque = maps.torque.map(|t| t[n]);
+        let (d_start, d_end, d_torque) = (times_d(start), times_d(end), times_d(torque));
+        for axis in 0..2 {
+            let middle = 0.5 * (start[axis] + end[axis] + d_end[axis]);
+            let second = if foh { middle } else { start[axis] };
+            maps.taps[0][axis][n] = start[axis] + d_start[axis] + second;
+            maps.taps[1][axis][n] = if foh { end[axis] + middle } else { 0.0 };
+            maps.torque[axis][n] = 2.0 * torque[axis] + d_torque[axis];
+        }
+        maps.d[0][n] = 2.0 * d[0] + (d[0] * d[0] + d[1] * d[2]);
+        maps.d[1][n] = 2.0 * d[1] + (d[0] * d[1] + d[1] * d[3]);
+        maps.d[2][n] = 2.0 * d[2] + (d[2] * d[0] + d[3] * d[2]);
+        maps.d[3][n] = 2.0 * d[3] + (d[2] * d[1] + d[3] * d[3]);
+    }
+}

@@ -1,0 +1,51 @@
+//! Figures of a response: peak and its time, overshoot, settling time, steady state and its error.
+//!
+//! Definitions: the steady state is the mean of the last tenth of the samples; the peak is the value of largest
+//! magnitude in the direction of the response; overshoot is (peak − steady)/|steady| in the steady value's
+//! direction; the settling time is the time of the first sample from which the signal stays within the band.
+
+/// Figures of one signal. Times are those of the samples \[s\], values in the unit of the signal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Response {
+    /// The value of largest magnitude.
+    pub peak: f64,
+    /// When it occurs \[s\].
+    pub peak_time_s: f64,
+    /// Mean of the last tenth of the samples.
+    pub steady_state: f64,
+    /// (peak − steady state)/steady state in percent; `None` where the steady state is zero.
+    pub overshoot_percent: Option<f64>,
+    /// When the signal has entered the band around the steady state for good \[s\]; `None` if it never does.
+    pub settling_time_s: Option<f64>,
+}
+
+impl Response {
+    /// Steady-state error of `self` (a model) against `reference` (a measurement), in the unit of the signal.
+    #[must_use]
+    pub fn steady_state_error(&self, reference: &Self) -> f64 {
+        self.steady_state - reference.steady_state
+    }
+}
+
+/// The figures of `signal` sampled at `time_s`; `band` is relative to the steady state (0.02 for 2 %).
+///
+/// `None` for an empty signal or one with values that are not finite.
+#[must_use]
+pub fn response(time_s: &[f64], signal: &[f64], band: f64) -> Option<Response> {
+    if signal.is_empty() || time_s.len() != signal.len() || signal.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let tail = &signal[signal.len() - signal.len().div_ceil(10)..];
+    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
+    let steady_state = tail.iter().sum::<f64>() / tail.len() as f64;
+    let at = (0..signal.len()).fold(0, |best, n| if signal[n].abs() > signal[best].abs() { n } else { best });
+    let outside = |v: &f64| (v - steady_state).abs() > band * steady_state.abs();
+    let settled = signal.iter().rposition(outside).map_or(0, |last| last + 1);
+    Some(Response {
+        peak: signal[at],
+        peak_time_s: time_s[at],
+        steady_state,
+        overshoot_percent: (steady_state != 0.0).then(|| (100.0 * (signal[at] / steady_state - 1.0)).max(0.0)),
+        settling_time_s: time_s.get(settled).copied(),
+    })
+}

@@ -1,0 +1,65 @@
+//! The scalar f64 simulation: the oracle that every other evaluator is held to.
+//!
+//! It walks all samples one after the other with `x⁺ = x + (D x + gains)`, skips nothing and shortens nothing.
+
+use super::{Discretization, Parameters, StepMap};
+
+/// What drives a simulation: samples of voltage and load torque with the steps between them.
+#[derive(Debug, Clone, Copy)]
+pub struct Drive<'a> {
+    /// The distinct steps \[s\].
+    pub step_s: &'a [f64],
+    /// For each sample the step that follows it, as an index into `step_s`; empty when all steps are the first.
+    pub step_index: &'a [u16],
+    /// Voltage at each sample \[V\].
+    pub voltage: &'a [f64],
+    /// Load torque at each sample \[N·m\]; empty when there is none.
+    pub torque: &'a [f64],
+}
+
+/// Simulated current and speed, one value a sample.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Trajectory {
+    /// Current \[A\].
+    pub current: Vec<f64>,
+    /// Speed \[rad/s\].
+    pub speed: Vec<f64>,
+}
+
+/// Simulates the motor over all samples from the state `initial` = `[i, ω]`.
+///
+/// A motor that diverges gives values that are not finite; that is not an error.
+#[must_use]
+pub fn simulate(parameters: &Parameters, drive: &Drive<'_>, initial: [f64; 2], method: Discretization) -> Trajectory {
+    let samples = drive.voltage.len();
+    let mut trajectory = Trajectory { current: Vec::with_capacity(samples), speed: Vec::with_capacity(samples) };
+    walk(parameters, drive, initial, method, |[current, speed]| {
+        trajectory.current.push(current);
+        trajectory.speed.push(speed);
+    });
+    trajectory
+}
+
+/// Like [`simulate`], handing the state of each sample to `visit`.
+pub fn walk(
+    parameters: &Parameters,
+    drive: &Drive<'_>,
+    initial: [f64; 2],
+    method: Discretization,
+    mut visit: impl FnMut([f64; 2]),
+) {
+    let maps: Vec<StepMap> = drive.step_s.iter().map(|&h| StepMap::new(parameters, h, method)).collect();
+    let mut x = initial;
+    for n in 0..drive.voltage.len() {
+        visit(x);
+        let map = &maps[drive.step_index.get(n).map_or(0, |&index| usize::from(index))];
+        let v = drive.voltage[n];
+        let v_next = drive.voltage.get(n + 1).copied().unwrap_or(v);
+        let torque = drive.torque.get(n).copied().unwrap_or(0.0);
+        let gain = |axis: usize| map.taps[0][axis] * v + map.taps[1][axis] * v_next + map.torque[axis] * torque;
+        x = [
+            x[0] + (map.d[0] * x[0] + map.d[1] * x[1] + gain(0)),
+            x[1] + (map.d[2] * x[0] + map.d[3] * x[1] + gain(1)),
+        ];
+    }
+}

@@ -1,0 +1,128 @@
+//! Genetic algorithm with the operators of the paper's Table 3.
+//!
+//! Fitness is 1/cost. Parents are drawn by roulette, `s_i = f_i/Σf`; their share of the population is the biological
+//! pressure. Two of them give a child by single-point crossover; each gene of a child then mutates, with the mutation
+//! rate as probability, to a uniform value of its range. The best ever seen survive unchanged (elites).
+
+use super::population::{Population, Setup, ordered};
+use super::{Best, Optimizer};
+use crate::candidates::Candidates;
+use crate::{Error, Result};
+
+/// Settings of the genetic algorithm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GeneticOptions {
+    /// Probability that a gene mutates.
+    pub mutation: f64,
+    /// Share of the population that becomes parents.
+    pub pressure: f64,
+    /// Probability that a child mixes two parents; otherwise it copies one.
+    pub crossover: f64,
+    /// How many of the best survive unchanged.
+    pub elites: usize,
+}
+
+impl Default for GeneticOptions {
+    fn default() -> Self {
+        Self { mutation: 0.2, pressure: 0.3, crossover: 1.0, elites: 1 }
+    }
+}
+
+/// A run of the genetic algorithm.
+#[derive(Debug, Clone)]
+pub struct Genetic {
+    options: GeneticOptions,
+    population: Population,
+    costs: Vec<f64>,
+    told: bool,
+}
+
+impl Genetic {
+    /// A new run.
+    ///
+    /// # Errors
+    /// `Usage` for an empty box or population, a probability outside 0..1, or a pressure that is not in (0, 1].
+    pub fn new(setup: Setup, options: GeneticOptions) -> Result<Self> {
+        let GeneticOptions { mutation, pressure, crossover, .. } = options;
+        for (name, value, good) in [
+            ("mutation", mutation, (0.0..=1.0).contains(&mutation)),
+            ("pressure", pressure, pressure > 0.0 && pressure <= 1.0),
+            ("crossover", crossover, (0.0..=1.0).contains(&crossover)),
+        ] {
+            if !good {
+                let message = format!("{name} of the genetic algorithm is {value}");
+                return Err(Error::usage(message, format!("Give {name} between 0 and 1.")));
+            }
+        }
+        Ok(Self { options, population: Population::new(setup)?, costs: Vec::new(), told: false })
+    }
+
+    /// Parents by roulette on fitness 1/cost, with replacement.
+    fn parents(&mut self) -> Vec<f64> {
+        // A cost of zero is the fitness of the smallest cost that has one.
+        let fitness = self.costs.iter().map(|cost| 1.0 / cost.max(1e-300));
+        let mut wheel: Vec<f64> = fitness.scan(0.0, |sum, f| { *sum += f; Some(*sum) }).collect();
+        let mut total = wheel.last().copied().unwrap_or(0.0);
+        if !(total > 0.0 && total.is_finite()) {
+            // All diverged: everybody has the same chance.
+            wheel = (1..=self.costs.len()).map(|n| n as f64).collect();
+            total = self.costs.len() as f64;
+        }
+        let wanted = (self.options.pressure * self.costs.len() as f64).round().max(1.0) as usize;
+        let mut parents = Vec::with_capacity(wanted * self.population.width());
+        for _ in 0..wanted {
+            let at = self.population.numbers.unit() * total;
+            let agent = wheel.partition_point(|sum| *sum <= at).min(self.costs.len() - 1);
+            parents.extend_from_slice(self.population.row(agent));
+        }
+        parents
+    }
+
+    fn breed(&mut self) {
+        let width = self.population.width();
+        let parents = self.parents();
+        let count = parents.len() / width;
+        let mut order: Vec<usize> = (0..self.costs.len()).collect();
+        let elites = self.options.elites.min(order.len());
+        if elites > 0 && elites < order.len() {
+            order.select_nth_unstable_by(elites - 1, |a, b| self.costs[*a].total_cmp(&self.costs[*b]));
+        }
+        let mut next = Vec::with_capacity(self.population.values.len());
+        for &agent in &order[..elites] {
+            next.extend_from_slice(self.population.row(agent));
+        }
+        let Population { setup, numbers, values, .. } = &mut self.population;
+        while next.len() < values.len() {
+            let (first, second) = (numbers.below(count), numbers.below(count));
+            let mix = width > 1 && numbers.unit() < self.options.crossover;
+            // Genes before the point come from the first parent.
+            let point = if mix { 1 + numbers.below(width - 1) } else { width };
+            for (axis, &(min, max)) in setup.bounds.iter().enumerate() {
+                let parent = if axis < point { first } else { second };
+                let mutates = numbers.unit() < self.options.mutation;
+                next.push(if mutates { min + (max - min) * numbers.unit() } else { parents[parent * width + axis] });
+            }
+        }
+        *values = next;
+    }
+}
+
+impl Optimizer for Genetic {
+    fn ask(&mut self) -> Candidates<'_> {
+        if self.told {
+            self.breed();
+            self.told = false;
+        }
+        self.population.candidates()
+    }
+
+    fn tell(&mut self, costs: &[f64]) {
+        self.costs = ordered(costs);
+        self.population.note(&self.costs);
+        self.told = true;
+    }
+
+    fn best(&self) -> Option<Best<'_>> {
+        self.population.best()
+    }
+}

@@ -1,0 +1,114 @@
+//! Jaya (R. V. Rao, Int. J. Ind. Eng. Comput. 7 (2016); the paper's Eq. 12 with its primes put back).
+//!
+//! `x'_j = x_j + r₁ (best_j − |x_j|) − r₂ (worst_j − |x_j|)`, clamped to the box; the new agent replaces the old one
+//! only if its cost is not higher. Best and worst are those of the present population.
+
+use super::population::{Population, Setup, ordered};
+use super::{Best, Optimizer};
+use crate::Result;
+use crate::candidates::Candidates;
+
+/// For whom a draw of r₁ and r₂ (one pair per axis) holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Sharing {
+    /// All agents of a generation.
+    #[default]
+    Generation,
+    /// One agent.
+    Agent,
+}
+
+/// Settings of Jaya.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct JayaOptions {
+    /// For whom r₁ and r₂ hold.
+    pub sharing: Sharing,
+    /// Whether a move that raises the cost is taken back (Rao's algorithm). Without it the search is not Jaya any
+    /// more; it reproduces the paper's results.
+    pub greedy: bool,
+}
+
+impl Default for JayaOptions {
+    fn default() -> Self {
+        Self { sharing: Sharing::Generation, greedy: true }
+    }
+}
+
+/// A run of Jaya.
+#[derive(Debug, Clone)]
+pub struct Jaya {
+    options: JayaOptions,
+    /// What is evaluated next.
+    trial: Population,
+    /// The agents that were kept, and their costs.
+    kept: Vec<f64>,
+    costs: Vec<f64>,
+    told: bool,
+}
+
+impl Jaya {
+    /// A new run.
+    ///
+    /// # Errors
+    /// `Usage` for an empty box or population.
+    pub fn new(setup: Setup, options: JayaOptions) -> Result<Self> {
+        Ok(Self { options, trial: Population::new(setup)?, kept: Vec::new(), costs: Vec::new(), told: false })
+    }
+
+    /// Eq. 12 for every agent.
+    fn move_agents(&mut self) {
+        let width = self.trial.width();
+        let by_cost = |a: &(usize, &f64), b: &(usize, &f64)| a.1.total_cmp(b.1);
+        let row = |agent: Option<(usize, &f64)>| {
+            let agent = agent.map_or(0, |(agent, _)| agent);
+            self.kept[agent * width..(agent + 1) * width].to_vec()
+        };
+        let best = row(self.costs.iter().enumerate().min_by(by_cost));
+        let worst = row(self.costs.iter().enumerate().max_by(by_cost));
+        let Population { setup, numbers, values, .. } = &mut self.trial;
+        let mut r: Vec<(f64, f64)> = (0..width).map(|_| numbers.pair()).collect();
+        for (trial, kept) in values.chunks_exact_mut(width).zip(self.kept.chunks_exact(width)) {
+            if self.options.sharing == Sharing::Agent {
+                r.fill_with(|| numbers.pair());
+            }
+            for axis in 0..width {
+                let (x, (r1, r2), (min, max)) = (kept[axis], r[axis], setup.bounds[axis]);
+                let moved = x + r1 * (best[axis] - x.abs()) - r2 * (worst[axis] - x.abs()); // Eq. 12
+                trial[axis] = moved.max(min).min(max);
+            }
+        }
+    }
+}
+
+impl Optimizer for Jaya {
+    fn ask(&mut self) -> Candidates<'_> {
+        if self.told {
+            self.move_agents();
+            self.told = false;
+        }
+        self.trial.candidates()
+    }
+
+    fn tell(&mut self, costs: &[f64]) {
+        let costs = ordered(costs);
+        self.trial.note(&costs);
+        if self.costs.is_empty() || !self.options.greedy {
+            self.kept.clone_from(&self.trial.values);
+            self.costs = costs;
+        } else {
+            let width = self.trial.width();
+            for (agent, cost) in costs.into_iter().enumerate() {
+                if cost <= self.costs[agent] {
+                    self.costs[agent] = cost;
+                    let row = agent * width..(agent + 1) * width;
+                    self.kept[row.clone()].copy_from_slice(&self.trial.values[row]);
+                }
+            }
+        }
+        self.told = true;
+    }
+
+    fn best(&self) -> Option<Best<'_>> {
+        self.trial.best()
+    }
+}

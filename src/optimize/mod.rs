@@ -1,0 +1,42 @@
+//! Population searches. They know no motor: a box and costs.
+//!
+//! `ask` gives a population, `tell` takes its costs; [`minimize`] drives any number of runs in lock step, all of
+//! their candidates evaluated in one call. A run's random numbers depend on (seed, run) alone.
+
+mod genetic;
+mod gwo;
+mod jaya;
+mod minimize;
+mod population;
+mod random;
+
+pub use genetic::{Genetic, GeneticOptions};
+pub use gwo::{Gwo, GwoOptions};
+pub use jaya::{Jaya, JayaOptions, Sharing};
+pub use minimize::{Progress, Run, Stop, minimize};
+pub use population::Setup;
+pub use random::Random;
+
+use crate::candidates::Candidates;
+
+/// The best candidate so far.
+#[derive(Debug, Clone, Copy)]
+pub struct Best<'a> {
+    /// Its values, one per axis.
+    pub values: &'a [f64],
+    /// Its cost.
+    pub cost: f64,
+}
+
+/// A population search, driven from outside.
+pub trait Optimizer: Send {
+    /// The candidates to be evaluated next; the same ones until `tell`.
+    fn ask(&mut self) -> Candidates<'_>;
+
+    /// Takes the costs of the candidates of the last `ask`, in their order; +∞ for one that failed. A NaN counts
+    /// as +∞.
+    fn tell(&mut self, costs: &[f64]);
+
+    /// The best so far; `None` before the first `tell` and while every cost was +∞.
+    fn best(&self) -> Option<Best<'_>>;
+}

@@ -1,0 +1,141 @@
+//! What every search shares: the box, the random numbers, the first population, the best so far.
+
+use super::Best;
+use crate::candidates::Candidates;
+use crate::{Error, Result};
+use rand::{Rng as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+/// The most values (agents × axes) of one population.
+const VALUES_MAX: usize = 1 << 30;
+
+/// What every search is given.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setup {
+    /// `(min, max)` of each axis.
+    pub bounds: Vec<(f64, f64)>,
+    /// Agents.
+    pub population: usize,
+    /// Generations, the first population included.
+    pub generations: usize,
+    /// Seed of the study.
+    pub seed: u64,
+    /// Number of the run in it; runs of one seed are independent of each other.
+    pub run: u64,
+}
+
+impl Setup {
+    pub(super) fn check(&self) -> Result<()> {
+        let size = self.population.checked_mul(self.bounds.len());
+        if self.bounds.is_empty() || self.bounds.iter().any(|&(a, b)| !(a.is_finite() && b.is_finite() && a <= b)) {
+            return Err(Error::usage("the box of the search is empty", "Give finite bounds with min < max."));
+        }
+        if self.population == 0 || self.generations == 0 {
+            let which = if self.population == 0 { "population" } else { "generations" };
+            return Err(Error::usage(format!("{which} is 0"), format!("Give --{which} at least 1.")));
+        }
+        if size.is_none_or(|size| size > VALUES_MAX) {
+            return Err(Error::usage(
+                format!("a population of {} agents does not fit in memory", self.population),
+                format!("Give at most {} agents.", VALUES_MAX / self.bounds.len()),
+            ));
+        }
+        let evaluations = (self.population as u64).checked_mul(self.generations as u64);
+        if evaluations.is_none_or(|count| count > 1 << 53) {
+            return Err(Error::usage(
+                format!("population {} × generations {} overflows", self.population, self.generations),
+                "Give fewer of one: together at most 9007199254740992 evaluations.",
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Numbers of a run: a fast generator whose state is drawn from a keyed one, so that runs do not overlap.
+#[derive(Debug, Clone)]
+pub(super) struct Numbers(Xoshiro256PlusPlus);
+
+const UNIT: f64 = 1.0 / (1_u64 << 32) as f64;
+
+impl Numbers {
+    pub(super) fn new(seed: u64, run: u64) -> Self {
+        let mut key = ChaCha8Rng::seed_from_u64(seed);
+        key.set_stream(run);
+        Self(Xoshiro256PlusPlus::from_rng(&mut key))
+    }
+
+    /// Uniform in [0, 1), 53 bits.
+    #[inline]
+    pub(super) fn unit(&mut self) -> f64 {
+        const UNIT: f64 = 1.0 / (1_u64 << 53) as f64;
+        (self.0.next_u64() >> 11) as f64 * UNIT
+    }
+
+    /// Two of them from one draw, 32 bits each: plenty for the random weights of a step.
+    #[inline]
+    pub(super) fn pair(&mut self) -> (f64, f64) {
+        let bits = self.0.next_u64();
+        (f64::from((bits >> 32) as u32) * UNIT, f64::from((bits & 0xffff_ffff) as u32) * UNIT)
+    }
+
+    /// Uniform in 0..count.
+    #[inline]
+    pub(super) fn below(&mut self, count: usize) -> usize {
+        ((u128::from(self.0.next_u64()) * count as u128) >> 64) as usize
+    }
+}
+
+/// A population in its box with the best candidate that it ever held.
+#[derive(Debug, Clone)]
+pub(super) struct Population {
+    pub setup: Setup,
+    pub numbers: Numbers,
+    /// Agents, row-major.
+    pub values: Vec<f64>,
+    best: Vec<f64>,
+    best_cost: f64,
+}
+
+impl Population {
+    /// Uniform in the box: `X_min + (X_max − X_min) r`.
+    pub(super) fn new(setup: Setup) -> Result<Self> {
+        setup.check()?;
+        let mut numbers = Numbers::new(setup.seed, setup.run);
+        let mut values = Vec::with_capacity(setup.population * setup.bounds.len());
+        for _ in 0..setup.population {
+            values.extend(setup.bounds.iter().map(|&(min, max)| min + (max - min) * numbers.unit()));
+        }
+        Ok(Self { setup, numbers, values, best: Vec::new(), best_cost: f64::INFINITY })
+    }
+
+    pub(super) fn width(&self) -> usize {
+        self.setup.bounds.len()
+    }
+
+    pub(super) fn candidates(&self) -> Candidates<'_> {
+        Candidates::new(&self.values, self.width())
+    }
+
+    pub(super) fn row(&self, agent: usize) -> &[f64] {
+        &self.values[agent * self.width()..(agent + 1) * self.width()]
+    }
+
+    /// Remembers the best of the population.
+    pub(super) fn note(&mut self, costs: &[f64]) {
+        let Some((agent, &cost)) = costs.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)) else { return };
+        if cost < self.best_cost {
+            self.best_cost = cost;
+            self.best = self.row(agent).to_vec();
+        }
+    }
+
+    pub(super) fn best(&self) -> Option<Best<'_>> {
+        self.best_cost.is_finite().then(|| Best { values: &self.best, cost: self.best_cost })
+    }
+}
+
+/// Costs with NaN counted as +∞.
+pub(super) fn ordered(costs: &[f64]) -> Vec<f64> {
+    costs.iter().map(|&cost| if cost.is_nan() { f64::INFINITY } else { cost }).collect()
+}

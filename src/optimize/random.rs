@@ -1,0 +1,47 @@
+//! Random search: every population uniform in the box. What a search must beat.
+
+use super::population::{Population, Setup, ordered};
+use super::{Best, Optimizer};
+use crate::Result;
+use crate::candidates::Candidates;
+
+/// A run of random search.
+#[derive(Debug, Clone)]
+pub struct Random {
+    population: Population,
+    told: bool,
+}
+
+impl Random {
+    /// A new run.
+    ///
+    /// # Errors
+    /// `Usage` for an empty box or population.
+    pub fn new(setup: Setup) -> Result<Self> {
+        Ok(Self { population: Population::new(setup)?, told: false })
+    }
+}
+
+impl Optimizer for Random {
+    fn ask(&mut self) -> Candidates<'_> {
+        if self.told {
+            let Population { setup, numbers, values, .. } = &mut self.population;
+            for agent in values.chunks_exact_mut(setup.bounds.len()) {
+                for (x, &(min, max)) in agent.iter_mut().zip(&setup.bounds) {
+                    *x = min + (max - min) * numbers.unit();
+                }
+            }
+            self.told = false;
+        }
+        self.population.candidates()
+    }
+
+    fn tell(&mut self, costs: &[f64]) {
+        self.population.note(&ordered(costs));
+        self.told = true;
+    }
+
+    fn best(&self) -> Option<Best<'_>> {
+        self.population.best()
+    }
+}

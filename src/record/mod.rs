@@ -1,0 +1,189 @@
+//! Recordings: sampled voltage, load torque, current and speed of one motor, checked once, in SI units.
+
+mod csv;
+mod heading;
+mod parse;
+mod time;
+
+pub use csv::{read_csv, read_csv_bytes, read_inputs, write_csv};
+pub use heading::{ColumnRequest, Quantity, parse_columns};
+pub use parse::parse_number;
+pub use time::{Steps, TIME_JITTER_UNIFORM};
+
+use crate::{Error, Result};
+use std::path::PathBuf;
+
+/// How many samples a recording may have.
+pub const SAMPLES_MAX: usize = 100_000_000;
+
+/// The largest |value| that a signal may have in SI units; squares of it still add up to a finite number.
+pub const VALUE_MAX: f64 = 1e9;
+
+/// A column as it was understood.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// What it holds.
+    pub quantity: Quantity,
+    /// Its heading in the file.
+    pub heading: String,
+    /// Its unit as understood.
+    pub unit: String,
+    /// Whether the unit was named or taken to be SI.
+    pub unit_named: bool,
+}
+
+/// The signals of a recording, all of one length, SI units; the parts of a [`Record`].
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Samples {
+    /// Time \[s\], increasing.
+    pub time_s: Vec<f64>,
+    /// Voltage \[V\].
+    pub voltage: Vec<f64>,
+    /// Load torque \[N·m\].
+    pub torque: Option<Vec<f64>>,
+    /// Current \[A\].
+    pub current: Option<Vec<f64>>,
+    /// Speed \[rad/s\].
+    pub speed: Option<Vec<f64>>,
+}
+
+/// Where a recording came from and how it was understood.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Source {
+    /// The file; `None` for one made in memory.
+    pub path: Option<PathBuf>,
+    /// SHA-256 of the file, in hexadecimal.
+    pub sha256: Option<String>,
+    /// Its columns; empty for one made in memory.
+    pub columns: Vec<Column>,
+    /// The line of the file that each sample is on; empty for one made in memory.
+    pub lines: Vec<u64>,
+    /// Columns of the file that were not used.
+    pub ignored: Vec<String>,
+}
+
+/// A recording that has passed all checks: at least two samples, finite values, regular increasing time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    samples: Samples,
+    steps: Steps,
+    source: Source,
+}
+
+impl Record {
+    /// Checks the signals and makes a recording of them.
+    ///
+    /// # Errors
+    /// `Data` when lengths differ, there are fewer than two samples, neither current nor speed is there, a value is
+    /// not finite or beyond [`VALUE_MAX`], or time repeats, goes back or has a gap.
+    pub fn new(samples: Samples) -> Result<Self> {
+        Self::from_file(samples, Source::default())
+    }
+
+    pub(crate) fn from_file(samples: Samples, source: Source) -> Result<Self> {
+        let located = |error: Error| match &source.path {
+            Some(path) => error.in_file(path),
+            None => error,
+        };
+        check_shape(&samples).map_err(located)?;
+        for (quantity, signal) in samples.signals() {
+            check_values(quantity, signal, &source).map_err(located)?;
+        }
+        let steps = time::steps(&samples.time_s, &source.lines).map_err(located)?;
+        Ok(Self { samples, steps, source })
+    }
+
+    /// The signals.
+    #[must_use]
+    pub fn samples(&self) -> &Samples {
+        &self.samples
+    }
+
+    /// Measured channels in the order current, speed.
+    #[must_use]
+    pub fn measured(&self) -> [Option<&[f64]>; 2] {
+        [self.samples.current.as_deref(), self.samples.speed.as_deref()]
+    }
+
+    /// How many samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.samples.time_s.len()
+    }
+
+    /// Never: a recording has at least two samples.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.samples.time_s.is_empty()
+    }
+
+    /// The period \[s\]: the median of the steps between samples.
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
+        self.steps.period_s
+    }
+
+    /// The steps between samples.
+    #[must_use]
+    pub fn steps(&self) -> &Steps {
+        &self.steps
+    }
+
+    /// Where it came from.
+    #[must_use]
+    pub fn source(&self) -> &Source {
+        &self.source
+    }
+}
+
+impl Samples {
+    /// The signals present, time left out.
+    fn signals(&self) -> impl Iterator<Item = (Quantity, &[f64])> {
+        [
+            (Quantity::Voltage, Some(&self.voltage)),
+            (Quantity::Torque, self.torque.as_ref()),
+            (Quantity::Current, self.current.as_ref()),
+            (Quantity::Speed, self.speed.as_ref()),
+        ]
+        .into_iter()
+        .filter_map(|(quantity, signal)| Some((quantity, signal?.as_slice())))
+    }
+}
+
+fn check_shape(samples: &Samples) -> Result<()> {
+    let count = samples.time_s.len();
+    if count < 2 {
+        return Err(Error::data(
+            format!("found {count} row{} of samples, expected at least 2", if count == 1 { "" } else { "s" }),
+            "Record the motor while its voltage changes, a few hundred samples or more.",
+        ));
+    }
+    for (quantity, signal) in samples.signals() {
+        if signal.len() != count {
+            return Err(Error::data(
+                format!("{} samples of time but {} of {quantity}", count, signal.len()),
+                "Give every signal one value per sample.",
+            ));
+        }
+    }
+    if samples.current.is_none() && samples.speed.is_none() {
+        return Err(Error::data(
+            "neither current nor speed was recorded",
+            "Record at least one of them; all five parameters need both.",
+        ));
+    }
+    Ok(())
+}
+
+fn check_values(quantity: Quantity, signal: &[f64], source: &Source) -> Result<()> {
+    let Some(n) = signal.iter().position(|v| v.is_nan() || v.abs() > VALUE_MAX) else { return Ok(()) };
+    let mut error = Error::data(
+        format!("found {} {}, expected a finite value up to {VALUE_MAX:e}", signal[n], quantity.unit()),
+        "Correct the value or its unit, or remove the row at the start or end of the recording.",
+    );
+    if let Some(&line) = source.lines.get(n) {
+        error = error.at_line(line);
+    }
+    let heading = source.columns.iter().find(|c| c.quantity == quantity).map(|c| c.heading.clone());
+    Err(error.in_column(heading.unwrap_or_else(|| quantity.to_string())))
+}

@@ -1,0 +1,235 @@
+//! Results as JSON documents. What is not available or not finite is `null`.
+
+use crate::criterion::{mean, noise_sigma, rms, standard_deviation};
+use crate::evaluate::{Initial, Level, cpu_name};
+use crate::identify::{Identification, IdentifySpec, Warning, at_bound, record_warnings};
+use crate::motor::{Parameter, response};
+use crate::record::{Quantity, Record};
+use crate::text::is_unsafe;
+use serde_json::{Map, Value, json as value};
+
+/// A JSON document as text, one line end at its end; control characters that JSON allows raw are escaped too.
+#[must_use]
+pub fn json(document: &Value) -> String {
+    let mut text = String::new();
+    for c in format!("{document:#}\n").chars() {
+        if is_unsafe(c) && c != '\n' {
+            let mut units = [0; 2];
+            text.extend(c.encode_utf16(&mut units).iter().map(|unit| format!("\\u{unit:04x}")));
+        } else {
+            text.push(c);
+        }
+    }
+    text
+}
+
+fn warnings(list: &[Warning]) -> Value {
+    list.iter().map(|w| value!({"code": w.code, "message": w.message})).collect()
+}
+
+fn record_head(record: &Record) -> Value {
+    let source = record.source();
+    value!({
+        "path": source.path.as_ref().map(|path| path.to_string_lossy()),
+        "sha256": source.sha256,
+        "samples": record.len(),
+        "period_s": record.period_s(),
+    })
+}
+
+/// The document of `identify --json`.
+pub struct IdentifyDocument;
+
+impl IdentifyDocument {
+    /// What was found, with what was asked for.
+    #[must_use]
+    pub fn of(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Value {
+        let names = Names::of(spec);
+        let parameters: Map<String, Value> = Parameter::ALL.iter().map(|&p| parameter(spec, found, p)).collect();
+        let searched: Map<String, Value> =
+            Parameter::ALL.iter().map(|p| (p.symbol().to_owned(), found.parameters.get(*p).into())).collect();
+        let bounds: Map<String, Value> =
+            spec.space.free().iter().map(|a| (a.parameter.symbol().to_owned(), value!([a.min, a.max]))).collect();
+        value!({
+            "motorfit": env!("CARGO_PKG_VERSION"),
+            "records": records.iter().map(record_head).collect::<Value>(),
+            "method": spec.method.name(),
+            "polish": "none",
+            "seed": spec.seed,
+            "population": spec.population,
+            "generations": spec.generations,
+            "criterion": names.criterion,
+            "scale": names.scale,
+            "discretization": names.discretization,
+            "initial": names.initial,
+            "bounds": bounds,
+            "device": {"kind": "cpu", "name": found.device, "precision": "f64"},
+            "parameters": parameters,
+            "cost": found.cost,
+            "searched": {"parameters": searched, "cost": found.cost},
+            "fit_percent": {"current": found.fit_percent[0], "speed": found.fit_percent[1]},
+            "correlation": null,
+            "verification": {
+                "status": "not_applicable",
+                "steiglitz_mcbride": null,
+                "levenberg_marquardt": null,
+                "cost_gap": null,
+                "cpu_gpu_cost_difference": null,
+            },
+            "warnings": warnings(&found.warnings),
+            "stop": found.stop.name(),
+            "evaluations": found.evaluations,
+            "history": found.history,
+            "seconds": found.seconds,
+        })
+    }
+}
+
+fn parameter(spec: &IdentifySpec, found: &Identification, parameter: Parameter) -> (String, Value) {
+    let fixed = spec.space.fixed().iter().any(|(p, _, _)| *p == parameter);
+    let entry = value!({
+        "value": found.parameters.get(parameter),
+        "unit": parameter.unit(),
+        "std_error": null,
+        "ci95": null,
+        "at_bound": at_bound(spec, parameter, &found.parameters).map(|(_, side)| side),
+        "fixed": fixed,
+    });
+    (parameter.symbol().to_owned(), entry)
+}
+
+/// Settings by the names of their flags.
+pub struct Names {
+    /// `--criterion`.
+    pub criterion: String,
+    /// `--scale`.
+    pub scale: String,
+    /// `--discretization`.
+    pub discretization: String,
+    /// `--initial`.
+    pub initial: &'static str,
+}
+
+impl Names {
+    /// The names of a spec's settings.
+    #[must_use]
+    pub fn of(spec: &IdentifySpec) -> Self {
+        Self {
+            criterion: format!("{:?}", spec.criterion.norm).to_lowercase(),
+            scale: format!("{:?}", spec.criterion.scale).to_lowercase(),
+            discretization: format!("{:?}", spec.model.discretization).to_lowercase(),
+            initial: match spec.model.initial {
+                Initial::Auto => "auto",
+                Initial::Zero => "zero",
+                Initial::Measured => "measured",
+            },
+        }
+    }
+}
+
+/// Facts of one signal of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SignalFacts {
+    /// What it holds.
+    pub quantity: Quantity,
+    /// Smallest value.
+    pub min: f64,
+    /// Largest value.
+    pub max: f64,
+    /// Arithmetic mean.
+    pub mean: f64,
+    /// Root mean square.
+    pub rms: f64,
+    /// Population standard deviation.
+    pub std: f64,
+    /// Standard deviation of its white noise, estimated.
+    pub noise_sigma: f64,
+    /// Peak, settling and steady state of a response; `None` for inputs.
+    pub response: Option<crate::motor::Response>,
+}
+
+impl SignalFacts {
+    /// The facts of all signals; `band` is that of the settling time.
+    #[must_use]
+    pub fn of(record: &Record, band: f64) -> Vec<Self> {
+        let samples = record.samples();
+        let signals = [
+            (Quantity::Voltage, Some(&samples.voltage)),
+            (Quantity::Torque, samples.torque.as_ref()),
+            (Quantity::Current, samples.current.as_ref()),
+            (Quantity::Speed, samples.speed.as_ref()),
+        ];
+        let facts = |(quantity, signal): (Quantity, Option<&Vec<f64>>)| {
+            let signal = signal?;
+            let output = matches!(quantity, Quantity::Current | Quantity::Speed);
+            Some(Self {
+                quantity,
+                min: signal.iter().copied().fold(f64::INFINITY, f64::min),
+                max: signal.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+                mean: mean(signal),
+                rms: rms(signal),
+                std: standard_deviation(signal),
+                noise_sigma: noise_sigma(signal),
+                response: if output { response(&samples.time_s, signal, band) } else { None },
+            })
+        };
+        signals.into_iter().filter_map(facts).collect()
+    }
+}
+
+/// The document of `inspect --json`.
+pub struct InspectDocument;
+
+impl InspectDocument {
+    /// What each recording holds.
+    #[must_use]
+    pub fn of(records: &[Record], band: f64) -> Value {
+        value!({
+            "motorfit": env!("CARGO_PKG_VERSION"),
+            "records": records.iter().map(|record| Self::record(record, band)).collect::<Value>(),
+        })
+    }
+
+    fn record(record: &Record, band: f64) -> Value {
+        let mut document = record_head(record);
+        let columns = record.source().columns.iter().map(|c| {
+            value!({"quantity": c.quantity.to_string(), "heading": c.heading, "unit": c.unit, "unit_named": c.unit_named})
+        });
+        let signals = SignalFacts::of(record, band).into_iter().map(|s| {
+            let response = s.response.map(|r| {
+                value!({
+                    "peak": r.peak, "peak_time_s": r.peak_time_s, "overshoot_percent": r.overshoot_percent,
+                    "settling_time_s": r.settling_time_s, "settling_band": band, "steady_state": r.steady_state,
+                })
+            });
+            let facts = value!({
+                "unit": s.quantity.unit(), "min": s.min, "max": s.max, "mean": s.mean, "rms": s.rms, "std": s.std,
+                "noise_sigma": s.noise_sigma, "response": response,
+            });
+            (s.quantity.to_string().replace(' ', "_"), facts)
+        });
+        document["jitter"] = record.steps().jitter.into();
+        document["duration_s"] = (record.samples().time_s[record.len() - 1] - record.samples().time_s[0]).into();
+        document["columns"] = columns.collect();
+        document["ignored_columns"] = record.source().ignored.clone().into();
+        document["signals"] = signals.collect::<Map<_, _>>().into();
+        document["warnings"] = warnings(&record_warnings(record));
+        document
+    }
+}
+
+/// The document of `devices --json`.
+pub struct Devices;
+
+impl Devices {
+    /// What this machine can evaluate on.
+    #[must_use]
+    pub fn of(threads: usize) -> Value {
+        let levels: Vec<&str> = Level::available().map(Level::name).collect();
+        let cpu = value!({
+            "kind": "cpu", "name": cpu_name(), "threads": threads, "levels": levels, "used": Level::best().name(),
+            "precisions": ["f64"],
+        });
+        value!({"motorfit": env!("CARGO_PKG_VERSION"), "devices": [cpu]})
+    }
+}

@@ -1,0 +1,5 @@
+//! Results as others read them.
+
+mod document;
+
+pub use document::{Devices, IdentifyDocument, InspectDocument, Names, SignalFacts, json};

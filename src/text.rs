@@ -1,0 +1,92 @@
+//! Text that came from a file or a command line, made safe to show on a terminal.
+
+use std::fmt::Write as _;
+
+/// Whether a character could steer a terminal or turn the reading order around.
+#[must_use]
+pub fn is_unsafe(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}')
+}
+
+/// `text` with every control and bidirectional character written as an escape such as `\u{1b}`.
+#[must_use]
+pub fn printable(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if is_unsafe(c) { shown.extend(c.escape_unicode()) } else { shown.push(c) }
+    }
+    shown
+}
+
+/// [`printable`], cut to a length that fits an error message.
+#[must_use]
+pub fn excerpt(text: &str) -> String {
+    const SHOWN: usize = 40;
+    let mut shown = printable(&text.chars().take(SHOWN).collect::<String>());
+    if text.chars().nth(SHOWN).is_some() {
+        shown.push('…');
+    }
+    shown
+}
+
+/// A number with `digits` significant digits and an SI prefix: `0.00776` with the unit `H` is `7.76 mH`.
+#[must_use]
+pub fn engineering(value: f64, unit: &str, digits: usize) -> String {
+    const PREFIXES: [(&str, i32); 9] =
+        [("G", 9), ("M", 6), ("k", 3), ("", 0), ("m", -3), ("µ", -6), ("n", -9), ("p", -12), ("f", -15)];
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value} {unit}");
+    }
+    let (prefix, exponent) =
+        PREFIXES.into_iter().find(|&(_, e)| value.abs() >= 0.999_999_5 * 10f64.powi(e)).unwrap_or(("f", -15));
+    format!("{} {prefix}{unit}", significant(value / 10f64.powi(exponent), digits))
+}
+
+/// A number with `digits` significant digits; a plain decimal where that is readable, else with an exponent.
+#[must_use]
+pub fn significant(value: f64, digits: usize) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let scientific = format!("{value:.*e}", digits.saturating_sub(1));
+    let exponent = scientific.split_once('e').and_then(|(_, e)| e.parse::<i32>().ok()).unwrap_or(0);
+    match usize::try_from(exponent) {
+        Ok(whole) if whole < 7 => format!("{value:.*}", digits.saturating_sub(whole + 1)),
+        Err(_) if exponent >= -5 => format!("{value:.*}", digits + exponent.unsigned_abs() as usize - 1),
+        _ => scientific,
+    }
+}
+
+/// Joins words as a sentence does: `a, b or c`.
+#[must_use]
+pub fn alternatives(words: &[&str]) -> String {
+    let mut sentence = String::new();
+    for (n, word) in words.iter().enumerate() {
+        let joint = if n == 0 { "" } else if n + 1 == words.len() { " or " } else { ", " };
+        let _ = write!(sentence, "{joint}{word}");
+    }
+    sentence
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn terminal_sequences_are_escaped() {
+        assert_eq!(printable("a\u{1b}[31mb\u{9b}\u{202e}"), "a\\u{1b}[31mb\\u{9b}\\u{202e}");
+        assert_eq!(excerpt(&"x".repeat(50)).chars().count(), 41);
+    }
+
+    #[test]
+    fn numbers_read_as_an_engineer_writes_them() {
+        assert_eq!(engineering(0.007_759, "H", 4), "7.759 mH");
+        assert_eq!(engineering(-1234.0, "V", 3), "-1.23 kV");
+        assert_eq!(engineering(0.0, "A", 3), "0 A");
+        assert_eq!(significant(0.000_678, 3), "0.000678");
+        assert_eq!(significant(0.000_000_678, 3), "6.78e-7");
+        assert_eq!(significant(128.0935, 5), "128.09");
+        assert_eq!(significant(f64::INFINITY, 5), "inf");
+        assert_eq!(alternatives(&["a", "b", "c"]), "a, b or c");
+    }
+}
