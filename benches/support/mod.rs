@@ -46,15 +46,15 @@ const CHAINS: usize = 10;
 #[inline(always)]
 fn chains<const N: usize>(rounds: usize) -> f64 {
     let mut x = [[1.0_f64; N]; CHAINS];
-    let (a, b) = (black_box(0.999), black_box(1e-3));
+    let (a, b) = ([black_box(0.999); N], [black_box(1e-3); N]);
     for _ in 0..rounds {
         for k in 0..CHAINS {
             for n in 0..N {
-                x[k][n] = x[k][n].mul_add(a, b);
+                x[k][n] = x[k][n].mul_add(a[n], b[n]);
             }
         }
     }
-    x.iter().flatten().sum()
+    black_box(x)[0][0]
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma"))]

@@ -32,6 +32,9 @@ pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) {
     run::<LANES, true>(block, costs);
 }
 
+/// Samples whose errors are summed before they go to the total.
+const SUM_BLOCK: usize = 1024;
+
 /// Without FMA `mul_add` would be a library call: multiply, then add.
 pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {
     run::<LANES, false>(block, costs);
@@ -92,25 +95,57 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
         signals.step_s.iter().map(|&h| step_maps(parameters, h, method)).collect()
     };
     let mut lanes = Lanes { x: signals.initial.map(|x| [x; L]), sums: [[0.0; L]; 2], phi: phi(&first), gain: first.torque };
+    let (mut totals, mut summed) = ([[0.0; L]; 2], 0);
     for span in &signals.spans {
         let maps = if uniform { &first } else { &table[usize::from(span.step)] };
         if !uniform {
             lanes.phi = phi(maps);
         }
         lanes.gain = gain(maps, span);
-        let measured = &signals.measured[span.start..span.end];
-        if WEIGHTED {
-            let weight = &signals.weight[span.start..span.end];
-            for (measured, weight) in measured.iter().zip(weight) {
-                step::<L, FMA, ABSOLUTE, true>(&mut lanes, *measured, *weight);
-            }
-        } else {
-            for measured in measured {
-                step::<L, FMA, ABSOLUTE, false>(&mut lanes, *measured, [1.0; 2]);
+        let mut start = span.start;
+        while start < span.end {
+            let end = span.end.min(start + SUM_BLOCK);
+            run_span::<L, FMA, ABSOLUTE, WEIGHTED>(&mut lanes, signals, start, end);
+            summed += end - start;
+            start = end;
+            if summed >= SUM_BLOCK {
+                flush(&mut lanes, &mut totals);
+                summed = 0;
             }
         }
     }
-    lanes.sums
+    flush(&mut lanes, &mut totals);
+    totals
+}
+
+/// Moves the sums of a block to the totals: rounding then grows with the length of a block, not of the recording.
+#[inline(always)]
+fn flush<const L: usize>(lanes: &mut Lanes<L>, totals: &mut [[f64; L]; 2]) {
+    for channel in 0..2 {
+        for lane in 0..L {
+            totals[channel][lane] += lanes.sums[channel][lane];
+        }
+    }
+    lanes.sums = [[0.0; L]; 2];
+}
+
+#[inline(always)]
+fn run_span<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+    lanes: &mut Lanes<L>,
+    signals: &Signals,
+    start: usize,
+    end: usize,
+) {
+    let measured = &signals.measured[start..end];
+    if WEIGHTED {
+        for (measured, weight) in measured.iter().zip(&signals.weight[start..end]) {
+            step::<L, FMA, ABSOLUTE, true>(lanes, *measured, *weight);
+        }
+    } else {
+        for measured in measured {
+            step::<L, FMA, ABSOLUTE, false>(lanes, *measured, [1.0; 2]);
+        }
+    }
 }
 
 #[inline(always)]

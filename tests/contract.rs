@@ -1,0 +1,287 @@
+//! Proves: every evaluator means what the scalar oracle means, over all criteria and scales, near and far from the
+//! optimum, at every feature level of this machine, for every shape of batch; and that this suite notices an
+//! evaluator that does not.
+//! Does not prove: that the oracle is right (see motor.rs), or speed.
+#![expect(clippy::unwrap_used, reason = "a test may stop")]
+
+mod support;
+
+use motorfit::Result;
+use motorfit::candidates::Candidates;
+use motorfit::criterion::{Criterion, Norm, Scale};
+use motorfit::evaluate::{Batch, Evaluator, Group, Initial, Level, Model, Problem, Scalar, Simd};
+use motorfit::motor::{Discretization, Parameters, Space};
+use std::sync::Arc;
+use support::{NORMS, SCALES, batch, changed, costs, criterion, driven, m2_record, near, problem, uniform};
+
+/// The bound: |c − c₀| ≤ 1e-12·c₀ + 1e-14·c(all-zero output). The first term is the rounding of sums and recurrences
+/// over thousands of steps; the second what is left where simulation and measurement cancel. Criteria that add up
+/// squares without a root are compared by their root, whose unit is that of an error.
+fn agree(problem: &Arc<Problem>, ours: f64, oracle: f64, zero: f64) -> std::result::Result<(), String> {
+    let root = |c: f64| match problem.criterion().norm {
+        Norm::Ise | Norm::Itse | Norm::Mse => c.sqrt(),
+        _ => c,
+    };
+    let (ours, oracle, zero) = (root(ours), root(oracle), root(zero));
+    if ours.to_bits() == oracle.to_bits() || (ours - oracle).abs() <= 1e-12 * oracle + 1e-14 * zero {
+        return Ok(());
+    }
+    Err(format!("{ours:e} against {oracle:e}: off by {:.1e} of it", (ours - oracle).abs() / oracle))
+}
+
+/// The cost of a motor that does not move: enormous resistance and inertia.
+fn zero_output(problem: &Arc<Problem>) -> f64 {
+    costs(&mut Scalar, problem, &[1e12, 1e12, 1e-12, 1e-12, 1e12])[0]
+}
+
+/// Compares an evaluator with the oracle on one problem.
+fn check(evaluator: &mut dyn Evaluator, problem: &Arc<Problem>, values: &[f64]) -> std::result::Result<(), String> {
+    let ours = costs(evaluator, problem, values);
+    let oracle = costs(&mut Scalar, problem, values);
+    let zero = zero_output(problem);
+    for (row, (ours, oracle)) in ours.iter().zip(&oracle).enumerate() {
+        agree(problem, *ours, *oracle, zero).map_err(|e| format!("{} candidate {row}: {e}", evaluator.name()))?;
+    }
+    Ok(())
+}
+
+/// The suite that every evaluator passes.
+fn suite(evaluator: &mut dyn Evaluator) -> std::result::Result<(), String> {
+    let records = [m2_record()];
+    let model = Model::default();
+    for (seed, (norm, scale)) in NORMS.into_iter().flat_map(|n| SCALES.map(|s| (n, s))).enumerate() {
+        let problem = problem(&records, model, criterion(norm, scale));
+        // Counts that are no multiple of anything.
+        check(evaluator, &problem, &uniform(61, seed as u64)).map_err(|e| format!("{norm:?} {scale:?} box: {e}"))?;
+        for distance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
+            check(evaluator, &problem, &near(13, distance, seed as u64))
+                .map_err(|e| format!("{norm:?} {scale:?} at {distance:e}: {e}"))?;
+        }
+    }
+    for discretization in [Discretization::Zoh, Discretization::Foh, Discretization::Rk4, Discretization::Euler] {
+        let problem = problem(&mixed_records(), Model { discretization, initial: Initial::Measured }, Criterion::default());
+        check(evaluator, &problem, &near(29, 0.3, 5)).map_err(|e| format!("{discretization:?}: {e}"))?;
+    }
+    Ok(())
+}
+
+/// Recordings of different lengths: PRBS-like with torque, a ramp at another period, and irregular times.
+fn mixed_records() -> Vec<motorfit::record::Record> {
+    let regular = |count: u32, h: f64| -> Vec<f64> { (0..count).map(|n| f64::from(n) * h).collect() };
+    let switched = (0..701_u32).map(|n| if (n / 37 * 7919) % 3 == 0 { 8.0 } else { -3.0 }).collect();
+    let torque = (0..701_u32).map(|n| if n > 400 { 0.02 } else { 0.0 }).collect();
+    let ramp = (0..333_u32).map(|n| 0.05 * f64::from(n)).collect();
+    let irregular = (0..257_u32).map(|n| (f64::from(n) + 0.3 * (f64::from(n) * 1.7).sin()) * 1e-3).collect();
+    let sine = (0..257_u32).map(|n| 6.0 * (0.1 * f64::from(n)).sin()).collect();
+    vec![
+        driven(regular(701, 1e-3), switched, Some(torque)),
+        driven(regular(333, 2e-3), ramp, None),
+        driven(irregular, sine, None),
+    ]
+}
+
+#[test]
+fn simd_is_the_oracle_at_every_level() {
+    for level in Level::available() {
+        suite(&mut Simd::at(level)).unwrap_or_else(|e| panic!("{e}"));
+        println!("{} passes", level.name());
+    }
+}
+
+#[test]
+fn ten_thousand_candidates_of_the_box() {
+    let problem = problem(&[m2_record()], Model::default(), Criterion::default());
+    let values = uniform(10_000, 11);
+    for level in Level::available() {
+        check(&mut Simd::at(level), &problem, &values).unwrap_or_else(|e| panic!("{e}"));
+    }
+}
+
+/// Wrong in one way each: the suite must notice every one.
+struct Corrupted(fn(usize, f64) -> f64);
+
+impl Evaluator for Corrupted {
+    fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()> {
+        Simd::default().evaluate(batch, costs)?;
+        costs.iter_mut().enumerate().for_each(|(row, cost)| *cost = (self.0)(row, *cost));
+        Ok(())
+    }
+
+    fn name(&self) -> String {
+        "corrupted".to_owned()
+    }
+}
+
+#[test]
+fn a_corrupted_evaluator_fails() {
+    suite(&mut Corrupted(|_, cost| cost)).unwrap();
+    let wrong: [fn(usize, f64) -> f64; 4] = [
+        |_, cost| cost * (1.0 + 1e-11),
+        |row, cost| if row == 60 { cost * 1.001 } else { cost },
+        |_, cost| f64::from(cost as f32),
+        |row, cost| if row == 7 { f64::NAN } else { cost },
+    ];
+    for (n, corruption) in wrong.into_iter().enumerate() {
+        assert!(suite(&mut Corrupted(corruption)).is_err(), "corruption {n} went unnoticed");
+    }
+}
+
+#[test]
+fn criteria_are_their_formulas() {
+    // By hand, from the trajectories, for one candidate; times from 0.
+    let record = m2_record();
+    let candidate = near(1, 0.2, 3);
+    let p = Parameters::from_array([candidate[0], candidate[1], candidate[2], candidate[3], candidate[4]]);
+    let model = motorfit::motor::simulate(&p, &motorfit::experiment::drive(&record), [0.0; 2], Discretization::Zoh);
+    let measured = record.measured().map(Option::unwrap);
+    let errors = |s: [f64; 2]| -> Vec<[f64; 2]> {
+        (0..3001).map(|n| [(measured[0][n] - model.current[n]) / s[0], (measured[1][n] - model.speed[n]) / s[1]]).collect()
+    };
+    let std = |y: &[f64]| {
+        let mean = y.iter().sum::<f64>() / 3001.0;
+        (y.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 3001.0).sqrt()
+    };
+    let peak = |y: &[f64]| y.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    for scale in SCALES {
+        let s = match scale {
+            Scale::None => [1.0, 1.0],
+            Scale::Peak => measured.map(peak),
+            Scale::Std => measured.map(std),
+            _ => [0.012, 1.04],
+        };
+        let e = errors(s);
+        let sum = |f: &dyn Fn(f64, f64) -> f64| -> f64 {
+            e.iter().enumerate().map(|(n, e)| f(n as f64 * 0.001, e[0]) + f(n as f64 * 0.001, e[1])).sum()
+        };
+        let squares = sum(&|_, e| e * e);
+        for (norm, expected) in [
+            (Norm::Euclidean, squares.sqrt()),
+            (Norm::Ise, 0.001 * squares),
+            (Norm::Iae, 0.001 * sum(&|_, e| e.abs())),
+            (Norm::Itse, 0.001 * sum(&|t, e| t * e * e)),
+            (Norm::Itae, 0.001 * sum(&|t, e| t * e.abs())),
+            (Norm::Mse, squares / 3001.0),
+            (Norm::Nrmse, (squares / 3001.0).sqrt()),
+        ] {
+            let problem = problem(std::slice::from_ref(&record), Model::default(), criterion(norm, scale));
+            let cost = costs(&mut Scalar, &problem, &candidate)[0];
+            // Only the order of summation differs.
+            assert!((cost / expected - 1.0).abs() < 1e-12, "{norm:?} {scale:?}: {cost} against {expected}");
+        }
+    }
+    let origin = Criterion { time_origin_s: Some(1.0), ..criterion(Norm::Itae, Scale::None) };
+    let problem = problem(std::slice::from_ref(&record), Model::default(), origin);
+    let expected: f64 = errors([1.0; 2])
+        .iter()
+        .enumerate()
+        .map(|(n, e)| 0.001 * (n as f64 * 0.001 - 1.0).max(0.0) * (e[0].abs() + e[1].abs()))
+        .sum();
+    assert!((costs(&mut Simd::default(), &problem, &candidate)[0] / expected - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn many_runs_on_many_recordings_in_one_batch() {
+    let records = mixed_records();
+    let problems: Vec<Arc<Problem>> =
+        records.iter().map(|r| problem(std::slice::from_ref(r), Model::default(), Criterion::default())).collect();
+    let counts = [1, 17, 100];
+    let values: Vec<Vec<f64>> = counts.iter().map(|&count| uniform(count, count as u64)).collect();
+    let groups: Vec<Group<'_>> = (problems.iter().zip(&values))
+        .map(|(problem, values)| Group { problem, candidates: Candidates::new(values, 5), reference: None })
+        .collect();
+    for level in Level::available() {
+        let together = batch(&mut Simd::at(level), &groups).unwrap();
+        let alone: Vec<f64> =
+            problems.iter().zip(&values).flat_map(|(p, v)| costs(&mut Simd::at(level), p, v)).collect();
+        assert_eq!(together, alone, "a cost depends on what else is in the batch");
+        // Nor on its place, nor on the number of threads.
+        let single = costs(&mut Simd::at(level), &problems[2], &values[2][5 * 99..]);
+        assert_eq!(single[0].to_bits(), alone[117].to_bits());
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+        assert_eq!(pool.install(|| batch(&mut Simd::at(level), &groups).unwrap()), together);
+    }
+    assert!(batch(&mut Simd::default(), &[]).unwrap().is_empty());
+    let none = Group { problem: &problems[0], candidates: Candidates::new(&[], 5), reference: None };
+    assert!(batch(&mut Simd::default(), &[none]).unwrap().is_empty());
+    let narrow = Group { problem: &problems[0], candidates: Candidates::new(&[1.0; 4], 4), reference: None };
+    assert!(batch(&mut Simd::default(), &[narrow]).is_err());
+}
+
+#[test]
+fn a_long_recording() {
+    let time: Vec<f64> = (0..200_001_u32).map(|n| f64::from(n) * 1e-3).collect();
+    let voltage = (0..200_001_u32).map(|n| if (n / 5000) % 2 == 1 { 9.0 } else { 2.0 }).collect();
+    let problem = problem(&[driven(time, voltage, None)], Model::default(), Criterion::default());
+    let zero = zero_output(&problem);
+    for level in Level::available() {
+        for values in [uniform(9, 1), near(9, 0.5, 1), near(9, 1e-4, 1)] {
+            let (ours, oracle) = (costs(&mut Simd::at(level), &problem, &values), costs(&mut Scalar, &problem, &values));
+            for (ours, oracle) in ours.into_iter().zip(oracle) {
+                // Here the steady state dominates, not the transient as in the M2 record; rounding Φ = I + D moves it
+                // by ε/(h·pole), some 1e-14 for this motor: hence ten times the second term of the general bound.
+                let bound = 1e-12 * oracle + 1e-13 * zero;
+                assert!((ours - oracle).abs() <= bound, "{ours:e} against {oracle:e} at {}", level.name());
+            }
+        }
+    }
+}
+
+#[test]
+fn a_missing_channel_does_not_count() {
+    for channel in [0, 1] {
+        let record = changed(&m2_record(), |s| if channel == 0 { s.current = None } else { s.speed = None });
+        let problem = problem(&[record], Model::default(), criterion(Norm::Euclidean, Scale::None));
+        for level in Level::available() {
+            check(&mut Simd::at(level), &problem, &uniform(31, 2)).unwrap();
+        }
+        let truth = costs(&mut Simd::default(), &problem, &Parameters::M2.to_array())[0];
+        assert!(truth < 1e-10, "the other channel alone fits: {truth}");
+    }
+}
+
+#[test]
+fn poison_costs_infinity_and_never_nan() {
+    let m2 = Parameters::M2.to_array();
+    let mut values = Vec::new();
+    for axis in 0..5 {
+        for poison in [0.0, -0.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 5e-324, -1.0, 1e300, 1e-300] {
+            let mut candidate = m2;
+            candidate[axis] = poison;
+            values.extend(candidate);
+        }
+    }
+    values.extend(m2);
+    for discretization in [Discretization::Zoh, Discretization::Euler] {
+        let model = Model { discretization, initial: Initial::Auto };
+        let problem = problem(&[m2_record()], model, Criterion::default());
+        for level in Level::available() {
+            let costs = costs(&mut Simd::at(level), &problem, &values);
+            assert!(costs.iter().all(|c| !c.is_nan() && (*c <= 1e30 || *c == f64::INFINITY)), "{costs:?}");
+            assert!(costs[45] < 0.1, "a good candidate beside bad ones keeps its cost: {}", costs[45]);
+            assert!(costs[2].is_infinite(), "NaN costs +∞");
+        }
+    }
+    // Euler with a step that is far too long diverges.
+    let slow: Vec<f64> = (0..400_u32).map(|n| f64::from(n) * 0.1).collect();
+    let model = Model { discretization: Discretization::Euler, initial: Initial::Auto };
+    let problem = problem(&[driven(slow, vec![5.0; 400], None)], model, Criterion::default());
+    for level in Level::available() {
+        assert!(costs(&mut Simd::at(level), &problem, &m2)[0].is_infinite());
+    }
+    assert!(costs(&mut Scalar, &problem, &m2)[0].is_infinite());
+}
+
+#[test]
+fn samples_at_rest_are_not_simulated_but_count() {
+    let record = m2_record();
+    let rest = problem(std::slice::from_ref(&record), Model::default(), Criterion::default());
+    assert_eq!(rest.active(), 2001, "1000 samples before the step find the motor at rest");
+    // What is measured during the rest still counts: an offset there changes the cost as the oracle says.
+    let offset = changed(&record, |s| s.current.iter_mut().flatten().for_each(|v| *v += 0.01));
+    let problem = problem(&[offset], Model { initial: Initial::Zero, ..Model::default() }, criterion(Norm::Itae, Scale::Peak));
+    check(&mut Simd::default(), &problem, &near(9, 0.1, 1)).unwrap();
+    // All at rest: nothing is simulated at all.
+    let still = changed(&record, |s| s.voltage.fill(0.0));
+    let still = Problem::new(&[still], Model { initial: Initial::Zero, ..Model::default() }, Space::table2(), Criterion::default());
+    assert_eq!(still.unwrap().active(), 0);
+}
