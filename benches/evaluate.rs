@@ -55,42 +55,58 @@ fn ratios() {
         // The oracle simulates the dead samples too: its rate counts them.
         let all = problem.signals()[0].len() as f64 / problem.active() as f64;
         let scalar = pool(1).install(|| ratio(5, || run(&mut Simd::at(level)), || run(&mut Scalar))) / all;
-        println!("{:9} {:6.2} G candidate-steps/s   {scalar:5.1} x the scalar oracle", level.name(), steps / simd / 1e9);
+        println!(
+            "{:9} {:6.2} G candidate-steps/s   {scalar:5.1} x the scalar oracle",
+            level.name(),
+            steps / simd / 1e9
+        );
         if level == Level::Portable {
             continue;
         }
         let rounds = 200_000;
         let operations = fma_loop(level, rounds);
-        let peak =
-            pool(1).install(|| ratio(25, || run(&mut Simd::at(level)), || drop(fma_loop(level, rounds)))) / operations
-                * steps;
+        let peak = pool(1).install(|| {
+            ratio(
+                25,
+                || run(&mut Simd::at(level)),
+                || {
+                    fma_loop(level, rounds);
+                },
+            )
+        }) / operations
+            * steps;
         println!(
             "{:9} {:5.1} % of the FMA peak measured in the same run ({OPERATIONS} operations a step; {:.1} % at 6)",
-            "", 100.0 * OPERATIONS * peak, 100.0 * 6.0 * peak
+            "",
+            100.0 * OPERATIONS * peak,
+            100.0 * 6.0 * peak
         );
     }
     threads();
 }
 
+/// Ours and the FMA loop's gain from a second thread, all four calls in every round.
 fn threads() {
     let problem = m2_problem();
     let values = candidates(10_000);
     let level = Level::best();
-    let two = pool(2);
-    let one = pool(1);
+    let (one, two) = (pool(1), pool(2));
     let mut costs = vec![0.0; 10_000];
-    let mut on = |pool: &rayon::ThreadPool| {
-        pool.install(|| evaluate(&mut Simd::at(level), &problem, &values, &mut costs));
+    let mut ours = |pool: &rayon::ThreadPool| {
+        seconds(|| pool.install(|| evaluate(&mut Simd::default(), &problem, &values, &mut costs)))
     };
-    let cell = std::cell::RefCell::new(&mut on);
-    let ours = ratio(15, || (cell.borrow_mut())(&two), || (cell.borrow_mut())(&one));
-    let fma = |pool: &rayon::ThreadPool, parts: usize| {
-        pool.install(|| {
-            rayon::scope(|s| (0..parts).for_each(|_| s.spawn(|_| drop(fma_loop(level, 1_000_000 * 2 / parts)))));
-        });
+    let half = || {
+        fma_loop(level, 500_000);
     };
-    let theirs = ratio(15, || fma(&two, 2), || fma(&one, 2));
-    println!("10,000 candidates on two threads: {ours:.2} x one thread; an FMA loop: {theirs:.2} x");
+    let theirs = |pool: &rayon::ThreadPool| seconds(|| pool.install(|| rayon::join(half, half).0));
+    let (mut gain, mut peak) = (Vec::new(), Vec::new());
+    for _ in 0..41 {
+        let (a, b, c, d) = (ours(&one), ours(&two), theirs(&one), theirs(&two));
+        gain.push(a / b);
+        peak.push(c / d);
+    }
+    let (gain, peak) = (median(gain), median(peak));
+    println!("10,000 candidates: two threads are {gain:.2} x one; an FMA loop's {peak:.2} x: {:.2} of it", gain / peak);
 }
 
 fn main() {

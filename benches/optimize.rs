@@ -1,1 +1,58 @@
-fn main(){}
+//! The optimizers' own work in nanoseconds an agent and generation, evaluation left out, and a whole GWO run of
+//! 100 × 100 on the M2 record as `identify` does it.
+#![allow(missing_docs, reason = "a bench has no public interface")]
+#![allow(clippy::unwrap_used, reason = "a bench may stop")]
+
+mod support;
+
+use criterion::{Criterion, Throughput};
+use motorfit::identify::{IdentifySpec, Method, identify};
+use motorfit::motor::Space;
+use motorfit::optimize::{GeneticOptions, GwoOptions, JayaOptions, Setup, Sharing};
+use std::hint::black_box;
+use std::ops::ControlFlow;
+use support::m2_record;
+
+fn updates(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("update");
+    for population in [100, 10_000] {
+        group.throughput(Throughput::Elements(population as u64));
+        for (name, method) in [
+            ("gwo", Method::Gwo(GwoOptions::default())),
+            ("jaya", Method::Jaya(JayaOptions::default())),
+            ("jaya, numbers per agent", Method::Jaya(JayaOptions { sharing: Sharing::Agent, greedy: true })),
+            ("ga", Method::Genetic(GeneticOptions::default())),
+            ("random", Method::Random),
+        ] {
+            let setup = Setup { bounds: Space::table2().bounds(), population, generations: 1 << 20, seed: 1, run: 0 };
+            let mut optimizer = method.optimizer(setup).unwrap();
+            let costs: Vec<f64> = (0..population).map(|n| 1.0 + ((n * 7919) % 101) as f64).collect();
+            group.bench_function(format!("{name}, {population} agents"), |b| {
+                b.iter(|| {
+                    black_box(optimizer.ask());
+                    optimizer.tell(&costs);
+                });
+            });
+        }
+    }
+    group.finish();
+}
+
+fn whole_run(criterion: &mut Criterion) {
+    let records = [m2_record()];
+    let spec = IdentifySpec::default();
+    for threads in [1, rayon::current_num_threads()] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        criterion.bench_function(&format!("identify, gwo 100x100, {threads} threads"), |b| {
+            let run = || identify(&records, &spec, &mut |_| ControlFlow::Continue(())).unwrap().cost;
+            pool.install(|| b.iter(run));
+        });
+    }
+}
+
+fn main() {
+    let mut criterion = Criterion::default().sample_size(20).configure_from_args();
+    updates(&mut criterion);
+    whole_run(&mut criterion);
+    criterion.final_summary();
+}

@@ -8,7 +8,8 @@ use crate::criterion::{Criterion, mean};
 use crate::evaluate::{Batch, Evaluator, Group, Initial, Model, Problem, Scalar, Simd};
 use crate::motor::{Parameter, Parameters, Scope, Space, simulate};
 use crate::optimize::{
-    Genetic, GeneticOptions, Gwo, GwoOptions, Jaya, JayaOptions, Optimizer, Progress, Random, Run, Setup, Stop, minimize,
+    Genetic, GeneticOptions, Gwo, GwoOptions, Jaya, JayaOptions, Optimizer, Progress, Random, Run, Setup, Stop,
+    minimize,
 };
 use crate::record::Record;
 use crate::text::significant;
@@ -157,10 +158,8 @@ fn search(
     let mut runs = [Run::new(spec.method.optimizer(setup)?)];
     let mut evaluator = Simd::default();
     let mut evaluate = |populations: &[Candidates<'_>], costs: &mut [f64]| {
-        let groups: Vec<Group<'_>> = populations
-            .iter()
-            .map(|&candidates| Group { problem: &problem, candidates, reference: None })
-            .collect();
+        let groups: Vec<Group<'_>> =
+            populations.iter().map(|&candidates| Group { problem: &problem, candidates, reference: None }).collect();
         evaluator.evaluate(&Batch { groups: &groups }, costs)
     };
     let stop = minimize(&mut runs, generations, &mut evaluate, observe)?;
@@ -216,7 +215,8 @@ fn fit_percent(records: &[Record], problem: &Problem, candidate: &[f64]) -> [Opt
     for (recording, (record, signals)) in records.iter().zip(problem.signals()).enumerate() {
         let parameters = problem.parameters(candidate, recording);
         let model = simulate(&parameters, &signals.drive(), signals.initial(), problem.model().discretization);
-        for (channel, (measured, simulated)) in record.measured().into_iter().zip([model.current, model.speed]).enumerate()
+        for (channel, (measured, simulated)) in
+            record.measured().into_iter().zip([model.current, model.speed]).enumerate()
         {
             let Some(measured) = measured else { continue };
             seen[channel] = true;
@@ -237,11 +237,13 @@ fn fit_percent(records: &[Record], problem: &Problem, candidate: &[f64]) -> [Opt
 fn warnings_of(records: &[Record], spec: &IdentifySpec) -> Vec<Warning> {
     let mut warnings = Vec::new();
     for record in records {
-        let name = record.source().path.as_ref().map_or_else(|| "the recording".to_owned(), |p| p.display().to_string());
-        warnings.extend(record_warnings(record).into_iter().map(|Warning { code, message }| Warning {
-            code,
-            message: format!("{name}: {message}"),
-        }));
+        let name =
+            record.source().path.as_ref().map_or_else(|| "the recording".to_owned(), |p| p.display().to_string());
+        warnings.extend(
+            record_warnings(record)
+                .into_iter()
+                .map(|Warning { code, message }| Warning { code, message: format!("{name}: {message}") }),
+        );
     }
     let speeds_only = records.iter().all(|r| r.measured()[0].is_none());
     let currents_only = records.iter().all(|r| r.measured()[1].is_none());
@@ -249,21 +251,25 @@ fn warnings_of(records: &[Record], spec: &IdentifySpec) -> Vec<Warning> {
     if speeds_only && free > 3 {
         warnings.push(Warning {
             code: "channel_missing",
-            message: format!("no current: speed alone fixes three combinations of the {free} free parameters; \
-                record the current or hold R and K with --fix"),
+            message: format!(
+                "no current: speed alone fixes three combinations of the {free} free parameters; \
+                record the current or hold R and K with --fix"
+            ),
         });
     }
     if currents_only && free > 4 {
         warnings.push(Warning {
             code: "channel_missing",
             message: "no speed: current alone leaves K, B and J free along K : B : J = 1 : 2 : 2; \
-                record the speed or hold K with --fix".to_owned(),
+                record the speed or hold K with --fix"
+                .to_owned(),
         });
     }
     if spec.model.initial == Initial::Zero && records.iter().flat_map(Record::measured).flatten().any(moves_at_start) {
         warnings.push(Warning {
             code: "initial_state",
-            message: "a recording does not start at rest, but --initial zero says so; use --initial measured".to_owned(),
+            message: "a recording does not start at rest, but --initial zero says so; use --initial measured"
+                .to_owned(),
         });
     }
     warnings

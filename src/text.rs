@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 /// Whether a character could steer a terminal or turn the reading order around.
 #[must_use]
 pub fn is_unsafe(c: char) -> bool {
-    c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}')
+    c.is_control()
+        || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}')
 }
 
 /// `text` with every control and bidirectional character written as an escape such as `\u{1b}`.
@@ -62,7 +63,13 @@ pub fn significant(value: f64, digits: usize) -> String {
 pub fn alternatives(words: &[&str]) -> String {
     let mut sentence = String::new();
     for (n, word) in words.iter().enumerate() {
-        let joint = if n == 0 { "" } else if n + 1 == words.len() { " or " } else { ", " };
+        let joint = if n == 0 {
+            ""
+        } else if n + 1 == words.len() {
+            " or "
+        } else {
+            ", "
+        };
         let _ = write!(sentence, "{joint}{word}");
     }
     sentence

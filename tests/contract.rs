@@ -2,7 +2,8 @@
 //! optimum, at every feature level of this machine, for every shape of batch; and that this suite notices an
 //! evaluator that does not.
 //! Does not prove: that the oracle is right (see motor.rs), or speed.
-#![expect(clippy::unwrap_used, reason = "a test may stop")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
+#![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
 
 mod support;
 
@@ -59,7 +60,8 @@ fn suite(evaluator: &mut dyn Evaluator) -> std::result::Result<(), String> {
         }
     }
     for discretization in [Discretization::Zoh, Discretization::Foh, Discretization::Rk4, Discretization::Euler] {
-        let problem = problem(&mixed_records(), Model { discretization, initial: Initial::Measured }, Criterion::default());
+        let problem =
+            problem(&mixed_records(), Model { discretization, initial: Initial::Measured }, Criterion::default());
         check(evaluator, &problem, &near(29, 0.3, 5)).map_err(|e| format!("{discretization:?}: {e}"))?;
     }
     Ok(())
@@ -135,7 +137,9 @@ fn criteria_are_their_formulas() {
     let model = motorfit::motor::simulate(&p, &motorfit::experiment::drive(&record), [0.0; 2], Discretization::Zoh);
     let measured = record.measured().map(Option::unwrap);
     let errors = |s: [f64; 2]| -> Vec<[f64; 2]> {
-        (0..3001).map(|n| [(measured[0][n] - model.current[n]) / s[0], (measured[1][n] - model.speed[n]) / s[1]]).collect()
+        (0..3001)
+            .map(|n| [(measured[0][n] - model.current[n]) / s[0], (measured[1][n] - model.speed[n]) / s[1]])
+            .collect()
     };
     let std = |y: &[f64]| {
         let mean = y.iter().sum::<f64>() / 3001.0;
@@ -215,7 +219,8 @@ fn a_long_recording() {
     let zero = zero_output(&problem);
     for level in Level::available() {
         for values in [uniform(9, 1), near(9, 0.5, 1), near(9, 1e-4, 1)] {
-            let (ours, oracle) = (costs(&mut Simd::at(level), &problem, &values), costs(&mut Scalar, &problem, &values));
+            let (ours, oracle) =
+                (costs(&mut Simd::at(level), &problem, &values), costs(&mut Scalar, &problem, &values));
             for (ours, oracle) in ours.into_iter().zip(oracle) {
                 // Here the steady state dominates, not the transient as in the M2 record; rounding Φ = I + D moves it
                 // by ε/(h·pole), some 1e-14 for this motor: hence ten times the second term of the general bound.
@@ -278,10 +283,16 @@ fn samples_at_rest_are_not_simulated_but_count() {
     assert_eq!(rest.active(), 2001, "1000 samples before the step find the motor at rest");
     // What is measured during the rest still counts: an offset there changes the cost as the oracle says.
     let offset = changed(&record, |s| s.current.iter_mut().flatten().for_each(|v| *v += 0.01));
-    let problem = problem(&[offset], Model { initial: Initial::Zero, ..Model::default() }, criterion(Norm::Itae, Scale::Peak));
+    let problem =
+        problem(&[offset], Model { initial: Initial::Zero, ..Model::default() }, criterion(Norm::Itae, Scale::Peak));
     check(&mut Simd::default(), &problem, &near(9, 0.1, 1)).unwrap();
     // All at rest: nothing is simulated at all.
     let still = changed(&record, |s| s.voltage.fill(0.0));
-    let still = Problem::new(&[still], Model { initial: Initial::Zero, ..Model::default() }, Space::table2(), Criterion::default());
+    let still = Problem::new(
+        &[still],
+        Model { initial: Initial::Zero, ..Model::default() },
+        Space::table2(),
+        Criterion::default(),
+    );
     assert_eq!(still.unwrap().active(), 0);
 }

@@ -8,7 +8,9 @@ use std::path::PathBuf;
 /// Give it a recording and it returns resistance R, inductance L, motor constant K, viscous friction B and inertia J.
 #[derive(Parser)]
 #[command(name = "motorfit", version, propagate_version = true, max_term_width = 100)]
-#[command(after_help = "Exit codes: 0 done, 2 wrong usage, 3 bad data, 4 not identified, 5 device not there, 130 interrupted.")]
+#[command(
+    after_help = "Exit codes: 0 done, 2 wrong usage, 3 bad data, 4 not identified, 5 device not there, 130 interrupted."
+)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub command: Command,
@@ -91,13 +93,13 @@ pub(crate) struct IdentifyArgs {
     #[arg(long, value_enum, default_value = "none", help_heading = "Search")]
     pub polish: Polish,
     /// Agents
-    #[arg(long, default_value_t = 100, value_name = "N", help_heading = "Search")]
+    #[arg(long, default_value_t = 100, value_name = "N", allow_negative_numbers = true, help_heading = "Search")]
     pub population: usize,
     /// Generations, the first population included
-    #[arg(long, default_value_t = 100, value_name = "N", help_heading = "Search")]
+    #[arg(long, default_value_t = 100, value_name = "N", allow_negative_numbers = true, help_heading = "Search")]
     pub generations: usize,
     /// Seed of the random numbers
-    #[arg(long, default_value_t = 1, value_name = "N", help_heading = "Search")]
+    #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true, help_heading = "Search")]
     pub seed: u64,
     /// Settings of the method: a-start, a-end (gwo); sharing=generation|agent, greedy=true|false (jaya);
     /// mutation, pressure, crossover, elites (ga)
@@ -134,7 +136,7 @@ pub(crate) struct IdentifyArgs {
     #[arg(long, value_enum, default_value = "auto", help_heading = "Device")]
     pub precision: Precision,
     /// Threads [default: all]
-    #[arg(long, value_name = "N", help_heading = "Device")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, help_heading = "Device")]
     pub threads: Option<usize>,
 }
 
@@ -147,16 +149,16 @@ pub(crate) struct SimulateArgs {
     #[arg(long, value_name = "INPUT")]
     pub input: String,
     /// Length in seconds, for a step
-    #[arg(long, default_value_t = 3.0, value_name = "S")]
+    #[arg(long, default_value_t = 3.0, value_name = "S", allow_negative_numbers = true)]
     pub duration: f64,
     /// Time between samples in seconds, for a step
-    #[arg(long, default_value_t = 0.001, value_name = "S")]
+    #[arg(long, default_value_t = 0.001, value_name = "S", allow_negative_numbers = true)]
     pub period: f64,
     /// White noise on current and speed: 40dB, or i=0.05,w=0.5 [A, rad/s]
     #[arg(long, value_name = "NOISE")]
     pub noise: Option<String>,
     /// Seed of the noise
-    #[arg(long, default_value_t = 1, value_name = "N")]
+    #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     pub seed: u64,
     /// The file to write; - writes to stdout
     #[arg(long, value_name = "FILE")]

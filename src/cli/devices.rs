@@ -1,8 +1,8 @@
 //! `devices`: what can evaluate here.
 
+use super::Outcome;
 use super::args::DevicesArgs;
 use super::output::{STRONG, data};
-use super::Outcome;
 use motorfit::Result;
 use motorfit::evaluate::{Level, cpu_name};
 use motorfit::report::{Devices, json};

@@ -166,7 +166,10 @@ fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style:
         let _ = writeln!(
             text,
             "  {STRONG}{}{STRONG:#}  {:<17}{:>12} {:<10} {DIM}{remark}{DIM:#}",
-            parameter.symbol(), parameter.name(), significant(found.parameters.get(parameter), 6), parameter.unit(),
+            parameter.symbol(),
+            parameter.name(),
+            significant(found.parameters.get(parameter), 6),
+            parameter.unit(),
         );
     }
     let names = Names::of(spec);
@@ -177,7 +180,11 @@ fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style:
         .collect();
     let search = format!(
         "{}, {} agents × {} generations, {} evaluations, seed {}",
-        spec.method.name(), spec.population, spec.generations, found.evaluations, spec.seed,
+        spec.method.name(),
+        spec.population,
+        spec.generations,
+        found.evaluations,
+        spec.seed,
     );
     text.push('\n');
     for (name, value) in [

@@ -1,8 +1,8 @@
 //! `inspect`: what a recording holds and how it was understood.
 
+use super::Outcome;
 use super::args::{Columns, InspectArgs};
 use super::output::{STRONG, Style, data};
-use super::Outcome;
 use motorfit::identify::record_warnings;
 use motorfit::record::{Record, parse_columns, read_csv};
 use motorfit::report::{InspectDocument, SignalFacts, json};
@@ -70,13 +70,17 @@ fn text(record: &Record, band: f64) -> String {
     for facts in &facts {
         let Some(response) = facts.response else { continue };
         let unit = facts.quantity.unit();
-        let settled = response.settling_time_s.map_or_else(|| "not settled".to_owned(), |t| format!("settled from {t} s on"));
+        let settled =
+            response.settling_time_s.map_or_else(|| "not settled".to_owned(), |t| format!("settled from {t} s on"));
         let overshoot = response.overshoot_percent.map_or_else(String::new, |p| format!(" ({p:.1} % over)"));
         let _ = writeln!(
             text,
             "  {STRONG}{}{STRONG:#}: peak {} {unit} at {} s{overshoot}, steady state {} {unit}, {settled} (within {} %)",
-            facts.quantity, significant(response.peak, 5), significant(response.peak_time_s, 5),
-            significant(response.steady_state, 5), significant(100.0 * band, 3).trim_end_matches('0').trim_end_matches('.'),
+            facts.quantity,
+            significant(response.peak, 5),
+            significant(response.peak_time_s, 5),
+            significant(response.steady_state, 5),
+            significant(100.0 * band, 3).trim_end_matches('0').trim_end_matches('.'),
         );
     }
     text

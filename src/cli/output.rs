@@ -2,6 +2,7 @@
 
 use super::args::{Common, When};
 use anstyle::{AnsiColor, Style as Paint};
+use clap::error::{ContextKind, ContextValue};
 use motorfit::identify::Warning;
 use motorfit::text::printable;
 use motorfit::{Error, Result};
@@ -86,8 +87,23 @@ pub(crate) fn data(text: &str) -> Result<()> {
     }
 }
 
-/// What clap says about wrong arguments, free of control characters that they may hold.
+/// What clap says about wrong arguments, free of control characters that they may hold, with the nearest value.
 pub(crate) fn usage(error: &clap::Error) {
-    let text: Vec<String> = error.render().to_string().lines().map(printable).collect();
-    let _ = writeln!(anstream::stderr(), "{}", text.join("\n"));
+    let mut lines: Vec<String> = error.render().to_string().lines().map(printable).collect();
+    if let Some(near) = nearest(error) {
+        let at = lines.iter().rposition(String::is_empty).unwrap_or(lines.len());
+        lines.splice(at..at, [String::new(), format!("  tip: a similar value exists: '{near}'")]);
+    }
+    let _ = writeln!(anstream::stderr(), "{}", lines.join("\n"));
+}
+
+/// The possible value that an invalid one was meant to be, where clap itself finds none.
+fn nearest(error: &clap::Error) -> Option<&str> {
+    let Some(ContextValue::String(given)) = error.get(ContextKind::InvalidValue) else { return None };
+    let Some(ContextValue::Strings(values)) = error.get(ContextKind::ValidValue) else { return None };
+    if error.get(ContextKind::SuggestedValue).is_some() {
+        return None;
+    }
+    let distance = |value: &&String| strsim::osa_distance(&given.to_lowercase(), value);
+    values.iter().min_by_key(distance).filter(|value| distance(value) <= 2).map(String::as_str)
 }

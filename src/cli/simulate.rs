@@ -33,12 +33,15 @@ pub(super) fn run(args: &SimulateArgs, style: &Style) -> Result<Outcome> {
     for facts in SignalFacts::of(&clean, band) {
         let Some(response) = facts.response else { continue };
         let unit = facts.quantity.unit();
-        let settled = response.settling_time_s.map_or_else(|| "does not settle".to_owned(), |t| {
-            format!("settled ({} %) from {} s on", args.band.settling_band, significant(t, 5))
-        });
+        let settled = response.settling_time_s.map_or_else(
+            || "does not settle".to_owned(),
+            |t| format!("settled ({} %) from {} s on", args.band.settling_band, significant(t, 5)),
+        );
         style.note(&format!(
             "{} without noise: peak {} {unit} at {} s, steady state {} {unit}, {settled}",
-            facts.quantity, significant(response.peak, 7), significant(response.peak_time_s, 5),
+            facts.quantity,
+            significant(response.peak, 7),
+            significant(response.peak_time_s, 5),
             significant(response.steady_state, 7),
         ));
     }

@@ -1,7 +1,7 @@
 //! What the processor can do: its feature levels and its name.
 
 /// A feature level that the kernels are compiled for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
     /// What every processor of the target has.
     Portable,

@@ -6,6 +6,8 @@
 //!
 //! Plain arrays, compiled once per feature level by `multiversion`; no intrinsics.
 
+#![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
+
 use super::{Problem, Signals, Span};
 use crate::motor::{StepMaps, step_maps};
 use multiversion::multiversion;
@@ -89,12 +91,10 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
     let uniform = signals.step_index.is_empty();
     // Irregular recordings have a table of maps; a regular one, the rule, needs no allocation.
     let first = step_maps(parameters, signals.step_s[0], method);
-    let table: Vec<StepMaps<L>> = if uniform {
-        Vec::new()
-    } else {
-        signals.step_s.iter().map(|&h| step_maps(parameters, h, method)).collect()
-    };
-    let mut lanes = Lanes { x: signals.initial.map(|x| [x; L]), sums: [[0.0; L]; 2], phi: phi(&first), gain: first.torque };
+    let table: Vec<StepMaps<L>> =
+        if uniform { Vec::new() } else { signals.step_s.iter().map(|&h| step_maps(parameters, h, method)).collect() };
+    let mut lanes =
+        Lanes { x: signals.initial.map(|x| [x; L]), sums: [[0.0; L]; 2], phi: phi(&first), gain: first.torque };
     let (mut totals, mut summed) = ([[0.0; L]; 2], 0);
     for span in &signals.spans {
         let maps = if uniform { &first } else { &table[usize::from(span.step)] };
@@ -182,7 +182,8 @@ fn step<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: b
     for lane in 0..L {
         sum_i[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_i[lane], measured[0] - i[lane], weight[0]);
         sum_w[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_w[lane], measured[1] - w[lane], weight[1]);
-        let next = multiply_add::<FMA>(phi[0][lane], i[lane], multiply_add::<FMA>(phi[1][lane], w[lane], gain[0][lane]));
+        let next =
+            multiply_add::<FMA>(phi[0][lane], i[lane], multiply_add::<FMA>(phi[1][lane], w[lane], gain[0][lane]));
         w[lane] = multiply_add::<FMA>(phi[2][lane], i[lane], multiply_add::<FMA>(phi[3][lane], w[lane], gain[1][lane]));
         i[lane] = next;
     }

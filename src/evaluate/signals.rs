@@ -148,8 +148,9 @@ impl Signals {
                 _ => self.spans.push(here),
             }
         }
-        if self.initial == [0.0; 2] {
-            let quiet = |span: &Span| span.voltage == [0.0; 2] && span.torque == 0.0;
+        let zero = |values: &[f64]| values.iter().all(|v| *v == 0.0);
+        if zero(&self.initial) {
+            let quiet = |span: &Span| zero(&span.voltage) && span.torque == 0.0;
             let leading = self.spans.iter().take_while(|span| quiet(span)).count();
             self.first_active = self.spans.get(leading).map_or(self.len(), |span| span.start);
             self.spans.drain(..leading);

@@ -21,7 +21,7 @@ impl Simd {
     /// At a feature level of this machine; one that it lacks becomes the best that it has.
     #[must_use]
     pub fn at(level: Level) -> Self {
-        Self { level: level.min(Level::best()) }
+        Self { level: if level.is_available() { level } else { Level::best() } }
     }
 
     /// The feature level.

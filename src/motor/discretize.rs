@@ -129,8 +129,7 @@ fn halvings_needed(m: [f64; 4]) -> u32 {
     let half_trace = 0.5 * (m[0] + m[3]);
     let determinant = m[0] * m[3] - m[1] * m[2];
     let discriminant = half_trace * half_trace - determinant;
-    let radius =
-        if discriminant < 0.0 { determinant.sqrt() } else { half_trace.abs() + discriminant.sqrt() };
+    let radius = if discriminant < 0.0 { determinant.sqrt() } else { half_trace.abs() + discriminant.sqrt() };
     if !radius.is_finite() || radius <= 1.0 {
         return 0;
     }

@@ -16,7 +16,7 @@ pub use simulate::{Drive, Trajectory, simulate, walk};
 pub use space::{Axis, Scope, Space};
 
 /// A parameter of the motor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Parameter {
     /// Resistance of the armature.

@@ -150,8 +150,12 @@ fn overlap(a: Scope, b: Scope) -> bool {
 fn check_bounds(axis: &Axis) -> Result<()> {
     let Axis { parameter, min, max, .. } = *axis;
     let symbol = parameter.symbol();
-    let remedy = format!("Give MIN:MAX in {} with 0 < MIN < MAX, for example {symbol}={}:{}.", parameter.unit(),
-        parameter.table2().0, parameter.table2().1);
+    let remedy = format!(
+        "Give MIN:MAX in {} with 0 < MIN < MAX, for example {symbol}={}:{}.",
+        parameter.unit(),
+        parameter.table2().0,
+        parameter.table2().1
+    );
     if !(min.is_finite() && max.is_finite()) {
         return Err(Error::usage(format!("the bounds of {symbol}, {min}:{max}, are not finite"), remedy));
     }

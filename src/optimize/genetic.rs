@@ -61,13 +61,19 @@ impl Genetic {
     fn parents(&mut self) -> Vec<f64> {
         // A cost of zero is the fitness of the smallest cost that has one.
         let fitness = self.costs.iter().map(|cost| 1.0 / cost.max(1e-300));
-        let mut wheel: Vec<f64> = fitness.scan(0.0, |sum, f| { *sum += f; Some(*sum) }).collect();
+        let mut wheel: Vec<f64> = fitness
+            .scan(0.0, |sum, f| {
+                *sum += f;
+                Some(*sum)
+            })
+            .collect();
         let mut total = wheel.last().copied().unwrap_or(0.0);
         if !(total > 0.0 && total.is_finite()) {
             // All diverged: everybody has the same chance.
             wheel = (1..=self.costs.len()).map(|n| n as f64).collect();
             total = self.costs.len() as f64;
         }
+        #[expect(clippy::cast_possible_truncation, reason = "a share of the population")]
         let wanted = (self.options.pressure * self.costs.len() as f64).round().max(1.0) as usize;
         let mut parents = Vec::with_capacity(wanted * self.population.width());
         for _ in 0..wanted {

@@ -63,18 +63,23 @@ impl Run {
     }
 }
 
+/// Evaluates the populations of all runs and writes their costs, run after run.
+pub type Evaluate<'a> = dyn FnMut(&[Candidates<'_>], &mut [f64]) -> Result<()> + 'a;
+
+/// Sees every finished generation and may end the search.
+pub type Observe<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + 'a;
+
 /// Takes all runs through `generations` generations.
 ///
-/// `evaluate` gets the populations of all runs and writes their costs, run after run; `observe` sees every finished
-/// generation and may end the search, whose best is then kept.
+/// Where `observe` ends the search, the best so far is kept.
 ///
 /// # Errors
 /// What `evaluate` returns.
 pub fn minimize(
     runs: &mut [Run],
     generations: usize,
-    evaluate: &mut dyn FnMut(&[Candidates<'_>], &mut [f64]) -> Result<()>,
-    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    evaluate: &mut Evaluate<'_>,
+    observe: &mut Observe<'_>,
 ) -> Result<Stop> {
     let mut costs = Vec::new();
     for generation in 1..=generations {

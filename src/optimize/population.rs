@@ -56,7 +56,7 @@ impl Setup {
 #[derive(Debug, Clone)]
 pub(super) struct Numbers(Xoshiro256PlusPlus);
 
-const UNIT: f64 = 1.0 / (1_u64 << 32) as f64;
+const UNIT53: f64 = 1.0 / (1_u64 << 53) as f64;
 
 impl Numbers {
     pub(super) fn new(seed: u64, run: u64) -> Self {
@@ -68,22 +68,34 @@ impl Numbers {
     /// Uniform in [0, 1), 53 bits.
     #[inline]
     pub(super) fn unit(&mut self) -> f64 {
-        const UNIT: f64 = 1.0 / (1_u64 << 53) as f64;
-        (self.0.next_u64() >> 11) as f64 * UNIT
+        (self.0.next_u64() >> 11) as f64 * UNIT53
     }
 
-    /// Two of them from one draw, 32 bits each: plenty for the random weights of a step.
+    /// Two of them from one draw.
     #[inline]
     pub(super) fn pair(&mut self) -> (f64, f64) {
-        let bits = self.0.next_u64();
-        (f64::from((bits >> 32) as u32) * UNIT, f64::from((bits & 0xffff_ffff) as u32) * UNIT)
+        split(self.0.next_u64())
+    }
+
+    /// Draws that [`split`] turns into pairs.
+    pub(super) fn fill(&mut self, draws: &mut [u64]) {
+        draws.fill_with(|| self.0.next_u64());
     }
 
     /// Uniform in 0..count.
     #[inline]
+    #[expect(clippy::cast_possible_truncation, reason = "the result is below count")]
     pub(super) fn below(&mut self, count: usize) -> usize {
         ((u128::from(self.0.next_u64()) * count as u128) >> 64) as usize
     }
+}
+
+/// Two uniform numbers in [0, 1) from one draw, 32 bits each: plenty for the random weights of a step. The bits become
+/// the mantissa of a number in [1, 2), which vectorizes where a conversion would not.
+#[inline(always)]
+pub(super) fn split(draw: u64) -> (f64, f64) {
+    let unit = |bits: u64| f64::from_bits(0x3ff0_0000_0000_0000 | (bits << 20)) - 1.0;
+    (unit(draw >> 32), unit(draw & 0xffff_ffff))
 }
 
 /// A population in its box with the best candidate that it ever held.

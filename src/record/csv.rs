@@ -152,8 +152,7 @@ fn parse(bytes: &[u8], requests: &[ColumnRequest], wanted: &[Quantity]) -> Resul
         }
     }
     let taken: Vec<usize> = used.iter().map(|u| u.at).collect();
-    source.ignored =
-        (0..headings.len()).filter(|at| !taken.contains(at)).map(|at| headings[at].to_owned()).collect();
+    source.ignored = (0..headings.len()).filter(|at| !taken.contains(at)).map(|at| headings[at].to_owned()).collect();
     let mut samples = Samples::default();
     for (used, signal) in used.into_iter().zip(signals) {
         match used.column.quantity {
@@ -286,8 +285,7 @@ pub fn write_csv(record: &Record) -> String {
     for n in 0..record.len() {
         for (at, (quantity, signal)) in columns.iter().enumerate() {
             let joint = if at == 0 { "" } else { "," };
-            let value =
-                if *quantity == Quantity::Time { (signal[n] * 1e12).round() / 1e12 } else { signal[n] };
+            let value = if *quantity == Quantity::Time { (signal[n] * 1e12).round() / 1e12 } else { signal[n] };
             let _ = write!(text, "{joint}{value}");
         }
         text.push('\n');

@@ -24,8 +24,16 @@ use Quantity::{Current, Speed, Time, Torque, Voltage};
 /// Units and what turns a value in them into SI; the SI unit comes first. Compared in lower case.
 type Units = &'static [(&'static str, f64)];
 const TURN: f64 = std::f64::consts::TAU;
-const TIME: Units =
-    &[("s", 1.0), ("sec", 1.0), ("seconds", 1.0), ("ms", 1e-3), ("msec", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("min", 60.0)];
+const TIME: Units = &[
+    ("s", 1.0),
+    ("sec", 1.0),
+    ("seconds", 1.0),
+    ("ms", 1e-3),
+    ("msec", 1e-3),
+    ("us", 1e-6),
+    ("ns", 1e-9),
+    ("min", 60.0),
+];
 const VOLTAGE: Units = &[("v", 1.0), ("volt", 1.0), ("volts", 1.0), ("mv", 1e-3), ("kv", 1e3)];
 const CURRENT: Units = &[("a", 1.0), ("amp", 1.0), ("amps", 1.0), ("ma", 1e-3), ("ua", 1e-6), ("ka", 1e3)];
 const TORQUE: Units = &[("nm", 1.0), ("mnm", 1e-3), ("ncm", 1e-2), ("knm", 1e3)];
@@ -159,7 +167,9 @@ pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
             "torque" | "load_torque" => Torque,
             "current" => Current,
             "speed" => Speed,
-            other => return Err(Error::usage(format!("\"{}\" is no quantity of a recording", excerpt(other)), EXAMPLE)),
+            other => {
+                return Err(Error::usage(format!("\"{}\" is no quantity of a recording", excerpt(other)), EXAMPLE));
+            }
         };
         if requests.iter().any(|r| r.quantity == quantity) {
             return Err(Error::usage(format!("--columns names {quantity} twice"), "Name each quantity once."));

@@ -66,7 +66,8 @@ mod tests {
     fn numbers_and_what_is_none() {
         assert_eq!(parse_number(" 1,5e-3 ", true), Ok(0.0015));
         assert_eq!(parse_number("-2.5", true), Ok(-2.5));
-        for (cell, comma) in [("", true), ("abc", true), ("1,5", false), ("1.000,5", true), ("NaN", true), ("inf", true)]
+        for (cell, comma) in
+            [("", true), ("abc", true), ("1,5", false), ("1.000,5", true), ("NaN", true), ("inf", true)]
         {
             assert!(parse_number(cell, comma).is_err(), "{cell}");
         }

@@ -14,8 +14,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use std::sync::Arc;
 
 /// All criteria and all scales.
-pub const NORMS: [Norm; 7] =
-    [Norm::Euclidean, Norm::Ise, Norm::Iae, Norm::Itse, Norm::Itae, Norm::Mse, Norm::Nrmse];
+pub const NORMS: [Norm; 7] = [Norm::Euclidean, Norm::Ise, Norm::Iae, Norm::Itse, Norm::Itae, Norm::Mse, Norm::Nrmse];
 pub const SCALES: [Scale; 4] = [Scale::None, Scale::Peak, Scale::Std, Scale::Noise];
 
 /// A criterion; noise σ is given so that noise-free recordings have one.

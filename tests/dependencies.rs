@@ -1,0 +1,73 @@
+//! Proves, without a network: every dependency has a licence that deny.toml allows, comes from crates.io, and is
+//! there in one version, but for those that deny.toml skips. Cargo.lock is up to date.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
+#![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
+
+use serde_json::Value;
+use std::collections::{BTreeMap, BTreeSet};
+use std::process::Command;
+
+/// The packages that the program and the library are built from, on any platform, tests left out.
+fn packages() -> Vec<Value> {
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--offline", "--locked", "--format-version", "1"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let nodes = metadata["resolve"]["nodes"].as_array().unwrap();
+    let root = metadata["resolve"]["root"].as_str().unwrap();
+    let (mut wanted, mut next) = (BTreeSet::new(), vec![root]);
+    while let Some(id) = next.pop() {
+        if wanted.insert(id) {
+            let node = nodes.iter().find(|n| n["id"] == id).unwrap();
+            let normal = node["deps"]
+                .as_array()
+                .unwrap()
+                .iter()
+                .filter(|dep| dep["dep_kinds"].as_array().unwrap().iter().any(|kind| kind["kind"] != "dev"));
+            next.extend(normal.map(|dep| dep["pkg"].as_str().unwrap()));
+        }
+    }
+    let packages = metadata["packages"].as_array().unwrap().iter();
+    packages.filter(|p| wanted.contains(p["id"].as_str().unwrap())).cloned().collect()
+}
+
+fn rules() -> toml::Table {
+    include_str!("../deny.toml").parse().unwrap()
+}
+
+fn strings(value: &toml::Value) -> Vec<String> {
+    value.as_array().unwrap().iter().map(|v| v.as_str().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn licences_are_allowed() {
+    let allowed: Vec<spdx::Licensee> =
+        strings(&rules()["licenses"]["allow"]).iter().map(|l| spdx::Licensee::parse(l).unwrap()).collect();
+    let packages = packages();
+    assert!(packages.len() > 30, "the list of packages is too short to be true");
+    for package in packages {
+        let licence = package["license"].as_str().unwrap_or_else(|| panic!("{} states no licence", package["name"]));
+        let expression = spdx::Expression::parse_mode(licence, spdx::ParseMode::LAX).unwrap();
+        let fine = expression.evaluate(|requirement| allowed.iter().any(|a| a.satisfies(requirement)));
+        assert!(fine, "{} is licensed {licence}, which deny.toml does not allow", package["name"]);
+    }
+}
+
+#[test]
+fn one_version_of_each_from_one_registry() {
+    let skipped = strings(&rules()["bans"]["skip"]);
+    let mut versions: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for package in packages() {
+        let name = package["name"].as_str().unwrap();
+        if let Some(source) = package["source"].as_str() {
+            assert!(source.contains("crates.io"), "{name} comes from {source}");
+        }
+        versions.entry(name.to_owned()).or_default().push(package["version"].to_string());
+    }
+    for (name, versions) in versions {
+        assert!(versions.len() == 1 || skipped.contains(&name), "{name} is there in versions {versions:?}");
+    }
+}
