@@ -435,7 +435,8 @@ fn wrong_usage() {
     identify(&["--noise", "loud"], "--noise");
     identify(&["--columns", "power=x"], "no quantity");
     identify(&["--device", "tpu"], "no device");
-    identify(&["--method", "\u{1b}[31m"], "\\u{1b}");
+    identify(&["--method", "\u{9b}31m"], "\\u{9b}");
+    identify(&["--method", "\u{1b}[31m"], "invalid value");
     for planned in [
         &["--method", "sm"][..],
         &["--method", "auto"],

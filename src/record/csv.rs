@@ -262,6 +262,7 @@ fn column(quantity: Quantity, at: usize, heading: &str, unit: Option<String>) ->
     let unit_named = unit.is_some();
     let unit = unit.unwrap_or_else(|| quantity.unit().to_owned());
     let factor = if unit_named { quantity.check_unit(&unit).map_err(|e| e.in_column(heading))? } else { 1.0 };
+    let unit = unit.replace("rad_s", "rad/s");
     Ok(Used { at, column: Column { quantity, heading: heading.to_owned(), unit, unit_named }, factor })
 }
 

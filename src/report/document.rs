@@ -146,6 +146,8 @@ pub struct SignalFacts {
     pub noise_sigma: f64,
     /// Peak, settling and steady state of a response; `None` for inputs.
     pub response: Option<crate::motor::Response>,
+    /// Whether noise leaves the band of the settling time, so that there is none to be seen.
+    pub settling_hidden: bool,
 }
 
 impl SignalFacts {
@@ -162,6 +164,12 @@ impl SignalFacts {
         let facts = |(quantity, signal): (Quantity, Option<&Vec<f64>>)| {
             let signal = signal?;
             let output = matches!(quantity, Quantity::Current | Quantity::Speed);
+            let mut response = if output { response(&samples.time_s, signal, band) } else { None };
+            let noise_sigma = noise_sigma(signal);
+            let settling_hidden = response.is_some_and(|r| 3.0 * noise_sigma > band * r.steady_state.abs());
+            if let (Some(response), true) = (&mut response, settling_hidden) {
+                response.settling_time_s = None;
+            }
             Some(Self {
                 quantity,
                 min: signal.iter().copied().fold(f64::INFINITY, f64::min),
@@ -169,8 +177,9 @@ impl SignalFacts {
                 mean: mean(signal),
                 rms: rms(signal),
                 std: standard_deviation(signal),
-                noise_sigma: noise_sigma(signal),
-                response: if output { response(&samples.time_s, signal, band) } else { None },
+                noise_sigma,
+                response,
+                settling_hidden,
             })
         };
         signals.into_iter().filter_map(facts).collect()
