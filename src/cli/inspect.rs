@@ -70,8 +70,11 @@ fn text(record: &Record, band: f64) -> String {
     for facts in &facts {
         let Some(response) = facts.response else { continue };
         let unit = facts.quantity.unit();
-        let settled =
-            response.settling_time_s.map_or_else(|| "not settled".to_owned(), |t| format!("settled from {t} s on"));
+        let settled = match response.settling_time_s {
+            Some(time) => format!("settled from {} s on", significant(time, 5)),
+            None if facts.settling_hidden => "noise hides when it settles".to_owned(),
+            None => "not settled".to_owned(),
+        };
         let overshoot = response.overshoot_percent.map_or_else(String::new, |p| format!(" ({p:.1} % over)"));
         let _ = writeln!(
             text,
