@@ -7,7 +7,7 @@ pub enum Level {
     Portable,
     /// AVX2 with FMA.
     Avx2,
-    /// AVX-512 (F, BW, CD, DQ, VL).
+    /// AVX-512 as since Ice Lake and Zen 4; earlier processors lower their clock for it and take AVX2.
     Avx512,
 }
 
@@ -25,13 +25,17 @@ impl Level {
             match self {
                 Self::Portable => true,
                 Self::Avx2 => avx2(),
+                // What `multiversion` asks for whenever a target names AVX-512.
                 Self::Avx512 => {
                     avx2()
-                        && has!("avx512f")
-                        && has!("avx512bw")
-                        && has!("avx512cd")
-                        && has!("avx512dq")
-                        && has!("avx512vl")
+                        && (has!("avx512f")
+                            && has!("avx512bw")
+                            && has!("avx512cd")
+                            && has!("avx512dq")
+                            && has!("avx512vl"))
+                        && (has!("avx512ifma") && has!("avx512vbmi") && has!("avx512vbmi2") && has!("avx512vnni"))
+                        && (has!("avx512bitalg") && has!("avx512vpopcntdq"))
+                        && (has!("gfni") && has!("vaes") && has!("vpclmulqdq"))
                 }
             }
         }
