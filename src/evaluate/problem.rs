@@ -84,8 +84,7 @@ impl Problem {
     #[must_use]
     #[inline]
     pub(crate) fn scaled(signals: &Signals, sums: [f64; 2]) -> f64 {
-        let channel = |c: usize| if signals.present[c] { signals.factor[c] * (signals.rest[c] + sums[c]) } else { 0.0 };
-        channel(0) + channel(1)
+        signals.factor[0] * (signals.rest[0] + sums[0]) + signals.factor[1] * (signals.rest[1] + sums[1])
     }
 
     /// The cost from the total over all recordings.

@@ -16,8 +16,7 @@ impl Scalar {
     pub fn cost(problem: &Problem, candidate: &[f64]) -> f64 {
         let total = problem.signals().iter().enumerate().map(|(recording, signals)| {
             let sums = sums(problem, signals, candidate, recording);
-            let channel = |c: usize| if signals.present[c] { signals.factor[c] * sums[c] } else { 0.0 };
-            channel(0) + channel(1)
+            signals.factor[0] * sums[0] + signals.factor[1] * sums[1]
         });
         problem.cost(total.sum())
     }

@@ -42,10 +42,10 @@ pub struct Signals {
     pub(crate) torque: Vec<f64>,
     /// Measured current and speed; zeros for a channel that was not measured.
     pub(crate) measured: Vec<[f64; 2]>,
-    pub(crate) present: [bool; 2],
     /// Weights of the errors; empty when all are 1.
     pub(crate) weight: Vec<[f64; 2]>,
-    /// What each channel's sum is multiplied by: its scale and, where weights are empty, the step.
+    /// What each channel's sum is multiplied by: its scale and, where weights are empty, the step; 0 for a channel that
+    /// was not measured.
     pub(crate) factor: [f64; 2],
     pub(crate) initial: [f64; 2],
     /// Samples before this one find the motor at rest without voltage or torque: their state is zero.
@@ -70,7 +70,6 @@ impl Signals {
             voltage: samples.voltage.clone(),
             torque: samples.torque.clone().unwrap_or_default(),
             measured: (0..record.len()).map(|n| measured.map(|m| m.map_or(0.0, |m| m[n]))).collect(),
-            present: measured.map(|m| m.is_some()),
             weight: Vec::new(),
             factor: [0.0; 2],
             initial: initial_state(record, initial),

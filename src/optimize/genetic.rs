@@ -132,3 +132,48 @@ impl Optimizer for Genetic {
         self.population.best()
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, clippy::cast_possible_truncation, reason = "exact equality is meant")]
+mod tests {
+    use super::*;
+
+    fn run(options: GeneticOptions) -> (Vec<f64>, Vec<f64>) {
+        let setup = Setup { bounds: vec![(0.0, 1.0); 4], population: 1000, generations: 3, seed: 5, run: 0 };
+        let mut ga = Genetic::new(setup, options).unwrap();
+        let first = ga.ask().values().to_vec();
+        // Agent 7 is ten times as fit as each of the others.
+        let costs: Vec<f64> = (0..1000).map(|n| if n == 7 { 0.1 } else { 1.0 }).collect();
+        ga.tell(&costs);
+        let second = ga.ask().values().to_vec();
+        (first, second)
+    }
+
+    #[test]
+    fn the_elite_survives_and_children_are_made_of_parents() {
+        let (first, second) = run(GeneticOptions { mutation: 0.0, ..GeneticOptions::default() });
+        assert_eq!(second[..4], first[28..32], "the best comes first, unchanged");
+        let mut mixed = 0;
+        for child in second[4..].chunks(4) {
+            let parent = |axis: usize| first.chunks(4).position(|p| p[axis] == child[axis]).unwrap();
+            let parents = [0, 1, 2, 3].map(parent);
+            let changes = parents.windows(2).filter(|w| w[0] != w[1]).count();
+            assert!(changes <= 1, "one crossover point: {parents:?}");
+            mixed += changes;
+        }
+        assert!(mixed > 900, "all but the children of twice the same parent are mixed: {mixed}");
+    }
+
+    #[test]
+    fn roulette_and_mutation_have_their_rates() {
+        let (first, second) = run(GeneticOptions { crossover: 0.0, ..GeneticOptions::default() });
+        let genes = second[4..].iter().zip(first.iter().cycle());
+        let fresh = genes.filter(|(gene, _)| !first.contains(gene)).count() as f64 / (4.0 * 999.0);
+        // Binomial: 0.2 ± 4 √(0.2·0.8/3996).
+        assert!((fresh - 0.2).abs() < 0.026, "{fresh}");
+        let favourite = second.chunks(4).filter(|c| (0..4).any(|axis| c[axis] == first[28 + axis])).count();
+        // 300 draws for parents hit agent 7 with 10/1009 each, three expected; a child has one of 300 parents. Far
+        // more than the one in 1000 of a fair wheel, far fewer than all.
+        assert!((2..60).contains(&favourite), "{favourite}");
+    }
+}

@@ -138,3 +138,39 @@ impl Optimizer for Gwo {
         self.population.best()
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, clippy::cast_possible_truncation, reason = "exact equality is meant")]
+mod tests {
+    use super::*;
+
+    /// Bits of a draw whose pair is (r1, r2), multiples of 2^-32.
+    fn draw(r1: f64, r2: f64) -> u64 {
+        let bits = |r: f64| (r * 4_294_967_296.0) as u64;
+        bits(r1) << 32 | bits(r2)
+    }
+
+    #[test]
+    fn one_move_is_equation_10() {
+        // By hand, a = 1.5, X = 2, leaders 1, 3, 4. r = (0.75, 0.25): A = 0.75, C = 0.5, D = |0.5 − 2| = 1.5,
+        // X1 = 1 − 1.125. r = (0.25, 0.5): A = −0.75, C = 1, D = |3 − 2| = 1, X2 = 3 + 0.75. r = (0.5, 0.75): A = 0,
+        // X3 = 4. The mean of −0.125, 3.75 and 4.
+        let gene = |max| Gene { bounds: (-10.0, max), leaders: [1.0, 3.0, 4.0] };
+        let draws = [[draw(0.75, 0.25), draw(0.25, 0.5), draw(0.5, 0.75)]; 2];
+        let mut values = [2.0, 2.0];
+        move_towards_leaders(1.5, &[gene(10.0), gene(2.25)], &draws, &mut values);
+        assert!((values[0] - 7.625 / 3.0).abs() < 1e-15, "{values:?}");
+        assert!((values[1] - 2.25).abs() < 1e-15, "clamped to the box");
+    }
+
+    #[test]
+    fn leaders_demote() {
+        let setup = Setup { bounds: vec![(0.0, 1.0)], population: 4, generations: 2, seed: 1, run: 0 };
+        let mut gwo = Gwo::new(setup, GwoOptions::default()).unwrap();
+        gwo.tell(&[4.0, 2.0, 3.0, 9.0]);
+        let costs = |gwo: &Gwo| gwo.leaders.iter().map(|l| l.cost as i32).collect::<Vec<_>>();
+        assert_eq!(costs(&gwo), [2, 3, 4]);
+        gwo.tell(&[f64::NAN, 1.0, 8.0, 8.0]);
+        assert_eq!(costs(&gwo), [1, 2, 3], "a new best pushes alpha to beta and beta to delta");
+    }
+}

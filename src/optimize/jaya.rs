@@ -112,3 +112,30 @@ impl Optimizer for Jaya {
         self.trial.best()
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, clippy::cast_possible_truncation, reason = "exact equality is meant")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_move_is_equation_12_and_greedy() {
+        let setup = Setup { bounds: vec![(-100.0, 100.0)], population: 3, generations: 3, seed: 5, run: 0 };
+        let mut jaya = Jaya::new(setup.clone(), JayaOptions::default()).unwrap();
+        let first = jaya.ask().values().to_vec();
+        jaya.tell(&[2.0, 1.0, 3.0]);
+        let (r1, r2) = {
+            let mut numbers = Population::new(setup).unwrap().numbers;
+            numbers.pair()
+        };
+        let second = jaya.ask().values().to_vec();
+        for (x, moved) in first.iter().zip(&second) {
+            let expected = x + r1 * (first[1] - x.abs()) - r2 * (first[2] - x.abs());
+            assert!((moved - expected.clamp(-100.0, 100.0)).abs() < 1e-12, "{moved} {expected}");
+        }
+        // The first agent gets worse and stays; the second stays as good and moves; the third improves and moves.
+        jaya.tell(&[2.5, 1.0, 0.5]);
+        assert_eq!(jaya.kept, [first[0], second[1], second[2]]);
+        assert_eq!(jaya.costs, [2.0, 1.0, 0.5]);
+    }
+}
