@@ -10,7 +10,6 @@ use motorfit::identify::{IdentifySpec, Method, identify};
 use motorfit::motor::Space;
 use motorfit::optimize::{GeneticOptions, GwoOptions, JayaOptions, Setup, Sharing};
 use std::hint::black_box;
-use std::ops::ControlFlow;
 use support::m2_record;
 
 fn updates(criterion: &mut Criterion) {
@@ -44,7 +43,7 @@ fn whole_run(criterion: &mut Criterion) {
     for threads in [1, rayon::current_num_threads()] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         criterion.bench_function(&format!("identify, gwo 100x100, {threads} threads"), |b| {
-            let run = || identify(&records, &spec, &mut |_| ControlFlow::Continue(())).unwrap().cost;
+            let run = || identify(&records, &spec).unwrap().cost;
             pool.install(|| b.iter(run));
         });
     }

@@ -40,6 +40,12 @@ impl<'a> Candidates<'a> {
         self.values
     }
 
+    /// Candidates `from..to`.
+    #[must_use]
+    pub fn rows(&self, from: usize, to: usize) -> Self {
+        Self { values: &self.values[from * self.width..to * self.width], width: self.width }
+    }
+
     /// One candidate.
     #[must_use]
     pub fn row(&self, row: usize) -> &'a [f64] {

@@ -50,8 +50,32 @@ pub struct Criterion {
     pub scale: Scale,
     /// From when time counts in ITSE and ITAE \[s\]; `None` is the start of the recording. Samples before weigh 0.
     pub time_origin_s: Option<f64>,
-    /// Noise σ of current \[A\] and speed \[rad/s\] for [`Scale::Noise`]; `None` is estimated from the recording.
-    pub noise: [Option<f64>; 2],
+    /// The noise for [`Scale::Noise`].
+    pub noise: Noise,
+}
+
+/// The noise of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Noise {
+    /// Estimated from each signal.
+    #[default]
+    Estimated,
+    /// σ of current \[A\] and speed \[rad/s\]; `None` is estimated.
+    Sigma([Option<f64>; 2]),
+    /// `rms·10^(−dB/20)` of each signal.
+    Decibels(f64),
+}
+
+impl Noise {
+    /// σ of channel `channel` (0 current, 1 speed).
+    #[must_use]
+    pub fn sigma(&self, channel: usize, signal: &[f64]) -> f64 {
+        match self {
+            Self::Estimated => noise_sigma(signal),
+            Self::Sigma(sigma) => sigma[channel].unwrap_or_else(|| noise_sigma(signal)),
+            Self::Decibels(decibels) => rms(signal) * 10f64.powf(-decibels / 20.0),
+        }
+    }
 }
 
 /// The largest cost that counts as one: beyond it, or without a number, a candidate has diverged and costs +∞.
@@ -110,7 +134,7 @@ impl Criterion {
             Scale::None => 1.0,
             Scale::Peak => measured.iter().fold(0.0, |peak: f64, v| peak.max(v.abs())),
             Scale::Std => standard_deviation(measured),
-            Scale::Noise => self.noise[channel].unwrap_or_else(|| noise_sigma(measured)),
+            Scale::Noise => self.noise.sigma(channel, measured),
         }
     }
 }

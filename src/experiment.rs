@@ -1,6 +1,6 @@
 //! Simulated experiments: an excitation, a motor at rest, white noise on what is measured.
 
-use crate::criterion::rms;
+use crate::criterion::Noise;
 use crate::motor::{Discretization, Drive, Parameters, simulate};
 use crate::record::{Record, SAMPLES_MAX, Samples};
 use crate::{Error, Result};
@@ -90,10 +90,11 @@ pub fn with_noise(record: &Record, sigma: [f64; 2], seed: u64) -> Result<Record>
     Record::new(samples)
 }
 
-/// Noise σ per channel for a ratio in dB to the rms of the signal, `rms·10^(−dB/20)`; 0 for a missing channel.
+/// σ of both channels of a recording; 0 for a missing channel.
 #[must_use]
-pub fn noise_at(record: &Record, decibels: f64) -> [f64; 2] {
-    record.measured().map(|signal| signal.map_or(0.0, rms) * 10f64.powf(-decibels / 20.0))
+pub fn noise_of(record: &Record, noise: Noise) -> [f64; 2] {
+    let measured = record.measured();
+    [0, 1].map(|channel| measured[channel].map_or(0.0, |signal| noise.sigma(channel, signal)))
 }
 
 /// What drives the motor in a recording, as [`simulate`] takes it.

@@ -8,7 +8,7 @@ use crate::criterion::{Criterion, mean};
 use crate::evaluate::{Batch, Evaluator, Group, Initial, Model, Problem, Scalar, Simd};
 use crate::motor::{Parameter, Parameters, Scope, Space, simulate};
 use crate::optimize::{
-    Genetic, GeneticOptions, Gwo, GwoOptions, Jaya, JayaOptions, Optimizer, Progress, Random, Run, Setup, Stop,
+    Budget, Genetic, GeneticOptions, Gwo, GwoOptions, Jaya, JayaOptions, Optimizer, Progress, Random, Run, Setup, Stop,
     minimize,
 };
 use crate::record::Record;
@@ -128,11 +128,21 @@ pub struct Identification {
 
 /// Identifies one motor from one or more recordings (several: one joint fit).
 ///
-/// `observe` sees every generation and may end the search, whose best is then returned.
+/// # Errors
+/// As [`identify_with`].
+pub fn identify(records: &[Record], spec: &IdentifySpec) -> Result<Identification> {
+    identify_with(records, spec, &mut |_| ControlFlow::Continue(()))
+}
+
+/// Candidate-steps between two questions to the observer: some tenth of a second.
+const SLICE_STEPS: usize = 500_000_000;
+
+/// Like [`identify`], watched: `observe` sees every generation and may end the search, whose best is then returned.
 ///
 /// # Errors
-/// `Usage` for a spec that cannot be; `NotIdentified` when a signal is constant or every candidate diverges.
-pub fn identify(
+/// `Usage` for a spec that cannot be; `NotIdentified` when a signal is constant, nothing drives the motor, nothing
+/// counts in the criterion, there are fewer measured values than parameters, or every candidate diverges.
+pub fn identify_with(
     records: &[Record],
     spec: &IdentifySpec,
     observe: &mut (dyn FnMut(&Progress) -> ControlFlow<()> + Send),
@@ -153,6 +163,7 @@ fn search(
 ) -> Result<Identification> {
     let started = Instant::now();
     let problem = Arc::new(Problem::new(records, spec.model, spec.space.clone(), spec.criterion)?);
+    check_determined(records, &problem)?;
     let &IdentifySpec { population, generations, seed, .. } = spec;
     let setup = Setup { bounds: spec.space.bounds(), population, generations, seed, run: 0 };
     let mut runs = [Run::new(spec.method.optimizer(setup)?)];
@@ -162,17 +173,19 @@ fn search(
             populations.iter().map(|&candidates| Group { problem: &problem, candidates, reference: None }).collect();
         evaluator.evaluate(&Batch { groups: &groups }, costs)
     };
-    let stop = minimize(&mut runs, generations, &mut evaluate, observe)?;
+    let budget = Budget { generations, slice: (SLICE_STEPS / problem.active().max(1)).max(1) };
+    let stop = minimize(&mut runs, budget, &mut evaluate, observe)?;
     let [run] = runs;
-    let Some(best) = run.optimizer.best() else {
-        return Err(Error::new(
-            ErrorKind::NotIdentified,
+    let best = run.optimizer.best().filter(|best| Scalar::cost(&problem, best.values).is_finite());
+    let Some(best) = best else {
+        return Err(not_identified(
             format!("all {} candidates diverge", run.evaluations),
             "Check the units of the recording and --bounds; --discretization zoh cannot diverge by itself.",
         ));
     };
     let parameters = problem.parameters(best.values, 0);
     let cost = Scalar::cost(&problem, best.values);
+    let fit_percent = fit_percent(records, &problem, best.values);
     let mut warnings = warnings_of(records, spec);
     warnings.extend(spec.space.free().iter().filter_map(|axis| at_bound(spec, axis.parameter, &parameters)).map(
         |(parameter, side)| Warning {
@@ -180,10 +193,11 @@ fn search(
             message: format!("{} ended at its {side} bound; widen it with --bounds", parameter.symbol()),
         },
     ));
+    warnings.extend(poor_fit(fit_percent));
     Ok(Identification {
         parameters,
         cost,
-        fit_percent: fit_percent(records, &problem, best.values),
+        fit_percent,
         warnings,
         stop,
         evaluations: run.evaluations,
@@ -193,12 +207,59 @@ fn search(
     })
 }
 
-/// The bound, `min` or `max`, that a free parameter ended at: nearer to it than 1e-4 of the range.
+fn not_identified(message: impl Into<String>, remedy: impl Into<String>) -> Error {
+    Error::new(ErrorKind::NotIdentified, message, remedy)
+}
+
+/// Whether the recordings and the criterion leave anything to be found at all.
+fn check_determined(records: &[Record], problem: &Problem) -> Result<()> {
+    let values: usize =
+        records.iter().zip(problem.signals()).map(|(r, s)| s.active() * r.measured().iter().flatten().count()).sum();
+    let free = problem.space().free().len();
+    if values == 0 {
+        return Err(not_identified(
+            "nothing drives the motor: voltage and load torque are zero throughout and it starts at rest",
+            "Record while the voltage changes.",
+        ));
+    }
+    if values <= free {
+        return Err(not_identified(
+            format!("{values} measured values under voltage for {free} free parameters"),
+            "Record longer or faster, or hold parameters with --fix.",
+        ));
+    }
+    if !problem.has_weight() {
+        return Err(not_identified(
+            "no sample counts: --time-origin is at or after the end of the recording",
+            "Give --time-origin in seconds from the start of the recording.",
+        ));
+    }
+    Ok(())
+}
+
+/// A fit below this is none.
+const POOR_FIT_PERCENT: f64 = 50.0;
+
+fn poor_fit(fit_percent: [Option<f64>; 2]) -> Option<Warning> {
+    let poor = |(name, fit): (&str, Option<f64>)| {
+        fit.filter(|fit| *fit < POOR_FIT_PERCENT).map(|fit| format!("{name} {} %", significant(fit, 3)))
+    };
+    let list: Vec<String> = ["current", "speed"].into_iter().zip(fit_percent).filter_map(poor).collect();
+    (!list.is_empty()).then(|| Warning {
+        code: "poor_fit",
+        message: format!(
+            "the model does not fit ({}): do not use these parameters; check columns, units and signs, and --bounds",
+            list.join(", ")
+        ),
+    })
+}
+
+/// The bound, `min` or `max`, that a free parameter ended at: nearer to it than 1e-4 of the range and 1 % of itself.
 #[must_use]
 pub fn at_bound(spec: &IdentifySpec, parameter: Parameter, found: &Parameters) -> Option<(Parameter, &'static str)> {
     let axis = spec.space.free().iter().find(|axis| axis.parameter == parameter && axis.scope == Scope::Shared)?;
     let (value, near) = (found.get(parameter), 1e-4 * (axis.max - axis.min));
-    let side = if value - axis.min <= near {
+    let side = if value - axis.min <= near && value <= 1.01 * axis.min {
         "min"
     } else if axis.max - value <= near {
         "max"
@@ -245,26 +306,7 @@ fn warnings_of(records: &[Record], spec: &IdentifySpec) -> Vec<Warning> {
                 .map(|Warning { code, message }| Warning { code, message: format!("{name}: {message}") }),
         );
     }
-    let speeds_only = records.iter().all(|r| r.measured()[0].is_none());
-    let currents_only = records.iter().all(|r| r.measured()[1].is_none());
-    let free = spec.space.free().len();
-    if speeds_only && free > 3 {
-        warnings.push(Warning {
-            code: "channel_missing",
-            message: format!(
-                "no current: speed alone fixes three combinations of the {free} free parameters; \
-                record the current or hold R and K with --fix"
-            ),
-        });
-    }
-    if currents_only && free > 4 {
-        warnings.push(Warning {
-            code: "channel_missing",
-            message: "no speed: current alone leaves K, B and J free along K : B : J = 1 : 2 : 2; \
-                record the speed or hold K with --fix"
-                .to_owned(),
-        });
-    }
+    warnings.extend(missing_channel(records, spec));
     if spec.model.initial == Initial::Zero && records.iter().flat_map(Record::measured).flatten().any(moves_at_start) {
         warnings.push(Warning {
             code: "initial_state",
@@ -275,37 +317,70 @@ fn warnings_of(records: &[Record], spec: &IdentifySpec) -> Vec<Warning> {
     warnings
 }
 
+fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option<Warning> {
+    let free = spec.space.free();
+    let is_free = |parameter| free.iter().any(|axis| axis.parameter == parameter);
+    let missing = |channel: usize| records.iter().all(|r| r.measured()[channel].is_none());
+    let message = if missing(0) && free.len() > 3 {
+        format!(
+            "no current: speed alone fixes three combinations of the {} free parameters; record the current, or hold \
+             two with --fix, R and K for example",
+            free.len()
+        )
+    } else if missing(1) && [Parameter::K, Parameter::B, Parameter::J].into_iter().all(is_free) {
+        "no speed: current alone leaves K, B and J free along K : B : J = 1 : 2 : 2; record the speed or hold K with \
+         --fix"
+            .to_owned()
+    } else {
+        return None;
+    };
+    Some(Warning { code: "channel_missing", message })
+}
+
 fn moves_at_start(signal: &[f64]) -> bool {
     signal[0].abs() > 0.05 * signal.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()))
 }
+
+/// A period from which on it is doubted \[s\]: a motor moves faster, and a logger in milliseconds is common.
+const PERIOD_DOUBTED_S: f64 = 0.02;
 
 /// What is suspicious about a recording, whatever it is used for.
 #[must_use]
 pub fn record_warnings(record: &Record) -> Vec<Warning> {
     let mut warnings = Vec::new();
+    let mut warn = |code, message| warnings.push(Warning { code, message });
     let (period, jitter) = (record.period_s(), record.steps().jitter);
-    if period > 0.1 {
-        let message = format!(
-            "{period} s between samples is too long for a motor; if the times are milliseconds, name the unit: \
-             --columns time=HEADING:ms"
+    if period >= PERIOD_DOUBTED_S {
+        warn(
+            "period_unit",
+            format!(
+                "{period} s between samples is long for a motor; if the times are milliseconds, name the unit: \
+                 --columns time=HEADING:ms"
+            ),
         );
-        warnings.push(Warning { code: "period_unit", message });
     }
     if jitter > crate::record::TIME_JITTER_UNIFORM && !record.steps().step_index.is_empty() {
-        let message = format!(
-            "steps between samples deviate by up to {} % from the period; each is simulated as it is",
-            significant(100.0 * jitter, 2)
+        let percent = significant(100.0 * jitter, 2);
+        warn(
+            "jitter",
+            format!("steps between samples deviate by up to {percent} % from the period; each is simulated as it is"),
         );
-        warnings.push(Warning { code: "jitter", message });
     }
     let voltage = &record.samples().voltage;
-    if voltage.iter().all(|v| v.to_bits() == voltage[0].to_bits()) {
-        let message = if voltage[0] == 0.0 {
-            "the voltage is zero throughout: nothing drives the motor".to_owned()
-        } else {
-            format!("the voltage is {} V throughout; fine if the motor starts from rest in this recording", voltage[0])
-        };
-        warnings.push(Warning { code: "constant_voltage", message });
+    if voltage.iter().all(|v| v.to_bits() == voltage[0].to_bits()) && voltage[0] != 0.0 {
+        warn(
+            "constant_voltage",
+            format!("the voltage is {} V throughout; fine if the motor starts from rest in this recording", voltage[0]),
+        );
+    }
+    let assumed: Vec<String> = (record.source().columns.iter().filter(|c| !c.unit_named))
+        .map(|c| format!("{} in {}", c.heading, c.unit))
+        .collect();
+    if !assumed.is_empty() {
+        warn("unit_assumed", format!("no unit is named, taken to be {}; name it with --columns", assumed.join(", ")));
+    }
+    if record.source().last_line_open {
+        warn("no_line_end", "the file ends without a line end: its last number may be cut off".to_owned());
     }
     warnings
 }

@@ -14,7 +14,7 @@
 //!
 //! let step = Excitation::step(10.5, 1.0, 3.0, 0.001)?;
 //! let record = simulated(&Parameters::M2, &step, Discretization::Zoh)?;
-//! let found = identify(&[record], &IdentifySpec::default(), &mut |_| std::ops::ControlFlow::Continue(()))?;
+//! let found = identify(&[record], &IdentifySpec::default())?;
 //! assert!((found.parameters.r - Parameters::M2.r).abs() < 0.05);
 //! # Ok::<(), motorfit::Error>(())
 //! ```

@@ -153,12 +153,24 @@ fn every_method_criterion_and_setting_runs() {
         ("--device", "cpu"),
         ("--device", "auto"),
         ("--precision", "f64"),
-        ("--noise", "i=0.01,w=1"),
-        ("--noise", "40dB"),
-        ("--time-origin", "1"),
     ] {
         ok(&["identify", EXAMPLE, flag, value, "--generations", "3"]);
     }
+}
+
+#[test]
+fn noise_and_time_origin_change_the_cost() {
+    let cost = |args: &[&str]| {
+        let all: Vec<&str> =
+            ["identify", EXAMPLE, "--json", "--generations", "2"].iter().chain(args).copied().collect();
+        json(&all)["cost"].as_f64().unwrap()
+    };
+    let noise = |value| cost(&["--scale", "noise", "--noise", value]);
+    // Twice the noise is half the cost; 40 dB is what the example was made with, 12 mA and 1.04 rad/s.
+    assert!((noise("i=0.01,w=1") / noise("i=0.02,w=2") - 2.0).abs() < 1e-9);
+    assert!((noise("40dB") / noise("i=0.012025,w=1.0390") - 1.0).abs() < 0.01);
+    let late = |origin| cost(&["--criterion", "itae", "--time-origin", origin]);
+    assert!(late("2") < late("1") && late("1") < late("0"));
 }
 
 #[test]
@@ -181,6 +193,8 @@ fn bounds_and_held_parameters() {
         (&0.92.into(), &true.into())
     );
     assert_eq!(document["bounds"], serde_json::json!({"L": [0.002, 0.02], "K": [0.005, 0.1], "J": [1e-4, 2e-4]}));
+    let wide = json(&["identify", EXAMPLE, "--json", "--bounds", "B=1e-6:10"]);
+    assert!(wide["parameters"]["B"]["at_bound"].is_null(), "far from its minimum on its own scale");
     let tight = json(&["identify", EXAMPLE, "--json", "--bounds", "R=0.1:0.5"]);
     assert_eq!(tight["parameters"]["R"]["at_bound"], "max");
     assert!(tight["warnings"].as_array().unwrap().iter().any(|w| w["code"] == "at_bound"));
@@ -405,6 +419,104 @@ fn a_suspicious_period_is_pointed_out() {
 }
 
 #[test]
+fn what_cannot_be_identified_is_said() {
+    let folder = Folder::new();
+    let head = "time_s,voltage_V,current_A,speed_rad_s\n";
+    let rows = |voltage: f64| -> String {
+        (0..200)
+            .map(|n| format!("{},{voltage},{},{}\n", 0.001 * f64::from(n), (0.5 * f64::from(n)).sin(), n % 7))
+            .collect()
+    };
+    let still = folder.file("still.csv", format!("{head}{}", rows(0.0)));
+    fails(&["identify", &still, "--initial", "zero"], 4, "nothing drives the motor");
+    let short = folder.file("short.csv", format!("{head}0,1,0,0\n0.001,1,0.1,0.1\n"));
+    fails(&["identify", &short], 4, "4 measured values under voltage for 5 free parameters");
+    fails(&["identify", EXAMPLE, "--criterion", "itae", "--time-origin", "100"], 4, "no sample counts");
+    fails(
+        &["identify", &folder.file("far.csv", format!("{head}-1e308,1,0,0\n1e308,1,1,1\n"))],
+        3,
+        "none of a recording",
+    );
+    let nonsense = folder.file("nonsense.csv", format!("{head}{}", rows(5.0)));
+    let document = json(&["identify", &nonsense, "--json"]);
+    assert!(document["warnings"].as_array().unwrap().iter().any(|w| w["code"] == "poor_fit"), "{document}");
+}
+
+#[test]
+fn missing_channels_and_units_are_pointed_out() {
+    let folder = Folder::new();
+    let text = std::fs::read_to_string(EXAMPLE).unwrap();
+    let without = |column: usize| -> String {
+        let cells = |line: &str| {
+            line.split(',').enumerate().filter(|(n, _)| *n != column).map(|(_, c)| c).collect::<Vec<_>>().join(",")
+        };
+        text.lines().map(|line| cells(line) + "\n").collect()
+    };
+    let codes = |args: &[&str]| -> Vec<String> {
+        let all: Vec<&str> = ["identify", "--json", "--generations", "5"].iter().chain(args).copied().collect();
+        json(&all)["warnings"].as_array().unwrap().iter().map(|w| w["code"].as_str().unwrap().to_owned()).collect()
+    };
+    let (speed, current) = (folder.file("speed.csv", without(2)), folder.file("current.csv", without(3)));
+    let missing = "channel_missing".to_owned();
+    assert!(codes(&[&speed]).contains(&missing) && codes(&[&current, "--fix", "R=0.92"]).contains(&missing));
+    assert!(!codes(&[&speed, "--fix", "R=0.92,K=0.0735"]).contains(&missing));
+    assert!(!codes(&[&current, "--fix", "K=0.0735"]).contains(&missing));
+    let bare =
+        folder.file("bare.csv", text.replace("time_s,voltage_V,current_A,speed_rad_s", "t,u,i,omega").trim_end());
+    let found = codes(&[&bare]);
+    assert!(found.contains(&"unit_assumed".to_owned()) && found.contains(&"no_line_end".to_owned()), "{found:?}");
+    let twice = ["identify", EXAMPLE, "--columns", "current=current_A,speed=current_A"];
+    fails(&twice, 3, "named for two quantities");
+    fails(&["identify", EXAMPLE, "--columns", "current=current_A:furlong"], 3, "--columns current=HEADING:UNIT");
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupt_ends_a_generation_too() {
+    let args = ["identify", EXAMPLE, "--json", "--population", "5000000", "--generations", "2", "--progress", "json"];
+    let mut child = motorfit().args(args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut stderr = std::io::BufReader::new(child.stderr.take().unwrap());
+    std::io::BufRead::read_line(&mut stderr, &mut String::new()).unwrap();
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    std::io::copy(&mut stderr, &mut std::io::sink()).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let evaluations = document["evaluations"].as_u64().unwrap();
+    assert!((1..5_000_000).contains(&evaluations), "{evaluations}");
+}
+
+#[test]
+#[cfg(unix)]
+fn simulate_writes_through_links_and_spares_protected_files() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let folder = Folder::new();
+    let target = folder.file("target.csv", "old");
+    std::os::unix::fs::symlink(&target, folder.path("link.csv")).unwrap();
+    let simulate = |out: &str| {
+        run(&[
+            "simulate",
+            "--parameters",
+            "m2",
+            "--input",
+            "step:5@0",
+            "--duration",
+            "1e-10",
+            "--period",
+            "1e-12",
+            "--out",
+            out,
+        ])
+    };
+    assert!(simulate(&folder.path("link.csv")).status.success());
+    assert!(std::fs::symlink_metadata(folder.path("link.csv")).unwrap().is_symlink());
+    assert!(std::fs::read_to_string(&target).unwrap().starts_with("time_s"));
+    ok(&["inspect", &target]);
+    std::fs::set_permissions(&target, std::fs::Permissions::from_mode(0o444)).unwrap();
+    assert_eq!(simulate(&target).status.code(), Some(3));
+}
+
+#[test]
 fn wrong_usage() {
     let identify = |args: &[&str], part: &str| {
         let all: Vec<&str> = ["identify", EXAMPLE].iter().chain(args).copied().collect();
@@ -435,6 +547,12 @@ fn wrong_usage() {
     identify(&["--noise", "loud"], "--noise");
     identify(&["--columns", "power=x"], "no quantity");
     identify(&["--device", "tpu"], "no device");
+    identify(&["--noise", "40dB"], "without --scale noise");
+    identify(&["--time-origin", "1"], "without --criterion itse or itae");
+    identify(&["--fix", "R=1", "--bounds", "R=0.1:1"], "both bounded and held");
+    identify(&["--bounds", "R=0.1:1,R=0.2:1"], "twice");
+    identify(&["--threads", "100000"], "--threads is 100000");
+    identify(&["--population", "150000000"], "does not fit");
     identify(&["--method", "\u{9b}31m"], "\\u{9b}");
     identify(&["--method", "\u{1b}[31m"], "invalid value");
     for planned in [
@@ -474,7 +592,8 @@ fn simulate_refuses_what_cannot_be() {
     simulate(&["--input", "step:10"], 2, "step:VOLTS@SECONDS");
     simulate(&["--input", "step:x@1"], 2, "found \"x\"");
     simulate(&["--input", &folder.path("nowhere.csv")], 3, "cannot be read");
-    simulate(&["--duration", "0"], 2, "positive duration");
+    simulate(&["--input", "step:10.5@0", "--duration", "0"], 2, "positive duration");
+    simulate(&["--duration", "0.5"], 2, "after the end");
     simulate(&["--period", "nan"], 2, "positive period");
     simulate(&["--duration", "1e300"], 2, "steps");
     simulate(&["--noise", "i=-1"], 2, "negative");

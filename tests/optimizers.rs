@@ -11,7 +11,7 @@ use motorfit::criterion::{Criterion, Norm, Scale};
 use motorfit::evaluate::{Batch, Evaluator as _, Group, Model, Problem, Simd};
 use motorfit::identify::Method;
 use motorfit::motor::Parameters;
-use motorfit::optimize::{GeneticOptions, GwoOptions, JayaOptions, Run, Setup, Sharing, Stop, minimize};
+use motorfit::optimize::{Budget, GeneticOptions, GwoOptions, JayaOptions, Run, Setup, Sharing, Stop, minimize};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use support::{criterion, m2_record, problem};
@@ -39,7 +39,10 @@ fn search(method: &Method, problem: &Arc<Problem>, runs: u64, seed: u64) -> Vec<
         let groups: Vec<Group<'_>> = populations.iter().map(group).collect();
         simd.evaluate(&Batch { groups: &groups }, costs)
     };
-    let stop = minimize(&mut runs, 100, &mut evaluate, &mut |_| ControlFlow::Continue(())).unwrap();
+    let stop = minimize(&mut runs, Budget { generations: 100, slice: 1 << 20 }, &mut evaluate, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .unwrap();
     assert_eq!(stop, Stop::BudgetSpent);
     runs.iter()
         .map(|run| {

@@ -47,6 +47,13 @@ fn variants_are_one_recording() {
             3.0 / tau60
         ),
         CANONICAL.replace("0.5,3", " 0.5 , 3.0e0 "),
+        CANONICAL.replace('\n', "\r"),
+        CANONICAL.replace('\n', ";\n"),
+        CANONICAL
+            .replace("speed_rad_s\n", "speed_rad_s,T,speed_ref\n")
+            .replace("0,0,0,0\n", "0,0,0,0,1,1\n")
+            .replace("1.5\n", "1.5,1,1\n")
+            .replace("0.5,3\n", "0.5,3,1,1\n"),
     ];
     for text in &variants {
         let record = read(text).unwrap_or_else(|e| panic!("{e}\n{text}"));
@@ -91,7 +98,7 @@ fn columns_can_be_named() {
         assert!(error.to_string().contains(part), "{error}");
         assert!(!error.remedy().is_empty());
     }
-    let both = CANONICAL.replace("voltage_V", "current_2_A");
+    let both = CANONICAL.replace("voltage_V", "current_1_A").replace("current_A", "current_2_A");
     assert!(read(&both).unwrap_err().to_string().contains("look like current"));
 }
 

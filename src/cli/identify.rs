@@ -6,7 +6,7 @@ use super::progress::Reporter;
 use super::{Outcome, inspect, interrupt, values};
 use motorfit::criterion::{Criterion, Norm, Scale};
 use motorfit::evaluate::{Initial, Model};
-use motorfit::identify::{Identification, IdentifySpec, Method, identify};
+use motorfit::identify::{Identification, IdentifySpec, Method, identify_with};
 use motorfit::motor::{Discretization, Parameter, Space};
 use motorfit::optimize::{GeneticOptions, GwoOptions, JayaOptions, Sharing, Stop};
 use motorfit::record::Record;
@@ -16,16 +16,16 @@ use motorfit::{Error, ErrorKind, Result};
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
 
+/// More threads than any machine has cores help nobody.
+const THREADS_MAX: usize = 1024;
+
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     check_device(&args.device)?;
-    let mut spec = spec(args)?;
+    let spec = spec(args)?;
     let records = inspect::read(&args.records, &args.columns)?;
-    if let Some(values::Noise::Decibels(decibels)) = args.noise.as_deref().map(values::noise).transpose()? {
-        spec.criterion.noise = motorfit::experiment::noise_at(&records[0], decibels).map(Some);
-    }
     interrupt::listen()?;
     let mut reporter = Reporter::new(style);
-    let found = identify(&records, &spec, &mut |progress| {
+    let found = identify_with(&records, &spec, &mut |progress| {
         reporter.show(progress);
         if interrupt::pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
@@ -59,10 +59,7 @@ fn check_device(device: &str) -> Result<()> {
 }
 
 fn spec(args: &IdentifyArgs) -> Result<IdentifySpec> {
-    let noise = match args.noise.as_deref().map(values::noise).transpose()? {
-        Some(values::Noise::Sigma(sigma)) => sigma,
-        _ => [None; 2],
-    };
+    let noise = args.noise.as_deref().map(values::noise).transpose()?.unwrap_or_default();
     let norm = match args.criterion {
         CriterionName::Euclidean => Norm::Euclidean,
         CriterionName::Ise => Norm::Ise,
@@ -89,11 +86,24 @@ fn spec(args: &IdentifyArgs) -> Result<IdentifySpec> {
         InitialName::Zero => Initial::Zero,
         InitialName::Measured => Initial::Measured,
     };
-    if args.threads == Some(0) {
-        return Err(Error::usage("--threads is 0", "Give at least 1, or leave it out for all."));
+    if let Some(threads) = args.threads
+        && !(1..=THREADS_MAX).contains(&threads)
+    {
+        let remedy = format!("Give 1 to {THREADS_MAX}, or leave it out for all.");
+        return Err(Error::usage(format!("--threads is {threads}"), remedy));
     }
     if args.time_origin.is_some_and(|t| !t.is_finite()) {
         return Err(Error::usage("--time-origin is not finite", "Give seconds from the start of the recording."));
+    }
+    if args.noise.is_some() && scale != Scale::Noise {
+        return Err(Error::usage(
+            "--noise has no effect without --scale noise",
+            "Add --scale noise or leave --noise out.",
+        ));
+    }
+    if args.time_origin.is_some() && !matches!(norm, Norm::Itse | Norm::Itae) {
+        let message = "--time-origin has no effect without --criterion itse or itae";
+        return Err(Error::usage(message, "Choose one of them or leave --time-origin out."));
     }
     Ok(IdentifySpec {
         method: method(args)?,

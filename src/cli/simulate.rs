@@ -3,7 +3,8 @@
 use super::args::SimulateArgs;
 use super::output::{Style, data};
 use super::{Outcome, inspect, values};
-use motorfit::experiment::{Excitation, noise_at, simulated, with_noise};
+use motorfit::criterion::Noise;
+use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
 use motorfit::motor::Discretization;
 use motorfit::record::{parse_columns, read_inputs, write_csv};
 use motorfit::report::SignalFacts;
@@ -19,8 +20,9 @@ pub(super) fn run(args: &SimulateArgs, style: &Style) -> Result<Outcome> {
     let clean = simulated(&parameters, &excitation(args)?, Discretization::Zoh)?;
     let sigma = match noise {
         None => [0.0; 2],
-        Some(values::Noise::Decibels(decibels)) => noise_at(&clean, decibels),
-        Some(values::Noise::Sigma(sigma)) => sigma.map(|s| s.unwrap_or(0.0)),
+        // What is not given is not there.
+        Some(Noise::Sigma(sigma)) => sigma.map(|s| s.unwrap_or(0.0)),
+        Some(noise) => noise_of(&clean, noise),
     };
     let record = with_noise(&clean, sigma, args.seed)?;
     let text = write_csv(&record);
@@ -59,6 +61,10 @@ fn excitation(args: &SimulateArgs) -> Result<Excitation> {
         return Err(Error::usage(message, "Write --input step:10.5@1."));
     };
     let (volts, at) = (values::number(volts, "--input")?, values::number(at, "--input")?);
+    if at > args.duration {
+        let message = format!("the step at {at} s is after the end at {} s", args.duration);
+        return Err(Error::usage(message, "Lengthen --duration or step earlier."));
+    }
     Excitation::step(volts, at, args.duration, args.period)
 }
 
@@ -71,9 +77,17 @@ fn write(path: &Path, text: &str) -> Result<()> {
     if path.is_dir() {
         return Err(Error::data("is a folder, expected a file to write", "Name a file in it.").in_file(path));
     }
-    let is_device = path.metadata().is_ok_and(|m| !m.is_file());
-    if is_device {
-        return std::fs::write(path, text).map_err(failed);
+    // A link is written through, a device or pipe written to, a protected file left alone.
+    let resolved = path.canonicalize();
+    let path = resolved.as_deref().unwrap_or(path);
+    match path.metadata() {
+        Ok(metadata) if !metadata.is_file() => return std::fs::write(path, text).map_err(failed),
+        Ok(metadata) if metadata.permissions().readonly() => {
+            return Err(
+                Error::data("is protected against writing", "Choose another file, or allow writing it.").in_file(path)
+            );
+        }
+        _ => {}
     }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut beside = tempfile::Builder::new();

@@ -1,5 +1,6 @@
 //! Values of flags that are small languages of their own: parameters, bounds, noise, settings.
 
+use motorfit::criterion::Noise;
 use motorfit::motor::{Parameter, Parameters};
 use motorfit::text::excerpt;
 use motorfit::{Error, Result};
@@ -65,17 +66,12 @@ pub(super) fn bounds(items: &[String]) -> Result<Vec<(Parameter, f64, f64)>> {
             let message = format!("--bounds: \"{}\" is not MIN:MAX", excerpt(range));
             return Err(Error::usage(message, "Write --bounds R=0.1:1,L=0.001:0.1."));
         };
+        if list.iter().any(|(p, _, _)| *p == parameter) {
+            return Err(Error::usage(format!("--bounds gives {symbol} twice"), "Give each parameter once."));
+        }
         list.push((parameter, number(min, "--bounds")?, number(max, "--bounds")?));
     }
     Ok(list)
-}
-
-/// Noise of current and speed.
-pub(super) enum Noise {
-    /// Ratio of the signal's rms to σ.
-    Decibels(f64),
-    /// σ of current \[A\] and speed \[rad/s\], where given.
-    Sigma([Option<f64>; 2]),
 }
 
 /// `40dB`, or `i=0.05,w=0.5`.

@@ -96,7 +96,12 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
         if uniform { Vec::new() } else { signals.step_s.iter().map(|&h| step_maps(parameters, h, method)).collect() };
     let mut lanes =
         Lanes { x: signals.initial.map(|x| [x; L]), sums: [[0.0; L]; 2], phi: phi(&first), gain: first.torque };
-    let (mut totals, mut summed) = ([[0.0; L]; 2], 0);
+    // A map without numbers has no trajectory, even where nothing drives the motor.
+    let mut totals = [[0.0; L]; 2];
+    for lane in 0..L {
+        totals[0][lane] = 0.0 * first.d.iter().map(|d| d[lane]).sum::<f64>();
+    }
+    let mut summed = 0;
     for span in &signals.spans {
         let maps = if uniform { &first } else { &table[usize::from(span.step)] };
         if !uniform {

@@ -82,5 +82,7 @@ pub trait Evaluator: Send {
     fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()>;
 
     /// What it evaluates on, in words.
-    fn name(&self) -> String;
+    fn name(&self) -> String {
+        "an evaluator of the caller".to_owned()
+    }
 }

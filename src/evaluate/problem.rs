@@ -74,6 +74,13 @@ impl Problem {
         self.signals.iter().map(|s| s.active()).sum()
     }
 
+    /// Whether any error counts: a time origin at the end of a recording leaves none.
+    #[must_use]
+    pub fn has_weight(&self) -> bool {
+        let weighs = |s: &Signals| s.weight.is_empty() || s.weight[s.first_active..].iter().flatten().any(|w| *w > 0.0);
+        self.signals.iter().any(|s| weighs(s))
+    }
+
     /// What a candidate means for one recording.
     #[must_use]
     pub fn parameters(&self, candidate: &[f64], recording: usize) -> Parameters {

@@ -76,8 +76,7 @@ impl Space {
         Self { free: Parameter::ALL.map(axis).to_vec(), fixed: Vec::new() }
     }
 
-    /// Table 2 of the paper with other bounds and held values for some parameters, all shared. The last word on a
-    /// parameter counts; a held parameter needs no bounds.
+    /// Table 2 of the paper with other bounds and held values for some parameters, all shared.
     ///
     /// # Errors
     /// As [`Space::new`].
@@ -86,6 +85,13 @@ impl Space {
         for &(parameter, min, max) in bounds {
             let axis = Axis { parameter, scope: Scope::Shared, min, max };
             check_bounds(&axis)?;
+            if fixed.iter().any(|(held, _)| *held == parameter) {
+                let symbol = parameter.symbol();
+                return Err(Error::usage(
+                    format!("{symbol} is both bounded and held"),
+                    format!("Bound {symbol} or hold it."),
+                ));
+            }
             axes[parameter as usize] = axis;
         }
         axes.retain(|axis| fixed.iter().all(|(parameter, _)| *parameter != axis.parameter));

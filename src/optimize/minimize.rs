@@ -63,43 +63,80 @@ impl Run {
     }
 }
 
-/// Evaluates the populations of all runs and writes their costs, run after run.
+/// Evaluates populations, one for each run (empty where a run has none in this call), and writes their costs, run
+/// after run.
 pub type Evaluate<'a> = dyn FnMut(&[Candidates<'_>], &mut [f64]) -> Result<()> + 'a;
 
 /// Sees every finished generation and may end the search.
 pub type Observe<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + 'a;
 
-/// Takes all runs through `generations` generations.
+/// How far and in what pieces searches go.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Budget {
+    /// Generations, the first population included.
+    pub generations: usize,
+    /// Most candidates in one call of `evaluate`; `observe` is asked after each, so that a search can be ended
+    /// within a generation.
+    pub slice: usize,
+}
+
+/// Takes all runs through the generations of `budget`.
 ///
-/// Where `observe` ends the search, the best so far is kept.
+/// Where `observe` ends the search, the best so far is kept, that of an unfinished generation included.
 ///
 /// # Errors
 /// What `evaluate` returns.
 pub fn minimize(
     runs: &mut [Run],
-    generations: usize,
+    budget: Budget,
     evaluate: &mut Evaluate<'_>,
     observe: &mut Observe<'_>,
 ) -> Result<Stop> {
-    let mut costs = Vec::new();
+    let generations = budget.generations;
+    let (mut costs, mut before) = (Vec::new(), 0);
     for generation in 1..=generations {
         let populations: Vec<Candidates<'_>> = runs.iter_mut().map(|run| run.optimizer.ask()).collect();
         let counts: Vec<usize> = populations.iter().map(Candidates::count).collect();
-        costs.resize(counts.iter().sum(), f64::INFINITY);
-        evaluate(&populations, &mut costs)?;
-        let mut rest = costs.as_slice();
+        let total: usize = counts.iter().sum();
+        costs.clear();
+        costs.resize(total, f64::INFINITY);
+        let (mut done, mut stopped, mut best) = (0, false, f64::INFINITY);
+        while done < total && !stopped {
+            let end = total.min(done + budget.slice.max(1));
+            evaluate(&rows(&populations, done, end), &mut costs[done..end])?;
+            best = costs[done..end].iter().copied().fold(best, f64::min);
+            done = end;
+            let evaluations = before + done as u64;
+            // The last slice is reported with the generation that it ends.
+            stopped = done < total
+                && observe(&Progress { generation: generation - 1, generations, evaluations, cost: best }).is_break();
+        }
+        before += done as u64;
+        let (mut rest, mut left) = (costs.as_slice(), done);
         for (run, count) in runs.iter_mut().zip(counts) {
             let (own, others) = rest.split_at(count);
             run.optimizer.tell(own);
-            run.evaluations += count as u64;
+            run.evaluations += count.min(left) as u64;
             run.history.push(run.cost());
+            left -= count.min(left);
             rest = others;
         }
-        let evaluations = runs.iter().map(|run| run.evaluations).sum();
         let cost = runs.iter().map(Run::cost).fold(f64::INFINITY, f64::min);
-        if observe(&Progress { generation, generations, evaluations, cost }).is_break() {
+        if stopped || observe(&Progress { generation, generations, evaluations: before, cost }).is_break() {
             return Ok(Stop::Interrupted);
         }
     }
     Ok(Stop::BudgetSpent)
+}
+
+/// Rows `from..to` of all populations taken as one table, as parts of each.
+fn rows<'a>(populations: &[Candidates<'a>], from: usize, to: usize) -> Vec<Candidates<'a>> {
+    let mut first = 0;
+    let mut parts = Vec::with_capacity(populations.len());
+    for population in populations {
+        let (start, end) = (from.max(first), to.min(first + population.count()));
+        parts.push(if start < end { population.rows(start - first, end - first) } else { population.rows(0, 0) });
+        first += population.count();
+    }
+    parts
 }

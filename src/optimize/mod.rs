@@ -13,7 +13,7 @@ mod random;
 pub use genetic::{Genetic, GeneticOptions};
 pub use gwo::{Gwo, GwoOptions};
 pub use jaya::{Jaya, JayaOptions, Sharing};
-pub use minimize::{Evaluate, Observe, Progress, Run, Stop, minimize};
+pub use minimize::{Budget, Evaluate, Observe, Progress, Run, Stop, minimize};
 pub use population::Setup;
 pub use random::Random;
 

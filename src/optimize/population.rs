@@ -7,8 +7,8 @@ use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// The most values (agents × axes) of one population.
-const VALUES_MAX: usize = 1 << 30;
+/// The most values (agents × axes) of one population: 1 GiB of them.
+const VALUES_MAX: usize = 1 << 27;
 
 /// What every search is given.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +26,13 @@ pub struct Setup {
 }
 
 impl Setup {
+    fn too_large(&self) -> Error {
+        Error::usage(
+            format!("a population of {} agents does not fit in memory", self.population),
+            format!("Give fewer, at most {}.", VALUES_MAX / self.bounds.len()),
+        )
+    }
+
     pub(super) fn check(&self) -> Result<()> {
         let size = self.population.checked_mul(self.bounds.len());
         if self.bounds.is_empty() || self.bounds.iter().any(|&(a, b)| !(a.is_finite() && b.is_finite() && a <= b)) {
@@ -36,10 +43,7 @@ impl Setup {
             return Err(Error::usage(format!("{which} is 0"), format!("Give --{which} at least 1.")));
         }
         if size.is_none_or(|size| size > VALUES_MAX) {
-            return Err(Error::usage(
-                format!("a population of {} agents does not fit in memory", self.population),
-                format!("Give at most {} agents.", VALUES_MAX / self.bounds.len()),
-            ));
+            return Err(self.too_large());
         }
         let evaluations = (self.population as u64).checked_mul(self.generations as u64);
         if evaluations.is_none_or(|count| count > 1 << 53) {
@@ -114,7 +118,8 @@ impl Population {
     pub(super) fn new(setup: Setup) -> Result<Self> {
         setup.check()?;
         let mut numbers = Numbers::new(setup.seed, setup.run);
-        let mut values = Vec::with_capacity(setup.population * setup.bounds.len());
+        let mut values = Vec::new();
+        values.try_reserve_exact(setup.population * setup.bounds.len()).map_err(|_| setup.too_large())?;
         for _ in 0..setup.population {
             values.extend(setup.bounds.iter().map(|&(min, max)| min + (max - min) * numbers.unit()));
         }

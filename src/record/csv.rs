@@ -4,6 +4,7 @@
 
 use super::heading::{ColumnRequest, Quantity, understand};
 use super::parse::{cells, parse_number};
+use super::time::rounded;
 use super::{Column, Record, SAMPLES_MAX, Samples, Source};
 use crate::text::{excerpt, printable};
 use crate::{Error, Result};
@@ -100,8 +101,11 @@ fn text_of(bytes: &[u8]) -> Result<String> {
             return Err(Error::data(message, "Check that it is CSV with one sample per line.").at_line(n as u64 + 1));
         }
     }
-    // Only headings and comments can hold other letters; a byte that is no UTF-8 (say Latin-1) becomes a mark there.
-    Ok(String::from_utf8_lossy(bytes).into_owned())
+    // Only headings and comments hold other letters than numbers do; what is no UTF-8 is read as Latin-1.
+    let text =
+        std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().map(|&b| char::from(b)).collect(), str::to_owned);
+    // Line ends of old systems.
+    Ok(if text.contains('\n') { text } else { text.replace('\r', "\n") })
 }
 
 /// A column that is used: where it stands and what turns its cells into SI.
@@ -125,7 +129,8 @@ fn parse(bytes: &[u8], requests: &[ColumnRequest], wanted: &[Quantity]) -> Resul
     };
     let separator = separator_of(heading);
     let mut headings = Vec::new();
-    cells(heading, separator, &mut headings);
+    let ended = |line| ended(line, separator);
+    cells(ended(heading), separator, &mut headings);
     if headings.len() > 1 && headings.last().is_some_and(|h| h.is_empty()) {
         headings.pop();
     }
@@ -134,9 +139,10 @@ fn parse(bytes: &[u8], requests: &[ColumnRequest], wanted: &[Quantity]) -> Resul
     let mut source = Source { sha256: Some(hexadecimal(&Sha256::digest(bytes))), ..Source::default() };
     let mut row = Vec::with_capacity(headings.len() + 1);
     let whole = text.ends_with('\n');
+    source.last_line_open = !whole;
     let mut lines = lines.peekable();
     while let Some((line, text)) = lines.next() {
-        cells(text, separator, &mut row);
+        cells(ended(text), separator, &mut row);
         check_count(&row, headings.len(), lines.peek().is_none() && !whole).map_err(|e| e.at_line(line))?;
         for (signal, Used { at, column, factor }) in signals.iter_mut().zip(&used) {
             let value = parse_number(row[*at], separator != ',' || row[*at].contains(',')).map_err(|found| {
@@ -167,9 +173,17 @@ fn parse(bytes: &[u8], requests: &[ColumnRequest], wanted: &[Quantity]) -> Resul
     Ok((samples, source))
 }
 
-/// The separator of the heading: the most frequent; `;` and tab before `,`, which may be a decimal comma.
+/// The separator of the heading: the most frequent, one at the end of the line left out; `;` and tab before `,`,
+/// which may stand inside a name.
 fn separator_of(heading: &str) -> char {
-    [';', '\t', ','].into_iter().find(|&c| heading.contains(c)).unwrap_or(',')
+    let inside = heading.trim().trim_end_matches([';', '\t', ',']);
+    let count = |c: char| inside.matches(c).count();
+    [',', '\t', ';'].into_iter().max_by_key(|&c| count(c)).filter(|&c| count(c) > 0).unwrap_or(',')
+}
+
+/// A line without the `;` that some loggers put at its end though commas separate its cells.
+fn ended(line: &str, separator: char) -> &str {
+    if separator == ';' { line } else { line.trim_end().trim_end_matches(';') }
 }
 
 fn check_count(row: &[&str], expected: usize, cut: bool) -> Result<()> {
@@ -206,7 +220,14 @@ fn choose(headings: &[&str], requests: &[ColumnRequest], wanted: &[Quantity]) ->
         .chain((outputs && !has(Quantity::Current) && !has(Quantity::Speed)).then_some("current_A or speed_rad_s"))
         .collect();
     if missing.is_empty() {
-        return Ok(used);
+        let twice = used.iter().enumerate().find(|(n, u)| used[..*n].iter().any(|other| other.at == u.at));
+        return match twice {
+            None => Ok(used),
+            Some((_, u)) => Err(Error::data(
+                format!("column \"{}\" is named for two quantities", excerpt(&u.column.heading)),
+                "Name a column of its own for each quantity.",
+            )),
+        };
     }
     let numeric = headings.iter().all(|h| parse_number(h, true).is_ok());
     let found: Vec<String> = headings.iter().map(|h| format!("\"{}\"", excerpt(h))).collect();
@@ -244,6 +265,9 @@ fn recognized(headings: &[&str], requests: &[ColumnRequest], quantity: Quantity)
     let is_requested = |heading: &str| {
         requests.iter().any(|r| r.name == heading || r.name.rsplit_once(':').is_some_and(|(name, _)| name == heading))
     };
+    if let Some(at) = headings.iter().position(|h| *h == quantity.canonical() && !is_requested(h)) {
+        return column(quantity, at, headings[at], understand(headings[at]).and_then(|(_, unit)| unit)).map(Some);
+    }
     let mut matches = headings.iter().enumerate().filter_map(|(at, heading)| {
         let (found, unit) = understand(heading)?;
         (found == quantity && !is_requested(heading)).then_some((at, *heading, unit))
@@ -252,7 +276,7 @@ fn recognized(headings: &[&str], requests: &[ColumnRequest], quantity: Quantity)
     if let Some((_, other, _)) = matches.next() {
         return Err(Error::data(
             format!("both \"{}\" and \"{}\" look like {quantity}", excerpt(heading), excerpt(other)),
-            format!("Say which: --columns {quantity}={}.", printable(heading)),
+            format!("Say which: --columns {}={}.", quantity.key(), printable(heading)),
         ));
     }
     column(quantity, at, heading, unit).map(Some)
@@ -273,7 +297,7 @@ fn hexadecimal(bytes: &[u8]) -> String {
     })
 }
 
-/// The canonical CSV of a recording; values keep every digit, times twelve.
+/// The canonical CSV of a recording; values keep every digit, times fifteen (1.009, not 1.0089999999999999).
 #[must_use]
 pub fn write_csv(record: &Record) -> String {
     let samples = record.samples();
@@ -286,7 +310,7 @@ pub fn write_csv(record: &Record) -> String {
     for n in 0..record.len() {
         for (at, (quantity, signal)) in columns.iter().enumerate() {
             let joint = if at == 0 { "" } else { "," };
-            let value = if *quantity == Quantity::Time { (signal[n] * 1e12).round() / 1e12 } else { signal[n] };
+            let value = if *quantity == Quantity::Time { rounded(signal[n], 15) } else { signal[n] };
             let _ = write!(text, "{joint}{value}");
         }
         text.push('\n');

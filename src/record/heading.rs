@@ -27,6 +27,8 @@ const TURN: f64 = std::f64::consts::TAU;
 const TIME: Units = &[
     ("s", 1.0),
     ("sec", 1.0),
+    ("second", 1.0),
+    ("milliseconds", 1e-3),
     ("seconds", 1.0),
     ("ms", 1e-3),
     ("msec", 1e-3),
@@ -35,7 +37,16 @@ const TIME: Units = &[
     ("min", 60.0),
 ];
 const VOLTAGE: Units = &[("v", 1.0), ("volt", 1.0), ("volts", 1.0), ("mv", 1e-3), ("kv", 1e3)];
-const CURRENT: Units = &[("a", 1.0), ("amp", 1.0), ("amps", 1.0), ("ma", 1e-3), ("ua", 1e-6), ("ka", 1e3)];
+const CURRENT: Units = &[
+    ("a", 1.0),
+    ("amp", 1.0),
+    ("ampere", 1.0),
+    ("amperes", 1.0),
+    ("amps", 1.0),
+    ("ma", 1e-3),
+    ("ua", 1e-6),
+    ("ka", 1e3),
+];
 const TORQUE: Units = &[("nm", 1.0), ("mnm", 1e-3), ("ncm", 1e-2), ("knm", 1e3)];
 const SPEED: Units = &[
     ("rad/s", 1.0),
@@ -45,6 +56,7 @@ const SPEED: Units = &[
     ("krad/s", 1e3),
     ("rpm", TURN / 60.0),
     ("rev/min", TURN / 60.0),
+    ("r/min", TURN / 60.0),
     ("1/min", TURN / 60.0),
     ("min-1", TURN / 60.0),
     ("u/min", TURN / 60.0),
@@ -60,7 +72,6 @@ const TIME_WORDS: &[&str] = &["time", "t", "timestamp", "elapsed", "zeit", "temp
 const VOLTAGE_WORDS: &[&str] =
     &["voltage", "volt", "volts", "v", "u", "vin", "va", "spannung", "tension", "tensao", "tensão", "voltaje"];
 const CURRENT_WORDS: &[&str] = &["current", "i", "ia", "amps", "ampere", "strom", "corrente", "courant", "corriente"];
-const TORQUE_WORDS: &[&str] = &["load", "lasttorque", "loadtorque"];
 const SPEED_WORDS: &[&str] =
     &["speed", "omega", "ω", "w", "velocity", "rpm", "drehzahl", "velocidade", "vitesse", "velocidad"];
 
@@ -92,6 +103,17 @@ impl Quantity {
         }
     }
 
+    /// Its name in `--columns`.
+    pub(super) fn key(self) -> &'static str {
+        match self {
+            Time => "time",
+            Voltage => "voltage",
+            Torque => "load_torque",
+            Current => "current",
+            Speed => "speed",
+        }
+    }
+
     fn units(self) -> Units {
         match self {
             Time => TIME,
@@ -106,7 +128,7 @@ impl Quantity {
         match self {
             Time => TIME_WORDS,
             Voltage => VOLTAGE_WORDS,
-            Torque => TORQUE_WORDS,
+            Torque => &[],
             Current => CURRENT_WORDS,
             Speed => SPEED_WORDS,
         }
@@ -123,7 +145,7 @@ impl Quantity {
             let known: Vec<&str> = self.units().iter().map(|(name, _)| *name).collect();
             Error::data(
                 format!("unit \"{}\" of {self} is not known", excerpt(unit)),
-                format!("Name the unit with --columns {self}=HEADING:UNIT, one of {}.", alternatives(&known)),
+                format!("Name the unit with --columns {}=HEADING:UNIT, one of {}.", self.key(), alternatives(&known)),
             )
         })
     }
@@ -161,16 +183,9 @@ pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
         let Some((key, name)) = item.split_once('=').filter(|(_, name)| !name.trim().is_empty()) else {
             return Err(Error::usage(format!("\"{}\" names no column", excerpt(item)), EXAMPLE));
         };
-        let quantity = match key.trim() {
-            "time" => Time,
-            "voltage" => Voltage,
-            "torque" | "load_torque" => Torque,
-            "current" => Current,
-            "speed" => Speed,
-            other => {
-                return Err(Error::usage(format!("\"{}\" is no quantity of a recording", excerpt(other)), EXAMPLE));
-            }
-        };
+        let quantity = Quantity::ALL.into_iter().find(|q| q.key() == key.trim()).ok_or_else(|| {
+            Error::usage(format!("\"{}\" is no quantity of a recording", excerpt(key.trim())), EXAMPLE)
+        })?;
         if requests.iter().any(|r| r.quantity == quantity) {
             return Err(Error::usage(format!("--columns names {quantity} twice"), "Name each quantity once."));
         }
@@ -180,47 +195,104 @@ pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
 }
 
 /// What a heading says: its quantity and the unit it names, if any.
+///
+/// The unit is what stands in brackets, or the longest run of words behind the first that is a unit of the quantity
+/// that the other words mean: `Current (mA)`, `t[ms]`, `speed_rad_s`, `I/mA`, `current_mA_rms`.
 pub(super) fn understand(heading: &str) -> Option<(Quantity, Option<String>)> {
-    let heading = heading.trim();
     if let Some((name, unit)) = bracketed(heading) {
-        return Some((quantity_of(name)?, Some(unit.to_owned())));
+        return Some((quantity_of(&words_of(&name), Some(unit))?, Some(unit.to_owned())));
     }
-    for (at, joint) in heading.char_indices().filter(|(_, c)| matches!(c, '_' | ' ')) {
-        let (name, unit) = (&heading[..at], &heading[at + joint.len_utf8()..]);
-        if let Some(quantity) = quantity_of(name)
-            && quantity.factor(unit).is_some()
-        {
-            return Some((quantity, Some(unit.to_owned())));
-        }
-    }
-    let quantity = quantity_of(heading)?;
-    // A heading such as "rpm" is quantity and unit in one.
-    let unit = heading.eq_ignore_ascii_case("rpm").then(|| heading.to_owned());
-    Some((quantity, unit))
-}
-
-/// `Current (mA)` and `t[ms]` in their two parts.
-fn bracketed(heading: &str) -> Option<(&str, &str)> {
-    let close = heading.chars().last()?;
-    let open = match close {
-        ')' => '(',
-        ']' => '[',
-        _ => return None,
+    let words = words_of(heading);
+    let runs = (1..words.len()).flat_map(|start| (start..words.len()).map(move |end| (start, end)));
+    let unit_at = |(start, end): (usize, usize)| {
+        let unit = &heading[words[start].0..words[end].0 + words[end].1.len()];
+        let name: Vec<(usize, &str)> = words[..start].iter().chain(&words[end + 1..]).copied().collect();
+        let quantity = quantity_of(&name, Some(unit))?;
+        quantity.factor(unit).map(|_| (quantity, Some(unit.to_owned())))
     };
-    let (name, rest) = heading.split_once(open)?;
-    Some((name, rest.strip_suffix(close)?.trim()))
+    if let Some(found) = runs.filter_map(|(s, e)| Some((e - s, unit_at((s, e))?))).max_by_key(|(length, _)| *length) {
+        return Some(found.1);
+    }
+    let quantity = quantity_of(&words, None)?;
+    // "rpm" is quantity and unit in one.
+    let rpm = words.iter().find(|(_, word)| quantity == Speed && word.eq_ignore_ascii_case("rpm"));
+    Some((quantity, rpm.map(|(_, word)| (*word).to_owned())))
 }
 
-/// The quantity that a name without unit means; words inside count when they are longer than a symbol.
-fn quantity_of(name: &str) -> Option<Quantity> {
-    let name = name.trim().to_lowercase();
-    let tokens: Vec<&str> = name.split(|c: char| !c.is_alphanumeric()).filter(|t| !t.is_empty()).collect();
-    if let [only] = tokens[..] {
-        return Quantity::ALL.into_iter().find(|q| q.words().contains(&only));
+/// A name without its bracket, and what is in the bracket.
+fn bracketed(heading: &str) -> Option<(String, &str)> {
+    let open = heading.find(['(', '['])?;
+    let close = if heading[open..].starts_with('(') { ')' } else { ']' };
+    let end = open + heading[open..].find(close)?;
+    Some((format!("{} {}", &heading[..open], &heading[end + 1..]), heading[open + 1..end].trim()))
+}
+
+/// The words of a heading with where they begin.
+fn words_of(heading: &str) -> Vec<(usize, &str)> {
+    let mut words = Vec::new();
+    for word in heading.split(|c: char| !(c.is_alphanumeric() || c == '°')).filter(|word| !word.is_empty()) {
+        words.push((word.as_ptr() as usize - heading.as_ptr() as usize, word));
     }
-    let long = |word: &&str| word.chars().count() > 2;
-    // The load torque first: "load torque" must not be read as anything else.
-    [Torque, Time, Voltage, Current, Speed]
-        .into_iter()
-        .find(|q| tokens.iter().any(|token| q.words().iter().filter(|w| long(w)).any(|w| w == token)))
+    words
+}
+
+/// Words that make a current or a speed something that was wanted, not measured.
+const WANTED: &[&str] =
+    &["ref", "reference", "setpoint", "set", "target", "cmd", "command", "commanded", "limit", "max"];
+
+/// The quantity that words mean; in several words only those longer than a symbol count.
+fn quantity_of(words: &[(usize, &str)], unit: Option<&str>) -> Option<Quantity> {
+    let words: Vec<String> = words.iter().map(|(_, word)| word.to_lowercase()).collect();
+    let any = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
+    if any(&["torque", "moment", "drehmoment", "lastmoment", "loadtorque"]) {
+        return any(&["load", "last", "lastmoment", "loadtorque"]).then_some(Torque);
+    }
+    if words.len() == 1 && any(&["load"]) {
+        return unit.is_some_and(|unit| Torque.factor(unit).is_some()).then_some(Torque);
+    }
+    let wanted = any(WANTED);
+    let means = |quantity: &Quantity| {
+        let counts = |word: &&&str| words.len() == 1 || word.chars().count() > 2;
+        let named = quantity.words().iter().filter(counts).any(|word| words.iter().any(|w| w == word));
+        named && !(wanted && matches!(quantity, Current | Speed))
+    };
+    [Time, Voltage, Current, Speed].into_iter().find(means)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn headings_of_real_loggers() {
+        for (heading, quantity, unit) in [
+            ("time_s", Time, Some("s")),
+            ("Timestamp(ms)", Time, Some("ms")),
+            ("t/s", Time, Some("s")),
+            ("U/V", Voltage, Some("V")),
+            ("Load Voltage (V)", Voltage, Some("V")),
+            ("load_current_A", Current, Some("A")),
+            ("I/mA", Current, Some("mA")),
+            ("current-mA", Current, Some("mA")),
+            ("current_mA_rms", Current, Some("mA")),
+            ("Current (amperes)", Current, Some("amperes")),
+            ("speed_rad_s", Speed, Some("rad_s")),
+            ("Speed [1/min] filtered", Speed, Some("1/min")),
+            ("rpm_filtered", Speed, Some("rpm")),
+            ("Motor_Speed(RPM)", Speed, Some("RPM")),
+            ("speed, measured (rad/s)", Speed, Some("rad/s")),
+            ("load_torque_Nm", Torque, Some("Nm")),
+            ("load (mNm)", Torque, Some("mNm")),
+            ("omega", Speed, None),
+            ("wheel_speed_km_h", Speed, None),
+        ] {
+            assert_eq!(understand(heading), Some((quantity, unit.map(str::to_owned))), "{heading}");
+        }
+        for heading in
+            ["speed_ref", "current limit", "torque_Nm", "load", "temperature_C", "duty", "x", "", "()", "[", "µ"]
+        {
+            assert_eq!(understand(heading), None, "{heading}");
+        }
+        assert_eq!(understand("speed (furlong)"), Some((Speed, Some("furlong".to_owned()))), "refused later, by name");
+    }
 }

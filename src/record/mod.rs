@@ -60,6 +60,8 @@ pub struct Source {
     pub lines: Vec<u64>,
     /// Columns of the file that were not used.
     pub ignored: Vec<String>,
+    /// Whether the file ends without a line end, so that its last number may be cut off.
+    pub last_line_open: bool,
 }
 
 /// A recording that has passed all checks: at least two samples, finite values, regular increasing time.

@@ -27,6 +27,11 @@ impl Steps {
     }
 }
 
+/// Periods and times that a recording can have \[s\]; seconds since 1970 are among them.
+const PERIOD_MIN: f64 = 1e-12;
+const PERIOD_MAX: f64 = 1e6;
+const TIME_MAX: f64 = 1e12;
+
 /// Parts of a period to which irregular times are rounded, so that their steps form a table.
 const PARTS: f64 = 1000.0;
 
@@ -51,7 +56,17 @@ pub(super) fn steps(time_s: &[f64], lines: &[u64]) -> Result<Steps> {
     let mut sorted = differences.clone();
     let (_, &mut median, _) = sorted.select_nth_unstable_by(differences.len() / 2, f64::total_cmp);
     // The digits of a file's decimals, not those of their difference.
-    let period_s = rounded(median);
+    let period_s = rounded(median, 10);
+    if !(PERIOD_MIN..=PERIOD_MAX).contains(&period_s) || time_s.iter().any(|t| t.abs() > TIME_MAX) {
+        return Err(Error::data(
+            format!(
+                "times {period_s} s apart, from {} s to {} s, are none of a recording",
+                time_s[0],
+                time_s[time_s.len() - 1]
+            ),
+            "Correct the times, or name their unit: --columns time=HEADING:ms.",
+        ));
+    }
     if let Some(n) = differences.iter().position(|&step| step > 1.5 * period_s) {
         let missing = (differences[n] / period_s).round() - 1.0;
         let error = Error::data(
@@ -70,9 +85,9 @@ pub(super) fn steps(time_s: &[f64], lines: &[u64]) -> Result<Steps> {
     Ok(Steps { period_s, jitter, step_s, step_index })
 }
 
-/// `value` to ten significant digits.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.9e}").parse().unwrap_or(value)
+/// `value` to so many significant digits.
+pub(super) fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
 /// One step where all times lie on a regular grid; else the times, rounded to a thousandth of the period.

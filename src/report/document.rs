@@ -34,7 +34,16 @@ fn record_head(record: &Record) -> Value {
         "sha256": source.sha256,
         "samples": record.len(),
         "period_s": record.period_s(),
+        "columns": columns(record),
     })
+}
+
+/// The columns as they were understood.
+fn columns(record: &Record) -> Value {
+    let columns = record.source().columns.iter().map(|c| {
+        value!({"quantity": c.quantity.to_string(), "heading": c.heading, "unit": c.unit, "unit_named": c.unit_named})
+    });
+    columns.collect()
 }
 
 /// The document of `identify --json`.
@@ -201,9 +210,6 @@ impl InspectDocument {
 
     fn record(record: &Record, band: f64) -> Value {
         let mut document = record_head(record);
-        let columns = record.source().columns.iter().map(|c| {
-            value!({"quantity": c.quantity.to_string(), "heading": c.heading, "unit": c.unit, "unit_named": c.unit_named})
-        });
         let signals = SignalFacts::of(record, band).into_iter().map(|s| {
             let response = s.response.map(|r| {
                 value!({
@@ -219,7 +225,6 @@ impl InspectDocument {
         });
         document["jitter"] = record.steps().jitter.into();
         document["duration_s"] = (record.samples().time_s[record.len() - 1] - record.samples().time_s[0]).into();
-        document["columns"] = columns.collect();
         document["ignored_columns"] = record.source().ignored.clone().into();
         document["signals"] = signals.collect::<Map<_, _>>().into();
         document["warnings"] = warnings(&record_warnings(record));

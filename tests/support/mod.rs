@@ -4,7 +4,7 @@
 
 use motorfit::Result;
 use motorfit::candidates::Candidates;
-use motorfit::criterion::{Criterion, Norm, Scale};
+use motorfit::criterion::{Criterion, Noise, Norm, Scale};
 use motorfit::evaluate::{Batch, Evaluator, Group, Model, Problem};
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::motor::{Discretization, Parameters, Space};
@@ -19,7 +19,7 @@ pub const SCALES: [Scale; 4] = [Scale::None, Scale::Peak, Scale::Std, Scale::Noi
 
 /// A criterion; noise σ is given so that noise-free recordings have one.
 pub fn criterion(norm: Norm, scale: Scale) -> Criterion {
-    Criterion { norm, scale, time_origin_s: None, noise: [Some(0.012), Some(1.04)] }
+    Criterion { norm, scale, time_origin_s: None, noise: Noise::Sigma([Some(0.012), Some(1.04)]) }
 }
 
 /// The paper's experiment without noise.
