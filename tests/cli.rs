@@ -516,6 +516,25 @@ fn simulate_writes_through_links_and_spares_protected_files() {
     assert_eq!(simulate(&target).status.code(), Some(3));
 }
 
+/// Without any driver, as on a machine that has no GPU.
+#[test]
+fn without_an_adapter_gpu_is_exit_5_and_auto_carries_on() {
+    let bare = |device: &str| {
+        let mut command = motorfit();
+        command.env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent");
+        command.args(["identify", EXAMPLE, "--json", "--device", device]).output().unwrap()
+    };
+    let auto = bare("auto");
+    assert_eq!(serde_json::from_slice::<Value>(&auto.stdout).unwrap()["device"]["kind"], "cpu");
+    if cfg!(all(feature = "gpu", target_os = "linux")) {
+        let gpu = bare("gpu");
+        assert_eq!((gpu.status.code(), gpu.stdout.len()), (Some(5), 0));
+        assert!(text(&gpu.stderr).contains("no GPU adapter") && text(&gpu.stderr).contains("help:"));
+    }
+    fails(&["identify", EXAMPLE, "--device", "gpu:99"], 5, "adapter");
+    fails(&["identify", EXAMPLE, "--device", "gpu:no such thing"], 5, "adapter");
+}
+
 #[test]
 fn wrong_usage() {
     let identify = |args: &[&str], part: &str| {
@@ -562,7 +581,6 @@ fn wrong_usage() {
         &["--initial", "free"],
         &["--out", "x"],
         &["--with", "coulomb"],
-        &["--precision", "f32"],
     ] {
         identify(planned, "planned");
     }
@@ -570,7 +588,7 @@ fn wrong_usage() {
     fails(&["identfy", EXAMPLE], 2, "identify");
     fails(&["identify"], 2, "RECORD");
     fails(&[], 2, "Usage");
-    fails(&["identify", EXAMPLE, "--device", "gpu"], 5, "CPU only");
+    identify(&["--precision", "f32", "--device", "cpu"], "f64 only");
     fails(&["inspect", EXAMPLE, "--settling-band", "0"], 2, "--settling-band");
 }
 

@@ -129,7 +129,7 @@ pub(crate) struct IdentifyArgs {
     /// State at the first sample; auto: zero if the recording starts at rest, else as measured
     #[arg(long, value_enum, default_value = "auto", help_heading = "Model")]
     pub initial: InitialName,
-    /// What evaluates
+    /// What evaluates: auto, cpu, gpu, gpu:INDEX or gpu:NAME
     #[arg(long, default_value = "auto", value_name = "DEVICE", help_heading = "Device")]
     pub device: String,
     /// Numbers of the evaluation
@@ -251,5 +251,6 @@ pub(crate) enum InitialName {
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 pub(crate) enum Precision {
     Auto,
+    F32,
     F64,
 }

@@ -18,7 +18,28 @@ pub(super) fn run(args: &DevicesArgs) -> Result<Outcome> {
     let mut text = String::new();
     let _ = writeln!(text, "{STRONG}cpu{STRONG:#}  {}", cpu_name());
     let _ = writeln!(text, "     {threads} threads, f64, SIMD {} (has {})", Level::best().name(), levels.join(", "));
-    text.push_str("gpu  not in this version\n");
+    gpus(&mut text);
     data(&text)?;
     Ok(Outcome::Done)
+}
+
+#[cfg(feature = "gpu")]
+fn gpus(text: &mut String) {
+    let adapters = motorfit::evaluate::gpu::list();
+    for a in &adapters {
+        let numbers = if a.f64 { "f32, f64" } else { "f32" };
+        let _ = writeln!(text, "{STRONG}gpu:{}{STRONG:#}  {}", a.index, a.name);
+        let _ = writeln!(text, "     {} adapter through {}, {numbers}", a.kind, a.backend);
+        let megabytes = a.binding_bytes_max >> 20;
+        let _ =
+            writeln!(text, "     driver {}; bindings up to {megabytes} MiB, {} workgroups", a.driver, a.workgroups_max);
+    }
+    if adapters.is_empty() {
+        text.push_str("gpu  no adapter answers (a Vulkan driver needs its loader: libvulkan1 on Debian)\n");
+    }
+}
+
+#[cfg(not(feature = "gpu"))]
+fn gpus(text: &mut String) {
+    text.push_str("gpu  not in this build\n");
 }

@@ -1,18 +1,18 @@
 //! `identify`: the main job.
 
-use super::args::{CriterionName, DiscretizationName, IdentifyArgs, InitialName, MethodName, ScaleName};
+use super::args::{CriterionName, DiscretizationName, IdentifyArgs, InitialName, MethodName, Precision, ScaleName};
 use super::output::{DIM, STRONG, Style, data};
 use super::progress::Reporter;
 use super::{Outcome, inspect, interrupt, values};
 use motorfit::criterion::{Criterion, Norm, Scale};
 use motorfit::evaluate::{Initial, Model};
-use motorfit::identify::{Identification, IdentifySpec, Method, identify_with};
+use motorfit::identify::{DeviceSpec, Identification, IdentifySpec, Method, PrecisionSpec, identify_with};
 use motorfit::motor::{Discretization, Parameter, Space};
 use motorfit::optimize::{GeneticOptions, GwoOptions, JayaOptions, Sharing, Stop};
 use motorfit::record::Record;
 use motorfit::report::{IdentifyDocument, Names, json};
 use motorfit::text::{engineering, excerpt, significant};
-use motorfit::{Error, ErrorKind, Result};
+use motorfit::{Error, Result};
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
 
@@ -20,7 +20,6 @@ use std::ops::ControlFlow;
 const THREADS_MAX: usize = 1024;
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
-    check_device(&args.device)?;
     let spec = spec(args)?;
     let records = inspect::read(&args.records, &args.columns)?;
     interrupt::listen()?;
@@ -43,18 +42,19 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     Ok(if found.stop == Stop::Interrupted { Outcome::Interrupted } else { Outcome::Done })
 }
 
-fn check_device(device: &str) -> Result<()> {
-    match device {
-        "auto" | "cpu" => Ok(()),
-        gpu if gpu == "gpu" || gpu.starts_with("gpu:") => Err(Error::new(
-            ErrorKind::Device,
-            format!("{}: this version of motorfit evaluates on the CPU only", excerpt(gpu)),
-            "Use --device auto or --device cpu.",
-        )),
-        other => Err(Error::usage(
-            format!("--device: \"{}\" is no device", excerpt(other)),
-            "Give auto, cpu, gpu, gpu:INDEX or gpu:NAME; motorfit devices lists what is there.",
-        )),
+fn device(text: &str) -> Result<DeviceSpec> {
+    match text {
+        "auto" => Ok(DeviceSpec::Auto),
+        "cpu" => Ok(DeviceSpec::Cpu),
+        "gpu" => Ok(DeviceSpec::Gpu),
+        other => match other.strip_prefix("gpu:").map(|which| (which, which.parse())) {
+            Some((_, Ok(index))) => Ok(DeviceSpec::GpuIndex(index)),
+            Some((name, Err(_))) if !name.is_empty() => Ok(DeviceSpec::GpuName(name.to_owned())),
+            _ => Err(Error::usage(
+                format!("--device: \"{}\" is no device", excerpt(other)),
+                "Give auto, cpu, gpu, gpu:INDEX or gpu:NAME; motorfit devices lists what is there.",
+            )),
+        },
     }
 }
 
@@ -113,6 +113,12 @@ fn spec(args: &IdentifyArgs) -> Result<IdentifySpec> {
         criterion: Criterion { norm, scale, time_origin_s: args.time_origin, noise },
         model: Model { discretization, initial },
         space: Space::table2_with(&values::bounds(&args.bounds)?, &values::parameters(&args.fix, "--fix")?)?,
+        device: device(&args.device)?,
+        precision: match args.precision {
+            Precision::Auto => PrecisionSpec::Auto,
+            Precision::F32 => PrecisionSpec::F32,
+            Precision::F64 => PrecisionSpec::F64,
+        },
         threads: args.threads,
     })
 }
@@ -201,7 +207,7 @@ fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style:
         ("fit", fit.join(", ")),
         ("cost", format!("{} ({}, scale {})", significant(found.cost, 4), names.criterion, names.scale)),
         ("search", search),
-        ("device", format!("{}, f64", found.device)),
+        ("device", format!("{}, {}", found.device, found.precision)),
         ("time", engineering(found.seconds, "s", 3)),
     ] {
         let _ = writeln!(text, "  {name:<8}{value}");

@@ -5,8 +5,7 @@ use motorfit::Error;
 
 const COMMANDS: [&str; 4] = ["evaluate", "compare", "sweep", "bench"];
 const FLAGS: [&str; 6] = ["--with", "--validate", "--split", "--rate", "--crop", "--out"];
-const VALUES: [(&str, &[&str]); 4] =
-    [("--method", &["auto", "sm"]), ("--polish", &["lm"]), ("--initial", &["free"]), ("--precision", &["f32"])];
+const VALUES: [(&str, &[&str]); 3] = [("--method", &["auto", "sm"]), ("--polish", &["lm"]), ("--initial", &["free"])];
 
 /// The error for a command, flag or value that a later version brings; `None` when clap's own words fit.
 pub(super) fn planned(error: &clap::Error) -> Option<Error> {

@@ -5,6 +5,8 @@
 //! many runs on many recordings go in one call.
 
 mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod kernel;
 mod problem;
 mod scalar;

@@ -72,7 +72,7 @@ impl IdentifyDocument {
             "discretization": names.discretization,
             "initial": names.initial,
             "bounds": bounds,
-            "device": {"kind": "cpu", "name": found.device, "precision": "f64"},
+            "device": {"kind": found.device_kind, "name": found.device, "precision": found.precision},
             "parameters": parameters,
             "cost": found.cost,
             "searched": {"parameters": searched, "cost": found.cost},
@@ -83,7 +83,7 @@ impl IdentifyDocument {
                 "steiglitz_mcbride": null,
                 "levenberg_marquardt": null,
                 "cost_gap": null,
-                "cpu_gpu_cost_difference": null,
+                "cpu_gpu_cost_difference": found.cost_difference,
             },
             "warnings": warnings(&found.warnings),
             "stop": found.stop.name(),
@@ -244,6 +244,24 @@ impl Devices {
             "kind": "cpu", "name": cpu_name(), "threads": threads, "levels": levels, "used": Level::best().name(),
             "precisions": ["f64"],
         });
-        value!({"motorfit": env!("CARGO_PKG_VERSION"), "devices": [cpu]})
+        let devices: Vec<Value> = std::iter::once(cpu).chain(gpus()).collect();
+        value!({"motorfit": env!("CARGO_PKG_VERSION"), "devices": devices})
     }
+}
+
+#[cfg(feature = "gpu")]
+fn gpus() -> Vec<Value> {
+    let gpu = |a: crate::evaluate::gpu::AdapterFacts| {
+        value!({
+            "kind": "gpu", "index": a.index, "name": a.name, "type": a.kind, "backend": a.backend,
+            "driver": a.driver, "precisions": if a.f64 { vec!["f32", "f64"] } else { vec!["f32"] },
+            "binding_bytes_max": a.binding_bytes_max, "workgroups_max": a.workgroups_max,
+        })
+    };
+    crate::evaluate::gpu::list().into_iter().map(gpu).collect()
+}
+
+#[cfg(not(feature = "gpu"))]
+fn gpus() -> Vec<Value> {
+    Vec::new()
 }

@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "each test file uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
+pub mod suite;
+
 use motorfit::Result;
 use motorfit::candidates::Candidates;
 use motorfit::criterion::{Criterion, Noise, Norm, Scale};

@@ -3,20 +3,27 @@
 //! A population search minimizes the criterion over the space, every generation evaluated at once. The winner is
 //! evaluated again by the scalar oracle, and its simulation gives the fit to each channel.
 
+mod device;
+mod warnings;
+
+pub use device::{DeviceSpec, PrecisionSpec};
+pub use warnings::{Warning, record_warnings};
+
 use crate::candidates::Candidates;
 use crate::criterion::{Criterion, mean};
-use crate::evaluate::{Batch, Evaluator, Group, Initial, Model, Problem, Scalar, Simd};
+use crate::evaluate::{Model, Problem, Scalar};
 use crate::motor::{Parameter, Parameters, Scope, Space, simulate};
 use crate::optimize::{
     Budget, Genetic, GeneticOptions, Gwo, GwoOptions, Jaya, JayaOptions, Optimizer, Progress, Random, Run, Setup, Stop,
     minimize,
 };
 use crate::record::Record;
-use crate::text::significant;
 use crate::{Error, ErrorKind, Result};
+use device::Evaluation;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
+use warnings::{poor_fit, warnings_of};
 
 /// How the optimum is searched.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,6 +82,10 @@ pub struct IdentifySpec {
     pub model: Model,
     /// What is free within which bounds, and what is held.
     pub space: Space,
+    /// What evaluates.
+    pub device: DeviceSpec,
+    /// With which numbers.
+    pub precision: PrecisionSpec,
     /// Threads; `None` takes the rayon pool of the caller.
     pub threads: Option<usize>,
 }
@@ -89,18 +100,11 @@ impl Default for IdentifySpec {
             criterion: Criterion::default(),
             model: Model::default(),
             space: Space::table2(),
+            device: DeviceSpec::default(),
+            precision: PrecisionSpec::default(),
             threads: None,
         }
     }
-}
-
-/// Something that the reader of a result should know.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Warning {
-    /// A short name that does not change.
-    pub code: &'static str,
-    /// In words.
-    pub message: String,
 }
 
 /// What was found.
@@ -120,8 +124,14 @@ pub struct Identification {
     pub evaluations: u64,
     /// Lowest cost after each generation.
     pub history: Vec<f64>,
-    /// What evaluated.
+    /// What evaluated: cpu or gpu.
+    pub device_kind: &'static str,
+    /// Its name.
     pub device: String,
+    /// The numbers of the evaluation.
+    pub precision: &'static str,
+    /// The winner's cost by the device less that by the oracle; `None` where the CPU evaluated.
+    pub cost_difference: Option<f64>,
     /// Seconds of the estimation alone.
     pub seconds: f64,
 }
@@ -167,12 +177,9 @@ fn search(
     let &IdentifySpec { population, generations, seed, .. } = spec;
     let setup = Setup { bounds: spec.space.bounds(), population, generations, seed, run: 0 };
     let mut runs = [Run::new(spec.method.optimizer(setup)?)];
-    let mut evaluator = Simd::default();
-    let mut evaluate = |populations: &[Candidates<'_>], costs: &mut [f64]| {
-        let groups: Vec<Group<'_>> =
-            populations.iter().map(|&candidates| Group { problem: &problem, candidates, reference: None }).collect();
-        evaluator.evaluate(&Batch { groups: &groups }, costs)
-    };
+    let mut evaluation = Evaluation::new(spec, &problem)?;
+    let mut evaluate =
+        |populations: &[Candidates<'_>], costs: &mut [f64]| evaluation.evaluate(&problem, populations, costs);
     let budget = Budget { generations, slice: (SLICE_STEPS / problem.active().max(1)).max(1) };
     let stop = minimize(&mut runs, budget, &mut evaluate, observe)?;
     let [run] = runs;
@@ -187,6 +194,7 @@ fn search(
     let cost = Scalar::cost(&problem, best.values);
     let fit_percent = fit_percent(records, &problem, best.values);
     let mut warnings = warnings_of(records, spec);
+    warnings.extend(evaluation.warnings.take());
     warnings.extend(spec.space.free().iter().filter_map(|axis| at_bound(spec, axis.parameter, &parameters)).map(
         |(parameter, side)| Warning {
             code: "at_bound",
@@ -202,7 +210,10 @@ fn search(
         stop,
         evaluations: run.evaluations,
         history: run.history,
-        device: evaluator.name(),
+        device_kind: evaluation.kind(),
+        device: evaluation.name(),
+        precision: evaluation.precision(),
+        cost_difference: evaluation.cost_difference(&problem, best.values)?,
         seconds: started.elapsed().as_secs_f64(),
     })
 }
@@ -235,23 +246,6 @@ fn check_determined(records: &[Record], problem: &Problem) -> Result<()> {
         ));
     }
     Ok(())
-}
-
-/// A fit below this is none.
-const POOR_FIT_PERCENT: f64 = 50.0;
-
-fn poor_fit(fit_percent: [Option<f64>; 2]) -> Option<Warning> {
-    let poor = |(name, fit): (&str, Option<f64>)| {
-        fit.filter(|fit| *fit < POOR_FIT_PERCENT).map(|fit| format!("{name} {} %", significant(fit, 3)))
-    };
-    let list: Vec<String> = ["current", "speed"].into_iter().zip(fit_percent).filter_map(poor).collect();
-    (!list.is_empty()).then(|| Warning {
-        code: "poor_fit",
-        message: format!(
-            "the model does not fit ({}): do not use these parameters; check columns, units and signs, and --bounds",
-            list.join(", ")
-        ),
-    })
 }
 
 /// The bound, `min` or `max`, that a free parameter ended at: nearer to it than 1e-4 of the range and 1 % of itself.
@@ -293,94 +287,4 @@ fn fit_percent(records: &[Record], problem: &Problem, candidate: &[f64]) -> [Opt
         let percent = 100.0 * (1.0 - (error / total).sqrt());
         (seen[channel] && percent.is_finite()).then_some(percent)
     })
-}
-
-fn warnings_of(records: &[Record], spec: &IdentifySpec) -> Vec<Warning> {
-    let mut warnings = Vec::new();
-    for record in records {
-        let name =
-            record.source().path.as_ref().map_or_else(|| "the recording".to_owned(), |p| p.display().to_string());
-        warnings.extend(
-            record_warnings(record)
-                .into_iter()
-                .map(|Warning { code, message }| Warning { code, message: format!("{name}: {message}") }),
-        );
-    }
-    warnings.extend(missing_channel(records, spec));
-    if spec.model.initial == Initial::Zero && records.iter().flat_map(Record::measured).flatten().any(moves_at_start) {
-        warnings.push(Warning {
-            code: "initial_state",
-            message: "a recording does not start at rest, but --initial zero says so; use --initial measured"
-                .to_owned(),
-        });
-    }
-    warnings
-}
-
-fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option<Warning> {
-    let free = spec.space.free();
-    let is_free = |parameter| free.iter().any(|axis| axis.parameter == parameter);
-    let missing = |channel: usize| records.iter().all(|r| r.measured()[channel].is_none());
-    let message = if missing(0) && free.len() > 3 {
-        format!(
-            "no current: speed alone fixes three combinations of the {} free parameters; record the current, or hold \
-             two with --fix, R and K for example",
-            free.len()
-        )
-    } else if missing(1) && [Parameter::K, Parameter::B, Parameter::J].into_iter().all(is_free) {
-        "no speed: current alone leaves K, B and J free along K : B : J = 1 : 2 : 2; record the speed or hold K with \
-         --fix"
-            .to_owned()
-    } else {
-        return None;
-    };
-    Some(Warning { code: "channel_missing", message })
-}
-
-fn moves_at_start(signal: &[f64]) -> bool {
-    signal[0].abs() > 0.05 * signal.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()))
-}
-
-/// A period from which on it is doubted \[s\]: a motor moves faster, and a logger in milliseconds is common.
-const PERIOD_DOUBTED_S: f64 = 0.02;
-
-/// What is suspicious about a recording, whatever it is used for.
-#[must_use]
-pub fn record_warnings(record: &Record) -> Vec<Warning> {
-    let mut warnings = Vec::new();
-    let mut warn = |code, message| warnings.push(Warning { code, message });
-    let (period, jitter) = (record.period_s(), record.steps().jitter);
-    if period >= PERIOD_DOUBTED_S {
-        warn(
-            "period_unit",
-            format!(
-                "{period} s between samples is long for a motor; if the times are milliseconds, name the unit: \
-                 --columns time=HEADING:ms"
-            ),
-        );
-    }
-    if jitter > crate::record::TIME_JITTER_UNIFORM && !record.steps().step_index.is_empty() {
-        let percent = significant(100.0 * jitter, 2);
-        warn(
-            "jitter",
-            format!("steps between samples deviate by up to {percent} % from the period; each is simulated as it is"),
-        );
-    }
-    let voltage = &record.samples().voltage;
-    if voltage.iter().all(|v| v.to_bits() == voltage[0].to_bits()) && voltage[0] != 0.0 {
-        warn(
-            "constant_voltage",
-            format!("the voltage is {} V throughout; fine if the motor starts from rest in this recording", voltage[0]),
-        );
-    }
-    let assumed: Vec<String> = (record.source().columns.iter().filter(|c| !c.unit_named))
-        .map(|c| format!("{} in {}", c.heading, c.unit))
-        .collect();
-    if !assumed.is_empty() {
-        warn("unit_assumed", format!("no unit is named, taken to be {}; name it with --columns", assumed.join(", ")));
-    }
-    if record.source().last_line_open {
-        warn("no_line_end", "the file ends without a line end: its last number may be cut off".to_owned());
-    }
-    warnings
 }

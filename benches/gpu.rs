@@ -1,0 +1,51 @@
+//! GPU evaluation against SIMD in one run, on the best adapter there is: rates end to end, the round trip of the
+//! smallest batch, many small runs against one large one. A software adapter says nothing about a real one.
+#![allow(missing_docs, reason = "a bench has no public interface")]
+#![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a bench prints and may stop")]
+
+mod support;
+
+#[cfg(feature = "gpu")]
+fn main() {
+    use motorfit::candidates::Candidates;
+    use motorfit::evaluate::gpu::{Gpu, Precision, Selector};
+    use motorfit::evaluate::{Batch, Evaluator as _, Group, Simd};
+    use support::{candidates, evaluate, m2_problem, median, ratio, seconds};
+
+    let problem = m2_problem();
+    let (small, large) = (candidates(1), candidates(25_600));
+    for precision in [Precision::F64, Precision::F32] {
+        let mut gpu = match Gpu::open(&Selector::Best, Some(precision)) {
+            Ok(gpu) => gpu,
+            Err(error) => {
+                println!("{}: {error}", precision.name());
+                continue;
+            }
+        };
+        println!("{} ({}), {}", gpu.facts().name, gpu.facts().driver, precision.name());
+        let mut costs = vec![0.0; 25_600];
+        let mut simd_costs = costs.clone();
+        let simd = || evaluate(&mut Simd::default(), &problem, &large, &mut simd_costs);
+        let against = ratio(9, || evaluate(&mut gpu, &problem, &large, &mut costs), simd);
+        let time = median((0..9).map(|_| seconds(|| evaluate(&mut gpu, &problem, &large, &mut costs))).collect());
+        let rate = (25_600 * problem.active()) as f64 / time / 1e9;
+        println!("  25,600 candidates: {rate:.2} G candidate-steps/s, {against:.2} of SIMD f64 on the same cores");
+
+        let trip =
+            median((0..200).map(|_| seconds(|| evaluate(&mut gpu, &problem, &small, &mut costs[..1]))).collect());
+        println!("  one candidate, there and back: {:.0} µs", 1e6 * trip);
+
+        let problems: Vec<_> = (0..256).map(|_| m2_problem()).collect();
+        let groups: Vec<Group<'_>> = problems
+            .iter()
+            .zip(large.chunks(500))
+            .map(|(problem, values)| Group { problem, candidates: Candidates::new(values, 5), reference: None })
+            .collect();
+        let mut many = || gpu.evaluate(&Batch { groups: &groups }, &mut costs).unwrap();
+        let apart = median((0..9).map(|_| seconds(&mut many)).collect());
+        println!("  256 runs of 100 on 256 recordings: {:.2} of the rate of one run of 25,600", time / apart);
+    }
+}
+
+#[cfg(not(feature = "gpu"))]
+fn main() {}

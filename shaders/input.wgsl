@@ -1,0 +1,31 @@
+// What a workgroup works on. The prelude before this file gives Scalar, Pair (vec2), Lanes (candidates side by
+// side, with their arithmetic), Sample, WORKGROUP, FIELDS, ABSOLUTE, WEIGHTED, and where the samples lie.
+
+struct Round {
+    // Which part of every recording this dispatch runs.
+    index: u32,
+    jobs: u32,
+}
+
+@group(0) @binding(0) var<uniform> round: Round;
+// JOB words a job (one workgroup), then the bounds of rounds as indices of segments.
+@group(0) @binding(1) var<storage, read> jobs: array<u32>;
+// Stretches of constant step and inputs: first sample, one past the last, step.
+@group(0) @binding(2) var<storage, read> segments: array<vec4<u32>>;
+// Per segment: voltage at the start and at the end of a step, load torque, unused.
+@group(0) @binding(3) var<storage, read> inputs: array<vec4<Scalar>>;
+@group(0) @binding(5) var<storage, read> weights: array<Pair>;
+// FIELDS entries a block of candidates and distinct step.
+@group(0) @binding(6) var<storage, read> maps: array<Lanes>;
+// The state of a block between rounds: current, speed.
+@group(0) @binding(7) var<storage, read_write> states: array<Lanes>;
+// The weighted sums of errors of a block: current, speed.
+@group(0) @binding(8) var<storage, read_write> sums: array<Lanes>;
+
+const JOB: u32 = 9u;
+
+// Current and speed of a block of candidates.
+struct Lanes2 {
+    i: Lanes,
+    w: Lanes,
+}

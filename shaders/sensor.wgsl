@@ -1,0 +1,6 @@
+// What the sensors would have shown against what they did: x and y of a sample are measured current and speed, or
+// what of them the reference leaves.
+
+fn residual(sample: Sample, x: Lanes2) -> Lanes2 {
+    return Lanes2(difference(sample.x, x.i), difference(sample.y, x.w));
+}

@@ -1,0 +1,44 @@
+// One step in deviations from a reference motor. Between changes of the inputs the deviation tends to a rest of its
+// own, r; what is carried is s, the deviation less r: s+ = s + (D s + P z), where z (in the sample) is the reference's
+// own increment and P z how much further than it a candidate would have gone from the reference's state. Near the
+// reference all terms are small, and so is their rounding; in the steady state s and z are 0, and nothing cancels.
+// Map fields: D (4), P (4), the rest per unit of voltage at the start (2) and the end (2) of a step, of torque (2).
+
+struct Map {
+    d00: Lanes, d01: Lanes, d10: Lanes, d11: Lanes,
+    p00: Lanes, p01: Lanes, p10: Lanes, p11: Lanes,
+}
+
+fn load_map(at: u32) -> Map {
+    return Map(
+        maps[at], maps[at + 1u], maps[at + 2u], maps[at + 3u],
+        maps[at + 4u], maps[at + 5u], maps[at + 6u], maps[at + 7u],
+    );
+}
+
+// r for the inputs of a segment.
+fn gain(at: u32, input: vec4<Scalar>) -> Lanes2 {
+    return Lanes2(
+        scale_add(maps[at + 12u], input.z, scale_add(maps[at + 10u], input.y, scale(maps[at + 8u], input.x))),
+        scale_add(maps[at + 13u], input.z, scale_add(maps[at + 11u], input.y, scale(maps[at + 9u], input.x))),
+    );
+}
+
+// The deviation itself.
+fn observe(s: Lanes2, r: Lanes2) -> Lanes2 {
+    return Lanes2(add(s.i, r.i), add(s.w, r.w));
+}
+
+// s after the inputs, and with them r, have changed.
+fn enter(s: Lanes2, before: Lanes2, r: Lanes2) -> Lanes2 {
+    return Lanes2(add(s.i, subtract(before.i, r.i)), add(s.w, subtract(before.w, r.w)));
+}
+
+fn advance(s: Lanes2, map: Map, r: Lanes2, sample: Sample) -> Lanes2 {
+    let force_i = scale_add(map.p00, sample.z, scale(map.p01, sample.w));
+    let force_w = scale_add(map.p10, sample.z, scale(map.p11, sample.w));
+    return Lanes2(
+        add(s.i, multiply_add(map.d00, s.i, multiply_add(map.d01, s.w, force_i))),
+        add(s.w, multiply_add(map.d10, s.i, multiply_add(map.d11, s.w, force_w))),
+    );
+}

@@ -1,0 +1,34 @@
+// One step in full: x+ = x + (D x + g). The states are current and speed themselves.
+// Map fields: D (4), gains of the voltage at the start (2) and the end (2) of the step, of the torque (2).
+
+struct Map {
+    d00: Lanes, d01: Lanes, d10: Lanes, d11: Lanes,
+}
+
+fn load_map(at: u32) -> Map {
+    return Map(maps[at], maps[at + 1u], maps[at + 2u], maps[at + 3u]);
+}
+
+fn gain(at: u32, input: vec4<Scalar>) -> Lanes2 {
+    return Lanes2(
+        scale_add(maps[at + 8u], input.z, scale_add(maps[at + 6u], input.y, scale(maps[at + 4u], input.x))),
+        scale_add(maps[at + 9u], input.z, scale_add(maps[at + 7u], input.y, scale(maps[at + 5u], input.x))),
+    );
+}
+
+// What the sensors see of the state that is carried: all of it.
+fn observe(x: Lanes2, g: Lanes2) -> Lanes2 {
+    return x;
+}
+
+// The state that is carried after the inputs have changed: the same.
+fn enter(x: Lanes2, before: Lanes2, g: Lanes2) -> Lanes2 {
+    return x;
+}
+
+fn advance(x: Lanes2, map: Map, g: Lanes2, sample: Sample) -> Lanes2 {
+    return Lanes2(
+        add(x.i, multiply_add(map.d00, x.i, multiply_add(map.d01, x.w, g.i))),
+        add(x.w, multiply_add(map.d10, x.i, multiply_add(map.d11, x.w, g.w))),
+    );
+}

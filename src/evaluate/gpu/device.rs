@@ -1,0 +1,176 @@
+//! Adapters and devices: what is there, opening one, and turning what goes wrong into errors.
+
+use crate::text::printable;
+use crate::{Error, ErrorKind, Result};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// An adapter as `devices` lists it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AdapterFacts {
+    /// Its place in the list, as `gpu:INDEX` names it.
+    pub index: usize,
+    /// Its name.
+    pub name: String,
+    /// discrete, integrated, virtual, software or other.
+    pub kind: &'static str,
+    /// The interface it is reached through.
+    pub backend: String,
+    /// Driver and its version.
+    pub driver: String,
+    /// Whether it computes in f64.
+    pub f64: bool,
+    /// Largest buffer that a shader can see \[bytes\].
+    pub binding_bytes_max: u64,
+    /// Most workgroups in one dimension of a dispatch.
+    pub workgroups_max: u32,
+}
+
+/// Which adapter is asked for.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Selector {
+    /// The best there is; a software one when there is nothing else.
+    #[default]
+    Best,
+    /// By its place in the list.
+    Index(usize),
+    /// By a part of its name, whatever the case.
+    Name(String),
+}
+
+/// How long one submission may take before the device counts as hung.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+fn error(message: impl Into<String>, remedy: impl Into<String>) -> Error {
+    Error::new(ErrorKind::Device, message, remedy)
+}
+
+fn adapters() -> Vec<wgpu::Adapter> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::PRIMARY;
+    descriptor.flags = wgpu::InstanceFlags::empty();
+    let instance = wgpu::Instance::new(descriptor);
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    adapters.sort_by_key(|adapter| rank(adapter.get_info().device_type));
+    adapters
+}
+
+fn rank(kind: wgpu::DeviceType) -> u8 {
+    match kind {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    }
+}
+
+fn facts(index: usize, adapter: &wgpu::Adapter) -> AdapterFacts {
+    let (info, limits) = (adapter.get_info(), adapter.limits());
+    AdapterFacts {
+        index,
+        name: printable(&info.name),
+        kind: ["discrete", "integrated", "virtual", "other", "software"][usize::from(rank(info.device_type))],
+        backend: format!("{:?}", info.backend),
+        driver: printable(format!("{} {}", info.driver, info.driver_info).trim()),
+        f64: adapter.features().contains(wgpu::Features::SHADER_F64),
+        binding_bytes_max: limits.max_storage_buffer_binding_size,
+        workgroups_max: limits.max_compute_workgroups_per_dimension,
+    }
+}
+
+/// Every adapter of this machine, the best first.
+#[must_use]
+pub fn list() -> Vec<AdapterFacts> {
+    adapters().iter().enumerate().map(|(index, adapter)| facts(index, adapter)).collect()
+}
+
+/// An open device. Errors that nobody waits for are kept and reported with the next result.
+pub(super) struct Device {
+    pub facts: AdapterFacts,
+    pub device: wgpu::Device,
+    pub queue: wgpu::Queue,
+    fault: Arc<Mutex<Option<String>>>,
+}
+
+impl Device {
+    pub(super) fn open(selector: &Selector) -> Result<Self> {
+        let mut adapters = adapters();
+        let list: Vec<AdapterFacts> = adapters.iter().enumerate().map(|(n, a)| facts(n, a)).collect();
+        let index = choose(&list, selector)?;
+        let (adapter, facts) = (adapters.swap_remove(index), list[index].clone());
+        let features = adapter.features() & (wgpu::Features::SHADER_F64 | wgpu::Features::TIMESTAMP_QUERY);
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("motorfit"),
+            required_features: features,
+            required_limits: adapter.limits(),
+            ..wgpu::DeviceDescriptor::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| {
+            error(format!("{} cannot be opened: {e}", facts.name), "Update its driver, or use --device cpu.")
+        })?;
+        let fault = Arc::new(Mutex::new(None));
+        let keep = |fault: &Arc<Mutex<Option<String>>>, text: String| {
+            fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(text);
+        };
+        let (uncaptured, lost) = (fault.clone(), fault.clone());
+        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| keep(&uncaptured, e.to_string())));
+        device.set_device_lost_callback(move |reason, text| {
+            if reason != wgpu::DeviceLostReason::Destroyed {
+                keep(&lost, format!("the device was lost: {text}"));
+            }
+        });
+        Ok(Self { facts, device, queue, fault })
+    }
+
+    /// The first error since the last check, if any.
+    pub(super) fn check(&self) -> Result<()> {
+        match self.fault.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            None => Ok(()),
+            Some(text) => Err(error(
+                format!("{}: {}", self.facts.name, text.lines().collect::<Vec<_>>().join(" ")),
+                "Run again; if it stays, update the driver or use --device cpu.",
+            )),
+        }
+    }
+
+    /// Waits until a submission is done.
+    pub(super) fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<()> {
+        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(PATIENCE) };
+        let polled = self.device.poll(wait);
+        self.check()?;
+        polled.map(|_| ()).map_err(|e| {
+            error(
+                format!("{} did not finish within {} s: {e}", self.facts.name, PATIENCE.as_secs()),
+                "The device hangs or is far too slow: use --device cpu, or restart its driver.",
+            )
+        })
+    }
+}
+
+fn choose(list: &[AdapterFacts], selector: &Selector) -> Result<usize> {
+    if list.is_empty() {
+        return Err(error(
+            "no GPU adapter answers on this machine",
+            "Install a Vulkan driver and its loader (Debian: libvulkan1 with mesa-vulkan-drivers or the vendor's \
+             driver), or use --device cpu.",
+        ));
+    }
+    let found = match selector {
+        Selector::Best => Some(0),
+        Selector::Index(index) => (*index < list.len()).then_some(*index),
+        Selector::Name(name) => {
+            let name = name.to_lowercase();
+            list.iter().position(|a| a.name.to_lowercase().contains(&name))
+        }
+    };
+    found.ok_or_else(|| {
+        let wanted = match selector {
+            Selector::Index(index) => format!("number {index}"),
+            Selector::Name(name) => format!("named \"{}\"", crate::text::excerpt(name)),
+            Selector::Best => "at all".to_owned(),
+        };
+        let known: Vec<String> = list.iter().map(|a| format!("gpu:{} {}", a.index, a.name)).collect();
+        error(format!("no adapter {wanted}; there is {}", known.join(", ")), "motorfit devices lists what is there.")
+    })
+}

@@ -1,0 +1,77 @@
+//! Proves: every assembled shader parses and validates, those in f32 without any extra capability; what the program
+//! packs is laid out as the shaders read it; a broken shader is rejected.
+//! Does not prove: that a driver compiles it rightly (see gpu.rs).
+#![cfg(feature = "gpu")]
+#![allow(clippy::unwrap_used, reason = "a test may stop")]
+
+use motorfit::evaluate::gpu::{LANES, Precision, Variant, assemble};
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+fn validate(source: &str, capabilities: Capabilities) -> Result<(naga::Module, naga::valid::ModuleInfo), String> {
+    let module = naga::front::wgsl::parse_str(source).map_err(|e| e.emit_to_string(source))?;
+    let info = Validator::new(ValidationFlags::all(), capabilities).validate(&module).map_err(|e| format!("{e:?}"))?;
+    Ok((module, info))
+}
+
+fn capabilities(precision: Precision) -> Capabilities {
+    match precision {
+        Precision::F32 => Capabilities::empty(),
+        Precision::F64 => Capabilities::FLOAT64,
+    }
+}
+
+#[test]
+fn every_variant_is_valid() {
+    assert_eq!(Variant::all().count(), 16);
+    for variant in Variant::all() {
+        validate(&assemble(variant), capabilities(variant.precision)).unwrap_or_else(|e| panic!("{variant:?}: {e}"));
+    }
+}
+
+#[test]
+fn layouts_are_what_is_packed() {
+    for variant in Variant::all() {
+        let (module, _) = validate(&assemble(variant), capabilities(variant.precision)).unwrap();
+        let bytes = if variant.precision == Precision::F32 { 4 } else { 8 };
+        let mut layouter = naga::proc::Layouter::default();
+        layouter.update(module.to_ctx()).unwrap();
+        let stride = |name: &str| {
+            let (_, variable) = module.global_variables.iter().find(|(_, v)| v.name.as_deref() == Some(name)).unwrap();
+            match module.types[variable.ty].inner {
+                naga::TypeInner::Array { stride, .. } => stride,
+                naga::TypeInner::Struct { span, .. } => span,
+                ref other => panic!("{name}: {other:?}"),
+            }
+        };
+        let lanes = u32::try_from(LANES).unwrap() * bytes;
+        let sample = if variant.precision == Precision::F32 { 4 } else { 2 } * bytes;
+        for (name, expected) in [
+            ("round", 8),
+            ("jobs", 4),
+            ("segments", 16),
+            ("inputs", 4 * bytes),
+            ("samples", sample),
+            ("weights", 2 * bytes),
+            ("maps", lanes),
+            ("states", lanes),
+            ("sums", lanes),
+        ] {
+            assert_eq!(stride(name), expected, "{name} in {variant:?}");
+        }
+    }
+}
+
+#[test]
+fn a_broken_shader_is_rejected() {
+    let variant = Variant { precision: Precision::F32, absolute: false, weighted: false, uniform: true };
+    let good = assemble(variant);
+    validate(&good, Capabilities::empty()).unwrap();
+    for (from, to) in
+        [("fn gain(", "fn gian("), ("sample.z", "sample.q"), ("@binding(6)", "@binding(5)"), ("-> Run {", "-> Map {")]
+    {
+        assert!(good.contains(from));
+        assert!(validate(&good.replacen(from, to, 1), Capabilities::empty()).is_err(), "{from} -> {to} went unnoticed");
+    }
+    let f64 = assemble(Variant { precision: Precision::F64, ..variant });
+    assert!(validate(&f64, Capabilities::empty()).is_err(), "f64 needs its capability");
+}
