@@ -21,6 +21,13 @@ pub fn m2_record() -> Record {
     simulated(&Parameters::M2, &excitation, Discretization::Zoh).unwrap()
 }
 
+/// The M2 motor in a short recording with its step at once.
+pub fn problem_of(duration_s: f64) -> Arc<Problem> {
+    let excitation = Excitation::step(10.5, 0.0, duration_s, 0.001).unwrap();
+    let record = simulated(&Parameters::M2, &excitation, Discretization::Zoh).unwrap();
+    Arc::new(Problem::new(&[record], Model::default(), Space::table2(), Criterion::default()).unwrap())
+}
+
 /// nrmse/std over the box of Table 2.
 pub fn m2_problem() -> Arc<Problem> {
     Arc::new(Problem::new(&[m2_record()], Model::default(), Space::table2(), Criterion::default()).unwrap())

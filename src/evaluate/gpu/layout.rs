@@ -1,9 +1,9 @@
 //! A batch as the words of buffers. Offsets are those of `shaders/input.wgsl`.
 
-use super::shader::{LANES, Precision, WORKGROUP};
+use super::reference::{Reference, ReferenceStep, reference_values};
+use super::shader::{LANES, Precision, UNIFORM_BYTES, Variant, WORKGROUP};
 use crate::evaluate::{Group, Problem, Signals};
-use crate::motor::{Parameters, StepMap, StepMaps, step_maps, walk};
-use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Words of a job.
 pub(super) const JOB: usize = 9;
@@ -39,10 +39,13 @@ impl Numbers {
     }
 }
 
-/// Where the results of one (group, recording) are: blocks of four candidates from `first` on.
+/// One (group, recording): its blocks of candidates from `first` on.
 pub(super) struct Unit {
     pub place: Place,
     pub first: usize,
+    pub blocks: usize,
+    /// The reference's maps for each distinct step.
+    pub reference: Vec<ReferenceStep>,
 }
 
 /// A group of the batch and a recording of its problem.
@@ -52,103 +55,85 @@ pub(super) struct Place {
     pub recording: usize,
 }
 
-/// A batch, packed.
-pub(super) struct Packed {
+/// What a group of a scene was made of.
+struct Key {
+    problem: Arc<Problem>,
+    reference: Option<Vec<f64>>,
+    count: usize,
+}
+
+/// All of a batch but the candidates' maps: it stays on the device for as long as problems, references and counts do.
+pub(super) struct Scene {
+    key: Vec<Key>,
+    pub variant: Variant,
     pub jobs: Vec<u32>,
     /// Segments at which rounds begin and end; behind the jobs once all are there.
     bounds: Vec<u32>,
-    weighted: bool,
     pub job_count: u32,
     pub rounds: u32,
     pub segments: Vec<[u32; 4]>,
     pub inputs: Numbers,
     pub samples: Numbers,
     pub weights: Numbers,
-    pub maps: Numbers,
     pub blocks: usize,
+    /// Maps of all units: blocks times distinct steps.
+    maps: usize,
     pub units: Vec<Unit>,
 }
 
-/// Packs groups whose criteria need the same shader. `references` holds one motor per group and recording.
-pub(super) fn pack(groups: &[Group<'_>], precision: Precision, weighted: bool) -> Packed {
-    let numbers = || Numbers::new(precision);
-    let mut packed = Packed {
-        jobs: Vec::new(),
-        bounds: Vec::new(),
-        weighted,
-        job_count: 0,
-        rounds: 0,
-        segments: Vec::new(),
-        inputs: numbers(),
-        samples: numbers(),
-        weights: numbers(),
-        maps: numbers(),
-        blocks: 0,
-        units: Vec::new(),
-    };
-    for (index, group) in groups.iter().enumerate() {
-        let values = reference_values(group);
-        for (recording, signals) in group.problem.signals().iter().enumerate() {
-            let reference = Reference::new(group.problem, signals, &group.problem.parameters(&values, recording));
-            packed.add(Place { group: index, recording }, group, &reference);
+impl Scene {
+    /// Packs groups that need the same shader.
+    pub(super) fn new(groups: &[Group<'_>], variant: Variant) -> Self {
+        let numbers = || Numbers::new(variant.precision);
+        let mut scene = Self {
+            key: groups.iter().map(|group| key(group, variant.precision)).collect(),
+            variant,
+            jobs: Vec::new(),
+            bounds: Vec::new(),
+            job_count: 0,
+            rounds: 0,
+            segments: Vec::new(),
+            inputs: numbers(),
+            samples: numbers(),
+            weights: numbers(),
+            blocks: 0,
+            maps: 0,
+            units: Vec::new(),
+        };
+        for (index, group) in groups.iter().enumerate() {
+            let values = reference_values(group);
+            for (recording, signals) in group.problem.signals().iter().enumerate() {
+                let reference = Reference::new(group.problem, signals, &group.problem.parameters(&values, recording));
+                scene.add(Place { group: index, recording }, group, reference);
+            }
         }
-    }
-    packed.job_count = u32::try_from(packed.jobs.len() / JOB).unwrap_or(u32::MAX);
-    let table = u32::try_from(packed.jobs.len()).unwrap_or(u32::MAX);
-    packed.jobs.chunks_exact_mut(JOB).for_each(|job| job[6] += table);
-    let bounds = std::mem::take(&mut packed.bounds);
-    packed.jobs.extend(bounds);
-    if packed.weights.bytes.is_empty() {
-        packed.weights.push(&[0.0; 2]);
-    }
-    packed
-}
-
-/// What deviations are taken from: a motor's trajectory, and per step how a candidate's maps become forces.
-///
-/// With the reference's maps D_r and gains Γ_r, its increment δ = D_r x_r + Γ_r u and M = D D_r⁻¹, a candidate's own
-/// increment at the reference's state is `D x_r + Γ u = M δ + (Γ − M Γ_r) u`. The force on the deviation is that less δ:
-/// `(M − I) δ + (Γ − M Γ_r) u`. Unlike `(D − D_r) x_r + (Γ − Γ_r) u` its terms do not cancel in the steady state.
-struct Reference {
-    trajectory: Vec<[f64; 2]>,
-    /// What the matrix of the force is multiplied by at each sample: δ.
-    drive: Vec<[f64; 2]>,
-    /// D_r⁻¹ and the gains of each step. None for a reference that stays where it starts, because the motor diverges or
-    /// D_r has no inverse: the force is then `D x_r + Γ u` itself, and `drive` is x_r.
-    steps: Vec<Option<([f64; 4], StepMap)>>,
-}
-
-impl Reference {
-    fn new(problem: &Problem, signals: &Signals, motor: &Parameters) -> Self {
-        let method = problem.model().discretization;
-        let mut trajectory = Vec::with_capacity(signals.len());
-        walk(motor, &signals.drive(), signals.initial, method, |x| trajectory.push(x));
-        let steps: Vec<_> = signals.step_s.iter().map(|&h| inverted(StepMap::new(motor, h, method))).collect();
-        // f32 holds up to 3e38; squares of errors must fit too.
-        if steps.iter().all(Option::is_some) && trajectory.iter().flatten().all(|x| x.abs() < 1e15) {
-            let mut drive: Vec<[f64; 2]> =
-                trajectory.windows(2).map(|x| [x[1][0] - x[0][0], x[1][1] - x[0][1]]).collect();
-            drive.push([0.0; 2]);
-            return Self { trajectory, drive, steps };
+        scene.job_count = word(scene.jobs.len() / JOB);
+        let table = word(scene.jobs.len());
+        scene.jobs.chunks_exact_mut(JOB).for_each(|job| job[6] += table);
+        scene.jobs.append(&mut scene.bounds);
+        if scene.weights.bytes.is_empty() {
+            scene.weights.push(&[0.0; 2]);
         }
-        let still = vec![signals.initial; signals.len()];
-        Self { trajectory: still.clone(), drive: still, steps: vec![None; signals.step_s.len()] }
+        scene.variant.uniform = scene.samples.bytes.len() <= UNIFORM_BYTES;
+        scene
+    }
+
+    /// Whether these groups differ from the scene's in their candidates alone.
+    pub(super) fn serves(&self, groups: &[Group<'_>], variant: Variant) -> bool {
+        let same = |key: &Key, group: &Group<'_>| {
+            Arc::ptr_eq(&key.problem, group.problem)
+                && key.count == group.candidates.count()
+                && (variant.precision == Precision::F64 || key.reference.as_deref() == group.reference)
+        };
+        Variant { uniform: self.variant.uniform, ..variant } == self.variant
+            && self.key.len() == groups.len()
+            && self.key.iter().zip(groups).all(|(key, group)| same(key, group))
     }
 }
 
-fn inverted(map: StepMap) -> Option<([f64; 4], StepMap)> {
-    let [a, b, c, d] = map.d;
-    let determinant = a * d - b * c;
-    let inverse = [d, -b, -c, a].map(|v| v / determinant);
-    inverse.iter().all(|v| v.is_finite()).then_some((inverse, map))
-}
-
-/// The group's own reference, or the geometric middle of its box.
-fn reference_values(group: &Group<'_>) -> Vec<f64> {
-    match group.reference {
-        Some(values) => values.to_vec(),
-        None => group.problem.space().free().iter().map(|axis| (axis.min * axis.max).sqrt()).collect(),
-    }
+fn key(group: &Group<'_>, precision: Precision) -> Key {
+    let reference = if precision == Precision::F64 { None } else { group.reference.map(<[f64]>::to_vec) };
+    Key { problem: group.problem.clone(), reference, count: group.candidates.count() }
 }
 
 fn word(n: usize) -> u32 {
@@ -156,23 +141,21 @@ fn word(n: usize) -> u32 {
     u32::try_from(n).unwrap_or(u32::MAX)
 }
 
-impl Packed {
-    fn add(&mut self, place: Place, group: &Group<'_>, reference: &Reference) {
+impl Scene {
+    fn add(&mut self, place: Place, group: &Group<'_>, reference: Reference) {
         let signals = &group.problem.signals()[place.recording];
         let blocks = group.candidates.count().div_ceil(LANES);
         if blocks == 0 {
             return;
         }
-        let precision = self.maps.precision;
-        let sample_first = self.samples.count(precision.sample());
+        let sample_first = self.samples.count(self.variant.precision.sample());
         let weight_first = self.weights.count(2);
-        self.add_samples(signals, reference);
+        self.add_samples(signals, &reference);
         let initial = self.inputs.count(4);
         let rounds_first = self.bounds.len();
         let rounds = self.add_segments(signals);
-        let map_first = self.maps.count(LANES * precision.fields());
+        let map_first = self.maps;
         let steps = signals.step_s.len();
-        self.add_maps(group, place.recording, reference);
         for first in (0..blocks).step_by(WORKGROUP) {
             let count = WORKGROUP.min(blocks - first);
             self.jobs.extend([
@@ -187,7 +170,8 @@ impl Packed {
                 word(initial),
             ]);
         }
-        self.units.push(Unit { place, first: self.blocks });
+        self.units.push(Unit { place, first: self.blocks, blocks, reference: reference.steps });
+        self.maps += blocks * steps;
         self.blocks += blocks;
         self.rounds = self.rounds.max(word(rounds));
     }
@@ -202,7 +186,7 @@ impl Packed {
                 Precision::F32 => self.samples.push(&[y[0] - x[0], y[1] - x[1], drive[0], drive[1]]),
             }
         }
-        if self.weighted {
+        if self.variant.weighted {
             for n in active..signals.len() {
                 self.weights.push(&signals.weight.get(n).copied().unwrap_or([1.0; 2]));
             }
@@ -232,76 +216,4 @@ impl Packed {
         self.bounds.push(word(self.segments.len()));
         rounds + 1
     }
-
-    /// Step maps of every block and distinct step, made in f64 on all threads.
-    fn add_maps(&mut self, group: &Group<'_>, recording: usize, reference: &Reference) {
-        let signals = &group.problem.signals()[recording];
-        let precision = self.maps.precision;
-        let method = group.problem.model().discretization;
-        let block_bytes = precision.fields() * LANES * precision.bytes();
-        let blocks = group.candidates.count().div_ceil(LANES);
-        let from = self.maps.bytes.len();
-        self.maps.bytes.resize(from + blocks * signals.step_s.len() * block_bytes, 0);
-        let block_maps = |(block, bytes): (usize, &mut [u8])| {
-            let parameters = parameters_of(group, recording, block);
-            let mut numbers = Numbers::new(precision);
-            numbers.bytes.reserve_exact(bytes.len());
-            for (reference, &h) in reference.steps.iter().zip(&signals.step_s) {
-                push_map(&mut numbers, &step_maps(&parameters, h, method), reference.as_ref());
-            }
-            bytes.copy_from_slice(&numbers.bytes);
-        };
-        self.maps.bytes[from..]
-            .par_chunks_mut(signals.step_s.len() * block_bytes)
-            .enumerate()
-            .with_min_len(64)
-            .for_each(block_maps);
-    }
-}
-
-/// Parameters of four candidates side by side; the last is repeated where there are fewer.
-fn parameters_of(group: &Group<'_>, recording: usize, block: usize) -> [[f64; LANES]; 5] {
-    let lanes: [[f64; 5]; LANES] = std::array::from_fn(|lane| {
-        let row = (block * LANES + lane).min(group.candidates.count() - 1);
-        group.problem.parameters(group.candidates.row(row), recording).to_array()
-    });
-    std::array::from_fn(|p| lanes.map(|values| values[p]))
-}
-
-/// A step map as the shader reads it: in f64 D and gains, in f32 D, the matrix of the force and where the deviation
-/// comes to rest under each input, `−D⁻¹ (Γ − M Γ_r)`.
-fn push_map(numbers: &mut Numbers, maps: &StepMaps<LANES>, reference: Option<&([f64; 4], StepMap)>) {
-    let gains = [&maps.taps[0], &maps.taps[1], &maps.torque];
-    maps.d.iter().for_each(|d| numbers.push(d));
-    if numbers.precision == Precision::F64 {
-        gains.iter().for_each(|gain| gain.iter().for_each(|axis| numbers.push(axis)));
-        return;
-    }
-    let mut p = maps.d;
-    let mut rests = gains.map(|gain| *gain);
-    for n in 0..LANES {
-        let d = maps.d.map(|entry| entry[n]);
-        if let Some((inverse, map)) = reference {
-            let m = product(d, *inverse);
-            for entry in 0..4 {
-                p[entry][n] = m[entry] - if entry % 3 == 0 { 1.0 } else { 0.0 };
-            }
-            for (rest, of) in rests.iter_mut().zip([map.taps[0], map.taps[1], map.torque]) {
-                rest[0][n] -= m[0] * of[0] + m[1] * of[1];
-                rest[1][n] -= m[2] * of[0] + m[3] * of[1];
-            }
-        }
-        let determinant = d[0] * d[3] - d[1] * d[2];
-        for rest in &mut rests {
-            let [i, w] = rest.map(|axis| axis[n]);
-            rest[0][n] = -(d[3] * i - d[1] * w) / determinant;
-            rest[1][n] = -(d[0] * w - d[2] * i) / determinant;
-        }
-    }
-    p.iter().for_each(|entry| numbers.push(entry));
-    rests.iter().for_each(|rest| rest.iter().for_each(|axis| numbers.push(axis)));
-}
-
-fn product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
-    [a[0] * b[0] + a[1] * b[2], a[0] * b[1] + a[1] * b[3], a[2] * b[0] + a[3] * b[2], a[2] * b[1] + a[3] * b[3]]
 }

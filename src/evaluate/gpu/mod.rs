@@ -6,6 +6,8 @@
 
 mod device;
 mod layout;
+mod maps;
+mod reference;
 mod run;
 mod shader;
 
@@ -19,7 +21,7 @@ use crate::motor::{Discretization, Drive, Parameters, Space, Trajectory, simulat
 use crate::record::{Record, Samples};
 use crate::{Error, ErrorKind, Result};
 use device::Device;
-use layout::{Packed, Unit, pack};
+use layout::Unit;
 use run::{Pipelines, Set, Ticket};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -46,7 +48,6 @@ struct Part {
 /// A part of the batch in flight.
 struct Flight {
     parts: Vec<Part>,
-    units: Vec<Unit>,
     ticket: Ticket,
     set: usize,
 }
@@ -153,26 +154,17 @@ impl Gpu {
 
     fn launch(&mut self, batch: &Batch<'_>, parts: Vec<Part>, set: usize) -> Result<Flight> {
         let groups: Vec<Group<'_>> = parts.iter().map(|part| part.of(batch)).collect();
-        let mut variant = self.variant(&groups[0]);
-        let packed: Packed = pack(&groups, self.precision, variant.weighted);
-        variant.uniform = packed.samples.bytes.len() <= UNIFORM_BYTES;
-        let limit = usize::try_from(self.device.facts.binding_bytes_max).unwrap_or(usize::MAX);
-        if packed.samples.bytes.len().max(packed.maps.bytes.len()) > limit {
-            return Err(Error::new(
-                ErrorKind::Device,
-                format!("a recording does not fit into one buffer of {} ({limit} bytes)", self.device.facts.name),
-                "Use --device cpu, or cut the recording.",
-            ));
-        }
-        let ticket = self.sets[set].submit(&self.device, &mut self.pipelines, &packed, variant)?;
-        Ok(Flight { parts, units: packed.units, ticket, set })
+        let variant = self.variant(&groups[0]);
+        let ticket = self.sets[set].submit(&self.device, &mut self.pipelines, &groups, variant)?;
+        Ok(Flight { parts, ticket, set })
     }
 
     /// Waits for a part and adds its sums to the totals of its candidates.
     fn land(&self, batch: &Batch<'_>, flight: Flight, offsets: &[usize], totals: &mut [f64]) -> Result<()> {
-        let Flight { parts, units, ticket, set } = flight;
+        let Flight { parts, ticket, set } = flight;
+        let units = self.sets[set].scene.as_ref().map_or(&[][..], |scene| &scene.units);
         self.sets[set].collect(&self.device, ticket, &mut |sums| {
-            for Unit { place, first } in &units {
+            for Unit { place, first, .. } in units {
                 let part = parts[place.group];
                 let signals = &batch.groups[part.group].problem.signals()[place.recording];
                 let from = offsets[part.group] + part.first;

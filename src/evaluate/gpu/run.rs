@@ -1,8 +1,10 @@
 //! Buffers, pipelines and submissions. Buffers are kept and grow; a submission is one encoder with the copy-back in it.
 
 use super::device::Device;
-use super::layout::Packed;
+use super::layout::Scene;
+use super::maps::write_maps;
 use super::shader::{LANES, Precision, UNIFORM_BYTES, Variant, assemble};
+use crate::evaluate::Group;
 use crate::{Error, ErrorKind, Result};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -73,6 +75,8 @@ fn make(device: &Device, variant: Variant) -> (wgpu::BindGroupLayout, wgpu::Comp
 /// The buffers of one submission in flight.
 #[derive(Default)]
 pub(super) struct Set {
+    pub scene: Option<Scene>,
+    maps: Vec<u8>,
     buffers: [Option<wgpu::Buffer>; BINDINGS],
     read_back: Option<wgpu::Buffer>,
     bind_group: Option<(Variant, wgpu::BindGroup)>,
@@ -86,62 +90,78 @@ pub(super) struct Ticket {
 }
 
 impl Set {
-    /// Uploads and starts a packed batch.
+    /// Uploads and starts groups that need the shader `variant`. What the last submission of this set left on the
+    /// device is used again where it fits.
     pub(super) fn submit(
         &mut self,
         device: &Device,
         pipelines: &mut Pipelines,
-        packed: &Packed,
+        groups: &[Group<'_>],
         variant: Variant,
     ) -> Result<Ticket> {
-        let rounds: Vec<u8> = (0..packed.rounds)
-            .flat_map(|index| {
-                let mut bytes = vec![0; ROUND_BYTES];
-                bytes[..4].copy_from_slice(&index.to_ne_bytes());
-                bytes[4..8].copy_from_slice(&packed.job_count.to_ne_bytes());
-                bytes
-            })
-            .collect();
-        let result = packed.blocks * 2 * LANES * variant.precision.bytes();
-        let contents: [&[u8]; 7] = [
-            &rounds,
-            bytemuck::cast_slice(&packed.jobs),
-            bytemuck::cast_slice(&packed.segments),
-            &packed.inputs.bytes,
-            &packed.samples.bytes,
-            &packed.weights.bytes,
-            &packed.maps.bytes,
-        ];
-        for (binding, content) in contents.iter().enumerate() {
-            let size = if binding == 4 && variant.uniform { UNIFORM_BYTES } else { content.len() };
-            let usage = match binding {
-                0 => wgpu::BufferUsages::UNIFORM,
-                4 => wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE,
-                _ => wgpu::BufferUsages::STORAGE,
-            };
-            self.ensure(device, binding, size, usage | wgpu::BufferUsages::COPY_DST);
-            if let Some(buffer) = &self.buffers[binding] {
-                device.queue.write_buffer(buffer, 0, content);
+        let scene = match self.scene.take() {
+            Some(scene) if scene.serves(groups, variant) => scene,
+            _ => {
+                let scene = Scene::new(groups, variant);
+                self.upload(device, &scene)?;
+                scene
             }
-        }
-        self.ensure(device, 7, result, wgpu::BufferUsages::STORAGE);
-        self.ensure(device, 8, result, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
+        };
+        let variant = scene.variant;
+        let mut maps = std::mem::take(&mut self.maps);
+        write_maps(groups, &scene.units, variant.precision, &mut maps);
+        self.write(device, 6, &maps, 0)?;
+        self.maps = maps;
+        let result = scene.blocks * 2 * LANES * variant.precision.bytes();
+        self.ensure(device, 7, result, wgpu::BufferUsages::STORAGE)?;
+        self.ensure(device, 8, result, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC)?;
         if self.read_back.as_ref().is_none_or(|b| b.size() < result as u64) {
             let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-            self.read_back = Some(buffer(device, result, usage));
+            self.read_back = Some(buffer(device, result, usage)?);
         }
         let pipeline = pipelines.get(device, variant)?;
         self.bind(device, &pipeline.0, variant);
-        let submission = self.start(device, &pipeline.1, packed, result as u64)?;
+        let submission = self.start(device, &pipeline.1, &scene, result as u64)?;
+        self.scene = Some(scene);
         device.check()?;
         Ok(Ticket { submission, bytes: result as u64, precision: variant.precision })
+    }
+
+    fn upload(&mut self, device: &Device, scene: &Scene) -> Result<()> {
+        let round = |index: u32| {
+            let mut bytes = [0; ROUND_BYTES];
+            bytes[..4].copy_from_slice(&index.to_ne_bytes());
+            bytes[4..8].copy_from_slice(&scene.job_count.to_ne_bytes());
+            bytes
+        };
+        let rounds: Vec<u8> = (0..scene.rounds).flat_map(round).collect();
+        self.write(device, 0, &rounds, 0)?;
+        self.write(device, 1, bytemuck::cast_slice(&scene.jobs), 0)?;
+        self.write(device, 2, bytemuck::cast_slice(&scene.segments), 0)?;
+        self.write(device, 3, &scene.inputs.bytes, 0)?;
+        self.write(device, 4, &scene.samples.bytes, UNIFORM_BYTES)?;
+        self.write(device, 5, &scene.weights.bytes, 0)
+    }
+
+    /// Puts bytes into a buffer of at least `least` bytes.
+    fn write(&mut self, device: &Device, binding: usize, bytes: &[u8], least: usize) -> Result<()> {
+        let usage = match binding {
+            0 => wgpu::BufferUsages::UNIFORM,
+            4 => wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE,
+            _ => wgpu::BufferUsages::STORAGE,
+        };
+        self.ensure(device, binding, bytes.len().max(least), usage | wgpu::BufferUsages::COPY_DST)?;
+        if let Some(buffer) = &self.buffers[binding] {
+            device.queue.write_buffer(buffer, 0, bytes);
+        }
+        Ok(())
     }
 
     fn start(
         &self,
         device: &Device,
         pipeline: &wgpu::ComputePipeline,
-        packed: &Packed,
+        scene: &Scene,
         bytes: u64,
     ) -> Result<wgpu::SubmissionIndex> {
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -150,13 +170,13 @@ impl Set {
         else {
             return Err(lost());
         };
-        for round in 0..packed.rounds {
+        for round in 0..scene.rounds {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(pipeline);
             #[expect(clippy::cast_possible_truncation, reason = "256")]
             pass.set_bind_group(0, bind_group, &[round * ROUND_BYTES as u32]);
-            let x = packed.job_count.min(DISPATCH_MAX);
-            pass.dispatch_workgroups(x, packed.job_count.div_ceil(x.max(1)), 1);
+            let x = scene.job_count.min(DISPATCH_MAX);
+            pass.dispatch_workgroups(x, scene.job_count.div_ceil(x.max(1)), 1);
         }
         encoder.copy_buffer_to_buffer(sums, 0, read_back, 0, bytes);
         let submission = device.queue.submit([encoder.finish()]);
@@ -188,11 +208,12 @@ impl Set {
     }
 
     /// A buffer of at least `size` bytes; a new one ends the bind group.
-    fn ensure(&mut self, device: &Device, binding: usize, size: usize, usage: wgpu::BufferUsages) {
+    fn ensure(&mut self, device: &Device, binding: usize, size: usize, usage: wgpu::BufferUsages) -> Result<()> {
         if self.buffers[binding].as_ref().is_none_or(|b| b.size() < size as u64) {
-            self.buffers[binding] = Some(buffer(device, size, usage));
+            self.buffers[binding] = Some(buffer(device, size, usage)?);
             self.bind_group = None;
         }
+        Ok(())
     }
 
     fn bind(&mut self, device: &Device, layout: &wgpu::BindGroupLayout, variant: Variant) {
@@ -229,9 +250,19 @@ fn lost() -> Error {
 }
 
 /// Buffers grow by half, so that a slowly growing batch does not make a new one each time.
-fn buffer(device: &Device, size: usize, usage: wgpu::BufferUsages) -> wgpu::Buffer {
-    let limit = usize::try_from(device.facts.binding_bytes_max).unwrap_or(usize::MAX);
-    let size = (size + size / 2).min(limit).max(size).next_multiple_of(ROUND_BYTES).max(UNIFORM_BYTES);
+fn buffer(device: &Device, size: usize, usage: wgpu::BufferUsages) -> Result<wgpu::Buffer> {
+    let limits = device.device.limits();
+    let limit = usize::try_from(limits.max_buffer_size.min(device.facts.binding_bytes_max)).unwrap_or(usize::MAX);
+    if size > limit {
+        return Err(Error::new(
+            ErrorKind::Device,
+            format!("a recording needs a buffer of {size} bytes; {} has {limit}", device.facts.name),
+            "Use --device cpu, or cut the recording.",
+        ));
+    }
+    let size = (size + size / 2).next_multiple_of(ROUND_BYTES).max(UNIFORM_BYTES).min(limit) & !3;
     let descriptor = wgpu::BufferDescriptor { label: None, size: size as u64, usage, mapped_at_creation: false };
-    device.device.create_buffer(&descriptor)
+    let buffer = device.device.create_buffer(&descriptor);
+    device.check()?;
+    Ok(buffer)
 }
