@@ -91,20 +91,24 @@ impl Gpu {
         let groups = [Group { problem: &problem, candidates: Candidates::new(&values, 5), reference: None }];
         let mut costs = vec![0.0; values.len() / 5];
         self.evaluate(&Batch { groups: &groups }, &mut costs)?;
+        self.compare(&problem, &values, &costs)
+    }
+
+    /// Costs that this device gave against the oracle's.
+    fn compare(&self, problem: &Problem, values: &[f64], costs: &[f64]) -> Result<()> {
         // Ten times what the suite of tests allows.
         let allowed = if self.precision == Precision::F64 { 1e-11 } else { 2e-4 };
         for (row, cost) in values.chunks(5).zip(costs) {
-            let oracle = Scalar::cost(&problem, row);
+            let oracle = Scalar::cost(problem, row);
             let error = (cost - oracle).abs() / oracle;
             if error.is_nan() || error > allowed {
-                let facts = &self.device.facts;
+                let AdapterFacts { name, driver, .. } = &self.device.facts;
+                let precision = self.precision.name();
                 return Err(Error::new(
                     ErrorKind::Device,
                     format!(
-                        "{} ({}) computes wrongly in {}: {cost:e} where {oracle:e} is right, off by {error:.1e}",
-                        facts.name,
-                        facts.driver,
-                        self.precision.name()
+                        "{name} ({driver}) computes wrongly in {precision}: {cost:e} where {oracle:e} is right, off by \
+                         {error:.1e}"
                     ),
                     "Update its driver, choose another adapter, or use --device cpu.",
                 ));
@@ -233,5 +237,30 @@ impl Evaluator for Gpu {
 
     fn name(&self) -> String {
         format!("{} ({})", self.device.facts.name, self.device.facts.backend)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lost_device_and_a_wrong_one_are_errors() {
+        let Ok(mut gpu) = Gpu::open(&Selector::Best, None) else {
+            assert!(std::env::var_os("MOTORFIT_NO_SKIP").is_none(), "no adapter");
+            return;
+        };
+        let (problem, values) = specimen().unwrap();
+        let groups = [Group { problem: &problem, candidates: Candidates::new(&values, 5), reference: None }];
+        let mut costs = vec![0.0; 37];
+        gpu.evaluate(&Batch { groups: &groups }, &mut costs).unwrap();
+        // A device that computes wrongly: here one whose results are compared with another motor's.
+        let wrong = gpu.compare(&problem, &values, &costs.iter().map(|c| c * 1.001).collect::<Vec<_>>()).unwrap_err();
+        assert_eq!(wrong.kind(), ErrorKind::Device);
+        assert!(wrong.to_string().contains("computes wrongly"), "{wrong}");
+        gpu.device.device.destroy();
+        let lost = gpu.evaluate(&Batch { groups: &groups }, &mut costs).unwrap_err();
+        assert_eq!(lost.kind(), ErrorKind::Device);
+        assert!(!lost.remedy().is_empty(), "{lost}");
     }
 }
