@@ -79,15 +79,7 @@ fn evaluate(
         g = gain(map_at, inputs[s]);
         x = enter(x, before, g);
         var run = Run(x, Lanes2());
-        var n = segment.x;
-        // Several samples an iteration: the loop itself costs as much as one of them.
-        for (; n + 4u <= segment.y; n += 4u) {
-            run = follow(run, map, g, sample_first + n, weight_first + n);
-            run = follow(run, map, g, sample_first + n + 1u, weight_first + n + 1u);
-            run = follow(run, map, g, sample_first + n + 2u, weight_first + n + 2u);
-            run = follow(run, map, g, sample_first + n + 3u, weight_first + n + 3u);
-        }
-        for (; n < segment.y; n++) {
+        for (var n = segment.x; n < segment.y; n++) {
             run = follow(run, map, g, sample_first + n, weight_first + n);
         }
         x = run.x;

@@ -12,8 +12,8 @@ const SEGMENT: usize = 64;
 /// Loop iterations of an invocation in one dispatch: llvmpipe cuts them off at 65,535 without a word, and a real
 /// device's watchdog wants short dispatches too.
 const ITERATIONS: usize = 60_000;
-/// What a segment adds to them: one of the outer loop, and the last looks of the two inner ones.
-const OVERHEAD: usize = 3;
+/// What a segment adds to them: one of the outer loop, and the last look of the inner one.
+const OVERHEAD: usize = 2;
 
 /// Numbers in the precision of the device, as bytes are uploaded.
 pub(super) struct Numbers {
