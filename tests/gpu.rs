@@ -1,5 +1,5 @@
-//! Proves: the GPU evaluators mean what the scalar oracle means (f64 as exactly as SIMD, f32 within
-//! 2e-5 to 1e-3 of the optimum), for every
+//! Proves: the GPU evaluators mean what the scalar oracle means (f64 as exactly as SIMD, f32
+//! within 2e-5 down to a thousandth from the optimum), for every
 //! shape of batch and beyond every limit of a dispatch; searches find on the GPU what they find on the CPU; faults
 //! are errors and no panics. Runs on any adapter, a software one included.
 //! Does not prove: anything about speed.
@@ -15,7 +15,7 @@ use motorfit::evaluate::gpu::{Gpu, Precision, Selector, list};
 use motorfit::evaluate::{Group, Initial, Model, Problem, Scalar, Simd};
 use motorfit::identify::{DeviceSpec, IdentifySpec, Method, PrecisionSpec, identify};
 use motorfit::motor::{Discretization, Parameters};
-use motorfit::optimize::JayaOptions;
+use motorfit::optimize::{GeneticOptions, JayaOptions};
 use std::sync::Arc;
 use support::suite::{check, mixed_records, suite};
 use support::{NORMS, SCALES, batch, costs, criterion, driven, m2_record, near, problem, uniform};
@@ -99,7 +99,7 @@ fn f32_keeps_the_order() {
     let pairs = (0..1000).flat_map(|a| (0..a).map(move |b| (a, b)));
     let swapped = pairs.filter(|&(a, b)| (ours[a] < ours[b]) != (oracle[a] < oracle[b])).count();
     println!("f32: {swapped} of 499500 pairs misordered at 1e-4 from the optimum");
-    assert!(swapped <= 499, "{swapped} of 499500 pairs");
+    assert!(swapped <= 49, "{swapped} of 499500 pairs");
 }
 
 #[test]
@@ -208,7 +208,8 @@ fn searches_find_what_they_find_on_the_cpu() {
             continue;
         }
         let jaya = Method::Jaya(JayaOptions::default());
-        for (method, median) in [(IdentifySpec::default().method, 0.005), (jaya, 3e-4)] {
+        let ga = Method::Genetic(GeneticOptions::default());
+        for (method, median) in [(IdentifySpec::default().method, 0.005), (jaya, 3e-4), (ga, 0.03)] {
             let mut found: Vec<f64> = (1..=9)
                 .map(|seed| {
                     let spec = IdentifySpec {

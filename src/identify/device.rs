@@ -54,18 +54,27 @@ pub(super) struct Evaluation {
     precision: &'static str,
     /// Lowest cost so far and its candidate.
     reference: Option<(f64, Vec<f64>)>,
-    pub warnings: Option<Warning>,
+    /// Whether the CPU may take over.
+    auto: bool,
+    pub warnings: Vec<Warning>,
 }
 
 impl Evaluation {
     pub(super) fn new(spec: &IdentifySpec, problem: &Problem) -> Result<Self> {
-        let cpu = |warnings| Self {
+        let cpu = |warnings: Option<Warning>| Self {
             evaluator: Box::new(Simd::default()),
             kind: "cpu",
             precision: "f64",
             reference: None,
-            warnings,
+            auto: false,
+            warnings: warnings.into_iter().collect(),
         };
+        if spec.precision == PrecisionSpec::F32 && matches!(spec.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
+            return Err(crate::Error::usage(
+                "f32 is for GPUs: the CPU evaluates in f64 only",
+                "Add --device gpu, or leave --precision out.",
+            ));
+        }
         #[cfg(feature = "gpu")]
         {
             let precision = match spec.precision {
@@ -78,7 +87,9 @@ impl Evaluation {
                 let (software, precision) = (gpu.facts().kind == "software", gpu.precision().name());
                 let message = format!("{} is a software adapter: slower than --device cpu", gpu.facts().name);
                 let warnings = software.then_some(Warning { code: "software_adapter", message });
-                Ok(Self { evaluator: Box::new(gpu), kind: "gpu", precision, reference: None, warnings })
+                let warnings = warnings.into_iter().collect();
+                let auto = spec.device == DeviceSpec::Auto;
+                Ok(Self { evaluator: Box::new(gpu), kind: "gpu", precision, reference: None, auto, warnings })
             };
             match &spec.device {
                 DeviceSpec::Gpu => return open(&gpu::Selector::Best),
@@ -87,10 +98,8 @@ impl Evaluation {
                 DeviceSpec::Auto if is_large(spec, problem) => {
                     // A real adapter only; one that fails is said, and the CPU takes over.
                     if let Some(real) = gpu::list().into_iter().find(|a| a.kind != "software") {
-                        return Ok(open(&gpu::Selector::Index(real.index)).unwrap_or_else(|error| {
-                            let message = format!("{error}; the CPU evaluates instead");
-                            cpu(Some(Warning { code: "gpu_failed", message }))
-                        }));
+                        return Ok(open(&gpu::Selector::Index(real.index))
+                            .unwrap_or_else(|error| cpu(Some(taken_over(&error)))));
                     }
                 }
                 DeviceSpec::Auto | DeviceSpec::Cpu => {}
@@ -102,12 +111,6 @@ impl Evaluation {
                 crate::ErrorKind::Device,
                 "this build has no GPU evaluation",
                 "Build with the feature gpu, or use --device cpu.",
-            ));
-        }
-        if spec.precision == PrecisionSpec::F32 {
-            return Err(crate::Error::usage(
-                "the CPU evaluates in f64 only",
-                "Add --device gpu, or leave --precision out.",
             ));
         }
         let _ = problem;
@@ -136,7 +139,17 @@ impl Evaluation {
         let reference = self.reference.as_ref().map(|(_, values)| values.as_slice());
         let groups: Vec<Group<'_>> =
             populations.iter().map(|&candidates| Group { problem, candidates, reference }).collect();
-        self.evaluator.evaluate(&Batch { groups: &groups }, costs)?;
+        let batch = Batch { groups: &groups };
+        if let Err(error) = self.evaluator.evaluate(&batch, costs) {
+            if !self.auto {
+                return Err(error);
+            }
+            // auto carries on with the CPU; nothing that was found is lost.
+            self.warnings.push(taken_over(&error));
+            self.evaluator = Box::new(Simd::default());
+            (self.kind, self.precision, self.auto) = ("cpu", "f64", false);
+            self.evaluator.evaluate(&batch, costs)?;
+        }
         if self.precision == "f32" {
             let mut rest = costs;
             for population in populations {
@@ -162,17 +175,29 @@ impl Evaluation {
         }
     }
 
-    /// The device's cost of a candidate less the oracle's; `None` on the CPU.
-    pub(super) fn cost_difference(&mut self, problem: &Arc<Problem>, values: &[f64]) -> Result<Option<f64>> {
+    /// The device's cost of a candidate less the oracle's; `None` on the CPU, and where the device fails at the end.
+    /// In f32 the deviations are taken from elsewhere in the box, not from the candidate itself, where they are zero.
+    pub(super) fn cost_difference(&mut self, problem: &Arc<Problem>, values: &[f64]) -> Option<f64> {
         if self.kind == "cpu" {
-            return Ok(None);
+            return None;
         }
-        let reference = self.reference.as_ref().map(|(_, values)| values.as_slice());
-        let groups = [Group { problem, candidates: Candidates::new(values, values.len()), reference }];
+        let reference: Vec<f64> = values.iter().map(|v| 1.02 * v).collect();
+        let candidates = Candidates::new(values, values.len());
+        let groups = [Group { problem, candidates, reference: Some(&reference) }];
         let mut cost = [0.0];
-        self.evaluator.evaluate(&Batch { groups: &groups }, &mut cost)?;
-        Ok(Some(cost[0] - Scalar::cost(problem, values)))
+        match self.evaluator.evaluate(&Batch { groups: &groups }, &mut cost) {
+            Ok(()) => Some(cost[0] - Scalar::cost(problem, values)),
+            Err(error) => {
+                let message = format!("{error}; the result itself is the oracle's");
+                self.warnings.push(Warning { code: "gpu_failed", message });
+                None
+            }
+        }
     }
+}
+
+fn taken_over(error: &crate::Error) -> Warning {
+    Warning { code: "gpu_failed", message: format!("{error}; the CPU evaluates instead") }
 }
 
 /// Whether a search is large enough for a GPU to win.
@@ -180,4 +205,52 @@ impl Evaluation {
 fn is_large(spec: &IdentifySpec, problem: &Problem) -> bool {
     let generation = (spec.population as u64).saturating_mul(problem.active() as u64);
     generation >= GPU_GENERATION_STEPS && generation.saturating_mul(spec.generations as u64) >= GPU_SEARCH_STEPS
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::criterion::Criterion;
+    use crate::evaluate::Model;
+    use crate::motor::Space;
+    use crate::record::{Record, Samples};
+
+    /// A device that is lost.
+    struct Broken;
+
+    impl Evaluator for Broken {
+        fn evaluate(&mut self, _: &Batch<'_>, _: &mut [f64]) -> Result<()> {
+            Err(crate::Error::new(crate::ErrorKind::Device, "lost", "Run again."))
+        }
+    }
+
+    #[test]
+    fn auto_carries_on_with_the_cpu_and_a_device_asked_for_does_not() {
+        let ramp: Vec<f64> = (0..50).map(f64::from).collect();
+        let samples = Samples {
+            time_s: ramp.iter().map(|n| 0.001 * n).collect(),
+            voltage: ramp.clone(),
+            torque: None,
+            current: Some(ramp.clone()),
+            speed: Some(ramp),
+        };
+        let record = Record::new(samples).unwrap();
+        let problem = Problem::new(&[record], Model::default(), Space::table2(), Criterion::default()).unwrap();
+        let problem = Arc::new(problem);
+        let values = [0.5, 0.01, 0.05, 1e-4, 1e-4];
+        let mut costs = [0.0];
+        for auto in [true, false] {
+            let evaluator = Box::new(Broken);
+            let mut evaluation =
+                Evaluation { evaluator, kind: "gpu", precision: "f32", reference: None, auto, warnings: Vec::new() };
+            let done = evaluation.evaluate(&problem, &[Candidates::new(&values, 5)], &mut costs);
+            assert_eq!(done.is_ok(), auto);
+            if auto {
+                assert_eq!((evaluation.kind(), evaluation.precision()), ("cpu", "f64"));
+                assert_eq!(evaluation.warnings[0].code, "gpu_failed");
+                assert!((costs[0] / Scalar::cost(&problem, &values) - 1.0).abs() < 1e-12);
+                assert_eq!(evaluation.cost_difference(&problem, &values), None);
+            }
+        }
+    }
 }

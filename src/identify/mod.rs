@@ -194,7 +194,8 @@ fn search(
     let cost = Scalar::cost(&problem, best.values);
     let fit_percent = fit_percent(records, &problem, best.values);
     let mut warnings = warnings_of(records, spec);
-    warnings.extend(evaluation.warnings.take());
+    let cost_difference = evaluation.cost_difference(&problem, best.values);
+    warnings.append(&mut evaluation.warnings);
     warnings.extend(spec.space.free().iter().filter_map(|axis| at_bound(spec, axis.parameter, &parameters)).map(
         |(parameter, side)| Warning {
             code: "at_bound",
@@ -213,7 +214,7 @@ fn search(
         device_kind: evaluation.kind(),
         device: evaluation.name(),
         precision: evaluation.precision(),
-        cost_difference: evaluation.cost_difference(&problem, best.values)?,
+        cost_difference,
         seconds: started.elapsed().as_secs_f64(),
     })
 }

@@ -38,8 +38,10 @@ pub enum Selector {
     Name(String),
 }
 
-/// How long one submission may take before the device counts as hung.
+/// How long a submission may take before the device counts as hung: this, and its work at a rate that the slowest
+/// software adapter reaches.
 const PATIENCE: Duration = Duration::from_secs(60);
+const SLOWEST_STEPS_PER_SECOND: u64 = 20_000_000;
 
 fn error(message: impl Into<String>, remedy: impl Into<String>) -> Error {
     Error::new(ErrorKind::Device, message, remedy)
@@ -94,12 +96,12 @@ pub(super) struct Device {
 }
 
 impl Device {
-    pub(super) fn open(selector: &Selector) -> Result<Self> {
+    pub(super) fn open(selector: &Selector, f64: bool) -> Result<Self> {
         let mut adapters = adapters();
         let list: Vec<AdapterFacts> = adapters.iter().enumerate().map(|(n, a)| facts(n, a)).collect();
-        let index = choose(&list, selector)?;
+        let index = choose(&list, selector, f64)?;
         let (adapter, facts) = (adapters.swap_remove(index), list[index].clone());
-        let features = adapter.features() & (wgpu::Features::SHADER_F64 | wgpu::Features::TIMESTAMP_QUERY);
+        let features = adapter.features() & wgpu::Features::SHADER_F64;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("motorfit"),
             required_features: features,
@@ -134,21 +136,30 @@ impl Device {
         }
     }
 
-    /// Waits until a submission is done.
-    pub(super) fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<()> {
-        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(PATIENCE) };
+    /// Waits until a submission of so many candidate-steps is done.
+    pub(super) fn wait(&self, submission: wgpu::SubmissionIndex, steps: u64) -> Result<()> {
+        let patience = PATIENCE + Duration::from_secs(steps / SLOWEST_STEPS_PER_SECOND);
+        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(patience) };
         let polled = self.device.poll(wait);
         self.check()?;
         polled.map(|_| ()).map_err(|e| {
+            // Dropping a device waits for its work, which a hung one never ends: it is left to the system.
+            std::mem::forget((self.device.clone(), self.queue.clone()));
             error(
-                format!("{} did not finish within {} s: {e}", self.facts.name, PATIENCE.as_secs()),
+                format!("{} did not finish within {} s: {e}", self.facts.name, patience.as_secs()),
                 "The device hangs or is far too slow: use --device cpu, or restart its driver.",
             )
         })
     }
+
+    /// Whether samples may lie in a uniform buffer of `bytes`.
+    pub(super) fn has_uniform(&self, bytes: usize) -> bool {
+        self.device.limits().max_uniform_buffer_binding_size >= bytes as u64
+    }
 }
 
-fn choose(list: &[AdapterFacts], selector: &Selector) -> Result<usize> {
+/// The adapter that is asked for; the best there is in f64 where that is asked for too.
+fn choose(list: &[AdapterFacts], selector: &Selector, f64: bool) -> Result<usize> {
     if list.is_empty() {
         return Err(error(
             "no GPU adapter answers on this machine",
@@ -157,7 +168,7 @@ fn choose(list: &[AdapterFacts], selector: &Selector) -> Result<usize> {
         ));
     }
     let found = match selector {
-        Selector::Best => Some(0),
+        Selector::Best => list.iter().position(|a| a.f64 || !f64).or(Some(0)),
         Selector::Index(index) => (*index < list.len()).then_some(*index),
         Selector::Name(name) => {
             let name = name.to_lowercase();

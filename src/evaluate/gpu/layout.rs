@@ -76,6 +76,8 @@ pub(super) struct Scene {
     pub samples: Numbers,
     pub weights: Numbers,
     pub blocks: usize,
+    /// Candidate-steps.
+    pub steps: u64,
     /// Maps of all units: blocks times distinct steps.
     maps: usize,
     pub units: Vec<Unit>,
@@ -97,13 +99,19 @@ impl Scene {
             samples: numbers(),
             weights: numbers(),
             blocks: 0,
+            steps: 0,
             maps: 0,
             units: Vec::new(),
         };
         for (index, group) in groups.iter().enumerate() {
             let values = reference_values(group);
             for (recording, signals) in group.problem.signals().iter().enumerate() {
-                let reference = Reference::new(group.problem, signals, &group.problem.parameters(&values, recording));
+                let reference = match variant.precision {
+                    Precision::F32 => {
+                        Reference::new(group.problem, signals, &group.problem.parameters(&values, recording))
+                    }
+                    Precision::F64 => Reference::none(signals),
+                };
                 scene.add(Place { group: index, recording }, group, reference);
             }
         }
@@ -114,7 +122,7 @@ impl Scene {
         if scene.weights.bytes.is_empty() {
             scene.weights.push(&[0.0; 2]);
         }
-        scene.variant.uniform = scene.samples.bytes.len() <= UNIFORM_BYTES;
+        scene.variant.uniform &= scene.samples.bytes.len() <= UNIFORM_BYTES;
         scene
     }
 
@@ -172,6 +180,7 @@ impl Scene {
         }
         self.units.push(Unit { place, first: self.blocks, blocks, reference: reference.steps });
         self.maps += blocks * steps;
+        self.steps += (blocks * LANES * signals.active()) as u64;
         self.blocks += blocks;
         self.rounds = self.rounds.max(word(rounds));
     }
@@ -180,10 +189,13 @@ impl Scene {
     fn add_samples(&mut self, signals: &Signals, reference: &Reference) {
         let active = signals.first_active;
         for n in active..signals.len() {
-            let (y, x, drive) = (&signals.measured[n], &reference.trajectory[n], &reference.drive[n]);
+            let y = signals.measured[n];
             match self.samples.precision {
-                Precision::F64 => self.samples.push(y),
-                Precision::F32 => self.samples.push(&[y[0] - x[0], y[1] - x[1], drive[0], drive[1]]),
+                Precision::F64 => self.samples.push(&y),
+                Precision::F32 => {
+                    let (x, drive) = (reference.trajectory[n], reference.drive[n]);
+                    self.samples.push(&[y[0] - x[0], y[1] - x[1], drive[0], drive[1]]);
+                }
             }
         }
         if self.variant.weighted {

@@ -24,6 +24,7 @@ use device::Device;
 use layout::Unit;
 use run::{Pipelines, Set, Ticket};
 use std::collections::VecDeque;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 /// Bytes of step maps in one submission; larger batches are split and overlap.
@@ -58,7 +59,7 @@ impl Gpu {
     /// # Errors
     /// `Device` when there is no such adapter, it lacks f64, cannot be opened or computes wrongly.
     pub fn open(selector: &Selector, precision: Option<Precision>) -> Result<Self> {
-        let device = Device::open(selector)?;
+        let device = Device::open(selector, precision == Some(Precision::F64))?;
         let has_f64 = device.facts.f64;
         if precision == Some(Precision::F64) && !has_f64 {
             return Err(Error::new(
@@ -123,7 +124,7 @@ impl Gpu {
             precision: self.precision,
             absolute: group.problem.criterion().is_absolute(),
             weighted: group.problem.signals().iter().any(|s| !s.weight.is_empty()),
-            uniform: false,
+            uniform: self.device.has_uniform(UNIFORM_BYTES),
         }
     }
 
@@ -204,6 +205,23 @@ impl Part {
     }
 }
 
+impl Gpu {
+    /// Costs before the criterion's last step, part after part.
+    fn totals(&mut self, batch: &Batch<'_>, offsets: &[usize], totals: &mut [f64]) -> Result<()> {
+        // While one part is computed, the next is packed.
+        let mut flights: VecDeque<Flight> = VecDeque::new();
+        for (n, parts) in self.split(batch).into_iter().enumerate() {
+            if flights.len() == self.sets.len()
+                && let Some(flight) = flights.pop_front()
+            {
+                self.land(batch, flight, offsets, totals)?;
+            }
+            flights.push_back(self.launch(batch, parts, n % 2)?);
+        }
+        flights.into_iter().try_for_each(|flight| self.land(batch, flight, offsets, totals))
+    }
+}
+
 impl Evaluator for Gpu {
     fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()> {
         batch.check(costs)?;
@@ -215,22 +233,25 @@ impl Evaluator for Gpu {
                 Some(from)
             })
             .collect();
-        // While one part is computed, the next is packed.
-        let mut flights: VecDeque<Flight> = VecDeque::new();
-        for (n, parts) in self.split(batch).into_iter().enumerate() {
-            if flights.len() == self.sets.len()
-                && let Some(flight) = flights.pop_front()
-            {
-                self.land(batch, flight, &offsets, costs)?;
-            }
-            flights.push_back(self.launch(batch, parts, n % 2)?);
+        // wgpu panics where a driver reports a loss while it is waited for.
+        let done = catch_unwind(AssertUnwindSafe(|| self.totals(batch, &offsets, costs))).unwrap_or_else(|_| {
+            let message = format!("{} was lost while it computed", self.device.facts.name);
+            Err(Error::new(
+                ErrorKind::Device,
+                message,
+                "Run again; if it stays, update the driver or use --device cpu.",
+            ))
+        });
+        if done.is_err() {
+            // What was in flight is not to be trusted again.
+            self.sets = Default::default();
         }
-        for flight in flights {
-            self.land(batch, flight, &offsets, costs)?;
-        }
+        done?;
         for (group, from) in batch.groups.iter().zip(offsets) {
-            let own = &mut costs[from..from + group.candidates.count()];
-            own.iter_mut().for_each(|cost| *cost = group.problem.cost(*cost));
+            for (row, cost) in costs[from..from + group.candidates.count()].iter_mut().enumerate() {
+                let is_nan = group.candidates.row(row).iter().any(|v| v.is_nan());
+                *cost = if is_nan { f64::INFINITY } else { group.problem.cost(*cost) };
+            }
         }
         Ok(())
     }
@@ -262,5 +283,7 @@ mod tests {
         let lost = gpu.evaluate(&Batch { groups: &groups }, &mut costs).unwrap_err();
         assert_eq!(lost.kind(), ErrorKind::Device);
         assert!(!lost.remedy().is_empty(), "{lost}");
+        let again = gpu.evaluate(&Batch { groups: &groups }, &mut costs).unwrap_err();
+        assert_eq!(again.kind(), ErrorKind::Device, "and stays one");
     }
 }

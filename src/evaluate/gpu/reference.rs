@@ -34,7 +34,12 @@ impl Reference {
             return Self { trajectory, drive, steps };
         }
         let still = vec![signals.initial; signals.len()];
-        Self { trajectory: still.clone(), drive: still, steps: vec![None; signals.step_s.len()] }
+        Self { trajectory: still.clone(), drive: still, ..Self::none(signals) }
+    }
+
+    /// Nothing but the number of steps: for a shader that takes no deviations.
+    pub(super) fn none(signals: &Signals) -> Self {
+        Self { trajectory: Vec::new(), drive: Vec::new(), steps: vec![None; signals.step_s.len()] }
     }
 }
 

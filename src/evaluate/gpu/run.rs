@@ -87,6 +87,7 @@ pub(super) struct Ticket {
     submission: wgpu::SubmissionIndex,
     bytes: u64,
     precision: Precision,
+    steps: u64,
 }
 
 impl Set {
@@ -122,9 +123,10 @@ impl Set {
         let pipeline = pipelines.get(device, variant)?;
         self.bind(device, &pipeline.0, variant);
         let submission = self.start(device, &pipeline.1, &scene, result as u64)?;
-        self.scene = Some(scene);
         device.check()?;
-        Ok(Ticket { submission, bytes: result as u64, precision: variant.precision })
+        let steps = scene.steps;
+        self.scene = Some(scene);
+        Ok(Ticket { submission, bytes: result as u64, precision: variant.precision, steps })
     }
 
     fn upload(&mut self, device: &Device, scene: &Scene) -> Result<()> {
@@ -186,7 +188,7 @@ impl Set {
 
     /// Waits for a submission and hands its sums, four candidates of current then four of speed a block, to `read`.
     pub(super) fn collect(&self, device: &Device, ticket: Ticket, read: &mut dyn FnMut(&[f64])) -> Result<()> {
-        device.wait(ticket.submission)?;
+        device.wait(ticket.submission, ticket.steps)?;
         let buffer = self.read_back.as_ref().ok_or_else(lost)?;
         let view = buffer.slice(..ticket.bytes).get_mapped_range().map_err(|e| {
             Error::new(ErrorKind::Device, format!("{}: results cannot be read: {e}", device.facts.name), "Run again.")
