@@ -128,12 +128,13 @@ impl Gpu {
         }
     }
 
-    /// Parts of one shader each and of bounded size.
+    /// Parts of one shader each and of bounded size: maps within the budget, samples within another of the same size
+    /// (a recording that alone is larger still goes in one part).
     fn split(&self, batch: &Batch<'_>) -> Vec<Vec<Part>> {
         let budget = usize::try_from(MAPS_BYTES_MAX.min(self.device.facts.binding_bytes_max)).unwrap_or(usize::MAX);
         let entry = self.precision.fields() * self.precision.bytes();
         let mut pieces: Vec<Vec<Part>> = Vec::new();
-        let (mut room, mut shader) = (0, None);
+        let (mut maps_room, mut samples_room, mut shader) = (0, 0, None);
         for (group, of) in batch.groups.iter().enumerate() {
             let variant = self.variant(of);
             let signals = of.problem.signals();
@@ -142,12 +143,14 @@ impl Gpu {
                 signals.iter().map(|s| s.active() * self.precision.sample() * self.precision.bytes()).sum();
             let (mut first, count) = (0, of.candidates.count());
             while first < count {
-                if shader != Some(variant) || room < samples + each * shader::LANES {
+                if shader != Some(variant) || maps_room < each * shader::LANES || samples_room < samples {
                     pieces.push(Vec::new());
-                    (room, shader) = (budget, Some(variant));
+                    (maps_room, samples_room, shader) = (budget, budget.max(samples), Some(variant));
                 }
-                let fits = (room.saturating_sub(samples) / each).max(shader::LANES).min(count - first);
-                room = room.saturating_sub(samples + fits * each);
+                let fits = (maps_room / each).max(shader::LANES).min(count - first);
+                // Blocks are whole.
+                maps_room = maps_room.saturating_sub(fits.next_multiple_of(shader::LANES) * each);
+                samples_room -= samples;
                 if let Some(piece) = pieces.last_mut() {
                     piece.push(Part { group, first, count: fits });
                 }
