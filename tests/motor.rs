@@ -6,7 +6,6 @@
 
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::motor::{Discretization, Drive, Parameters, StepMap, matrix_logarithm, response, simulate};
-use std::path::Path;
 
 const M2: Parameters = Parameters::M2;
 
@@ -167,5 +166,4 @@ fn response_figures_of_a_known_signal() {
     assert!(response(&[], &[], 0.02).is_none() && response(&[0.0], &[f64::NAN], 0.02).is_none());
     signal[99] = 2.0;
     assert_eq!(response(&time, &signal, 0.02).unwrap().settling_time_s, None, "it leaves the band at the end");
-    assert!(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/step_maps.py").exists());
 }

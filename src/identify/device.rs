@@ -60,6 +60,7 @@ pub(super) struct Evaluation {
 }
 
 impl Evaluation {
+    #[cfg_attr(not(feature = "gpu"), expect(unused_variables, reason = "only a GPU depends on the size of the work"))]
     pub(super) fn new(spec: &IdentifySpec, problem: &Problem) -> Result<Self> {
         let cpu = |warnings: Option<Warning>| Self {
             evaluator: Box::new(Simd::default()),
@@ -113,7 +114,6 @@ impl Evaluation {
                 "Build with the feature gpu, or use --device cpu.",
             ));
         }
-        let _ = problem;
         Ok(cpu(None))
     }
 

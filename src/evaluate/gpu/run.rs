@@ -186,7 +186,7 @@ impl Set {
         Ok(submission)
     }
 
-    /// Waits for a submission and hands its sums, four candidates of current then four of speed a block, to `read`.
+    /// Waits for a submission and hands its sums to `read`: per block those of current, then those of speed.
     pub(super) fn collect(&self, device: &Device, ticket: Ticket, read: &mut dyn FnMut(&[f64])) -> Result<()> {
         device.wait(ticket.submission, ticket.steps)?;
         let buffer = self.read_back.as_ref().ok_or_else(lost)?;
