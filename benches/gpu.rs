@@ -32,7 +32,7 @@ fn main() {
         let rate = (25_600 * problem.active()) as f64 / time / 1e9;
         println!("  25,600 candidates: {rate:.2} G candidate-steps/s, {against:.2} of SIMD f64 on the same cores");
 
-        let trip = median((0..200).map(|_| seconds(|| evaluate(&mut gpu, &tiny, &small, &mut costs[..1]))).collect());
+        let trip = median((0..5000).map(|_| seconds(|| evaluate(&mut gpu, &tiny, &small, &mut costs[..1]))).collect());
         println!("  one candidate on six samples, there and back: {:.0} µs", 1e6 * trip);
 
         let problems: Vec<_> = (0..256).map(|_| m2_problem()).collect();
@@ -44,6 +44,12 @@ fn main() {
         let mut many = || gpu.evaluate(&Batch { groups: &groups }, &mut costs).unwrap();
         let apart = median((0..9).map(|_| seconds(&mut many)).collect());
         println!("  256 runs of 100 on 256 recordings: {:.2} of the rate of one run of 25,600", time / apart);
+        // The same samples, too many for a uniform buffer, as one run: what grouping itself costs.
+        let records: Vec<_> = (0..256).map(|_| support::m2_record()).collect();
+        let joint = support::problem_with(&records);
+        let joint =
+            median((0..9).map(|_| seconds(|| evaluate(&mut gpu, &joint, &large[..500], &mut costs[..100]))).collect());
+        println!("    and {:.2} of that of one run of 100 on all 256 together", joint / apart);
     }
 }
 

@@ -1,5 +1,5 @@
-// What a workgroup works on. The prelude before this file gives Scalar, Pair (vec2), Lanes (candidates side by
-// side, with their arithmetic), Sample, WORKGROUP, FIELDS, ABSOLUTE, WEIGHTED, and where the samples lie.
+// What a workgroup works on. The prelude before this file gives Scalar, Pair (vec2), Lanes (candidates side by side),
+// Sample, WORKGROUP, FIELDS, BLOCK, ABSOLUTE, WEIGHTED, and where the samples lie.
 
 struct Round {
     // Which part of every recording this dispatch runs.

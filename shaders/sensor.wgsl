@@ -2,5 +2,5 @@
 // what of them the reference leaves.
 
 fn residual(sample: Sample, x: Lanes2) -> Lanes2 {
-    return Lanes2(difference(sample.x, x.i), difference(sample.y, x.w));
+    return Lanes2(sample.x - x.i, sample.y - x.w);
 }

@@ -19,26 +19,26 @@ fn load_map(at: u32) -> Map {
 // r for the inputs of a segment.
 fn gain(at: u32, input: vec4<Scalar>) -> Lanes2 {
     return Lanes2(
-        scale_add(maps[at + 12u], input.z, scale_add(maps[at + 10u], input.y, scale(maps[at + 8u], input.x))),
-        scale_add(maps[at + 13u], input.z, scale_add(maps[at + 11u], input.y, scale(maps[at + 9u], input.x))),
+        maps[at + 8u] * input.x + maps[at + 10u] * input.y + maps[at + 12u] * input.z,
+        maps[at + 9u] * input.x + maps[at + 11u] * input.y + maps[at + 13u] * input.z,
     );
 }
 
 // The deviation itself.
 fn observe(s: Lanes2, r: Lanes2) -> Lanes2 {
-    return Lanes2(add(s.i, r.i), add(s.w, r.w));
+    return Lanes2(s.i + r.i, s.w + r.w);
 }
 
 // s after the inputs, and with them r, have changed.
 fn enter(s: Lanes2, before: Lanes2, r: Lanes2) -> Lanes2 {
-    return Lanes2(add(s.i, subtract(before.i, r.i)), add(s.w, subtract(before.w, r.w)));
+    return Lanes2(s.i + (before.i - r.i), s.w + (before.w - r.w));
 }
 
 fn advance(s: Lanes2, map: Map, r: Lanes2, sample: Sample) -> Lanes2 {
-    let force_i = scale_add(map.p00, sample.z, scale(map.p01, sample.w));
-    let force_w = scale_add(map.p10, sample.z, scale(map.p11, sample.w));
+    let force_i = map.p00 * sample.z + map.p01 * sample.w;
+    let force_w = map.p10 * sample.z + map.p11 * sample.w;
     return Lanes2(
-        add(s.i, multiply_add(map.d00, s.i, multiply_add(map.d01, s.w, force_i))),
-        add(s.w, multiply_add(map.d10, s.i, multiply_add(map.d11, s.w, force_w))),
+        s.i + (map.d00 * s.i + (map.d01 * s.w + force_i)),
+        s.w + (map.d10 * s.i + (map.d11 * s.w + force_w)),
     );
 }

@@ -11,8 +11,8 @@ fn load_map(at: u32) -> Map {
 
 fn gain(at: u32, input: vec4<Scalar>) -> Lanes2 {
     return Lanes2(
-        scale_add(maps[at + 8u], input.z, scale_add(maps[at + 6u], input.y, scale(maps[at + 4u], input.x))),
-        scale_add(maps[at + 9u], input.z, scale_add(maps[at + 7u], input.y, scale(maps[at + 5u], input.x))),
+        maps[at + 4u] * input.x + maps[at + 6u] * input.y + maps[at + 8u] * input.z,
+        maps[at + 5u] * input.x + maps[at + 7u] * input.y + maps[at + 9u] * input.z,
     );
 }
 
@@ -28,7 +28,7 @@ fn enter(x: Lanes2, before: Lanes2, g: Lanes2) -> Lanes2 {
 
 fn advance(x: Lanes2, map: Map, g: Lanes2, sample: Sample) -> Lanes2 {
     return Lanes2(
-        add(x.i, multiply_add(map.d00, x.i, multiply_add(map.d01, x.w, g.i))),
-        add(x.w, multiply_add(map.d10, x.i, multiply_add(map.d11, x.w, g.w))),
+        x.i + (map.d00 * x.i + (map.d01 * x.w + g.i)),
+        x.w + (map.d10 * x.i + (map.d11 * x.w + g.w)),
     );
 }

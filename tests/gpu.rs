@@ -1,7 +1,6 @@
 //! Proves: the GPU evaluators mean what the scalar oracle means (f64 as exactly as SIMD, f32
 //! within 2e-5 down to a thousandth from the optimum), for every
-//! shape of batch and beyond every limit of a dispatch; searches find on the GPU what they find on the CPU; faults
-//! are errors and no panics. Runs on any adapter, a software one included.
+//! shape of batch and beyond every limit of a dispatch; faults are errors and no panics (more in the crate's own). Runs on any adapter, a software one included.
 //! Does not prove: anything about speed.
 #![cfg(feature = "gpu")]
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
@@ -13,11 +12,10 @@ use motorfit::candidates::Candidates;
 use motorfit::criterion::{Criterion, Norm, Scale};
 use motorfit::evaluate::gpu::{Gpu, Precision, Selector, list};
 use motorfit::evaluate::{Group, Initial, Model, Problem, Scalar, Simd};
-use motorfit::identify::{DeviceSpec, IdentifySpec, Method, PrecisionSpec, identify};
+use motorfit::experiment::{Excitation, simulated};
 use motorfit::motor::{Discretization, Parameters};
-use motorfit::optimize::{GeneticOptions, JayaOptions};
 use std::sync::Arc;
-use support::suite::{check, mixed_records, suite};
+use support::suite::{check, edges, mixed_records, suite};
 use support::{NORMS, SCALES, batch, costs, criterion, driven, m2_record, near, problem, uniform};
 
 /// The best adapter in a precision; `None`, visibly, where there is none and skips are allowed.
@@ -180,57 +178,35 @@ fn more_workgroups_than_one_dimension_and_more_candidates_than_one_buffer() {
 }
 
 #[test]
-fn poison_costs_infinity_and_never_nan() {
-    for precision in [Precision::F64, Precision::F32] {
+fn edges_in_both_precisions() {
+    for (precision, relative) in [(Precision::F64, 1e-12), (Precision::F32, 2e-5)] {
         let Some(mut gpu) = open(precision) else { continue };
-        let m2 = near(1, 1e-2, 1);
-        let mut values = Vec::new();
-        for axis in 0..5 {
-            for poison in [0.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 5e-324, -1.0, 1e300, 1e-300] {
-                let mut candidate = m2.clone();
-                candidate[axis] = poison;
-                values.extend(candidate);
-            }
-        }
-        values.extend(&m2);
-        let problem = problem(&[m2_record()], Model::default(), Criterion::default());
-        let costs = costs_near_reference(&mut gpu, &problem, &values);
-        assert!(costs.iter().all(|c| !c.is_nan() && (*c <= 1e30 || *c == f64::INFINITY)), "{costs:?}");
-        assert!(costs[1].is_infinite() && costs[40] < 0.1, "{} {}", costs[1], costs[40]);
+        edges(&mut gpu, relative).unwrap_or_else(|e| panic!("{precision:?}: {e}"));
     }
 }
 
 #[test]
-fn searches_find_what_they_find_on_the_cpu() {
-    let records = [m2_record()];
-    for (precision, spec) in [(Precision::F64, PrecisionSpec::F64), (Precision::F32, PrecisionSpec::F32)] {
-        if open(precision).is_none() {
-            continue;
-        }
-        let jaya = Method::Jaya(JayaOptions::default());
-        let ga = Method::Genetic(GeneticOptions::default());
-        for (method, median) in [(IdentifySpec::default().method, 0.005), (jaya, 3e-4), (ga, 0.03)] {
-            let mut found: Vec<f64> = (1..=9)
-                .map(|seed| {
-                    let spec = IdentifySpec {
-                        method,
-                        seed,
-                        device: DeviceSpec::Gpu,
-                        precision: spec,
-                        ..IdentifySpec::default()
-                    };
-                    let found = identify(&records, &spec).unwrap();
-                    assert_eq!((found.device_kind, found.precision), ("gpu", precision.name()));
-                    // The reported cost is the oracle's, and so was the leader's in the search.
-                    let last = found.history[found.history.len() - 1];
-                    assert!((found.cost / last - 1.0).abs() < 1e-9, "{} {last}", found.cost);
-                    assert!(found.cost_difference.unwrap().abs() <= 1e-3 * found.cost);
-                    found.cost
-                })
-                .collect();
-            found.sort_by(f64::total_cmp);
-            println!("{precision:?} {}: median of nine {:.6}", method.name(), found[4]);
-            assert!(found[4] <= median, "{found:?}");
+fn f32_serves_recordings_shorter_than_the_motor_is_slow() {
+    let Some(mut gpu) = open(Precision::F32) else { return };
+    // The rest that a deviation tends to is then far from all that is seen, up to a thousand times.
+    for (k, j, duration) in [(0.8, 0.05, 0.02), (0.8, 0.05, 0.2), (0.01, 1e-7, 0.02), (0.01, 1e-7, 2.0)] {
+        let truth = Parameters { r: 1.0, l: 1e-3, k, b: 1e-4 * k, j };
+        let excitation = Excitation::step(10.0, 0.005, duration, 0.001).unwrap();
+        let record = simulated(&truth, &excitation, Discretization::Zoh).unwrap();
+        let problem = problem(&[record], Model::default(), Criterion::default());
+        let truth = truth.to_array();
+        // The deviation itself is seen with 6e-8 of 2e-2, so at a thousandth the error is ten times that at 1e-2.
+        for (distance, bound) in [(0.3, 2e-5), (1e-2, 2e-5), (1e-3, 1e-4)] {
+            let away = |n: u32, p: usize| 1.0 + distance * (1.3 * f64::from(n * 7 + p as u32 * 13 + 1)).sin();
+            let values: Vec<f64> = (0..400).flat_map(|n| [0, 1, 2, 3, 4].map(|p| truth[p] * away(n, p))).collect();
+            let reference = [0, 1, 2, 3, 4].map(|p| truth[p] * [1.02, 0.97, 1.015, 0.98, 1.03][p]);
+            let candidates = Candidates::new(&values, 5);
+            let groups = [Group { problem: &problem, candidates, reference: Some(&reference) }];
+            let (ours, oracle) = (batch(&mut gpu, &groups).unwrap(), batch(&mut Scalar, &groups).unwrap());
+            for (ours, oracle) in ours.iter().zip(&oracle) {
+                let error = (ours - oracle).abs() / oracle;
+                assert!(error <= bound, "J {j}, {duration} s, {distance}: off by {error:.1e}");
+            }
         }
     }
 }

@@ -1,10 +1,11 @@
-//! Proves: every assembled shader parses and validates, those in f32 without any extra capability; what the program
+//! Proves: every assembled shader parses and validates, those in f32 that real hardware runs without any extra
+//! capability; what the program
 //! packs is laid out as the shaders read it; a broken shader is rejected.
 //! Does not prove: that a driver compiles it rightly (see gpu.rs).
 #![cfg(feature = "gpu")]
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
-use motorfit::evaluate::gpu::{LANES, Precision, Variant, assemble};
+use motorfit::evaluate::gpu::{Fetch, LANES, Precision, Variant, assemble};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 fn validate(source: &str, capabilities: Capabilities) -> Result<(naga::Module, naga::valid::ModuleInfo), String> {
@@ -13,25 +14,25 @@ fn validate(source: &str, capabilities: Capabilities) -> Result<(naga::Module, n
     Ok((module, info))
 }
 
-fn capabilities(precision: Precision) -> Capabilities {
-    match precision {
-        Precision::F32 => Capabilities::empty(),
-        Precision::F64 => Capabilities::FLOAT64,
-    }
+/// f32 as every device reads it needs none; f64 and samples shared in subgroups are features of their own.
+fn capabilities(variant: Variant) -> Capabilities {
+    let f64 = if variant.precision == Precision::F64 { Capabilities::FLOAT64 } else { Capabilities::empty() };
+    let shared = if variant.fetch == Fetch::Subgroup { Capabilities::SUBGROUP } else { Capabilities::empty() };
+    f64 | shared
 }
 
 #[test]
 fn every_variant_is_valid() {
-    assert_eq!(Variant::all().count(), 16);
+    assert_eq!(Variant::all().count(), 32);
     for variant in Variant::all() {
-        validate(&assemble(variant), capabilities(variant.precision)).unwrap_or_else(|e| panic!("{variant:?}: {e}"));
+        validate(&assemble(variant), capabilities(variant)).unwrap_or_else(|e| panic!("{variant:?}: {e}"));
     }
 }
 
 #[test]
 fn layouts_are_what_is_packed() {
     for variant in Variant::all() {
-        let (module, _) = validate(&assemble(variant), capabilities(variant.precision)).unwrap();
+        let (module, _) = validate(&assemble(variant), capabilities(variant)).unwrap();
         let bytes = if variant.precision == Precision::F32 { 4 } else { 8 };
         let mut layouter = naga::proc::Layouter::default();
         layouter.update(module.to_ctx()).unwrap();
@@ -63,7 +64,8 @@ fn layouts_are_what_is_packed() {
 
 #[test]
 fn a_broken_shader_is_rejected() {
-    let variant = Variant { precision: Precision::F32, absolute: false, weighted: false, uniform: true };
+    let variant =
+        Variant { precision: Precision::F32, absolute: false, weighted: false, uniform: true, fetch: Fetch::Direct };
     let good = assemble(variant);
     validate(&good, Capabilities::empty()).unwrap();
     for (from, to) in

@@ -30,7 +30,12 @@ pub fn problem_of(duration_s: f64) -> Arc<Problem> {
 
 /// nrmse/std over the box of Table 2.
 pub fn m2_problem() -> Arc<Problem> {
-    Arc::new(Problem::new(&[m2_record()], Model::default(), Space::table2(), Criterion::default()).unwrap())
+    problem_with(&[m2_record()])
+}
+
+/// nrmse/std over the box of Table 2 on recordings.
+pub fn problem_with(records: &[Record]) -> Arc<Problem> {
+    Arc::new(Problem::new(records, Model::default(), Space::table2(), Criterion::default()).unwrap())
 }
 
 /// Uniform candidates of the box of Table 2, row-major.

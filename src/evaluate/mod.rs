@@ -59,6 +59,11 @@ impl Batch<'_> {
                 "Give one cost per candidate of the batch.",
             ));
         }
+        self.check_candidates()
+    }
+
+    /// Checks that every group fits its problem.
+    fn check_candidates(&self) -> Result<()> {
         for group in self.groups {
             let (width, axes) = (group.candidates.width(), group.problem.space().free().len());
             if width != axes {

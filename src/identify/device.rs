@@ -44,8 +44,13 @@ const GPU_GENERATION_STEPS: u64 = 200_000_000;
 #[cfg(feature = "gpu")]
 const GPU_SEARCH_STEPS: u64 = 20_000_000_000;
 
-/// How many of the lowest costs of a call in f32 are evaluated again in f64: the leaders of every search.
+/// How many of the lowest costs of a call in f32 are evaluated again in f64 at least: the leaders of every search.
 const LEADERS: usize = 3;
+
+/// Candidate-steps between two questions to the observer: some tenth of a second of a few cores, or of a real GPU.
+const SLICE_STEPS: usize = 500_000_000;
+#[cfg(feature = "gpu")]
+const SLICE_STEPS_GPU: usize = 100 * SLICE_STEPS;
 
 /// An evaluator with the reference of its run.
 pub(super) struct Evaluation {
@@ -56,6 +61,7 @@ pub(super) struct Evaluation {
     reference: Option<(f64, Vec<f64>)>,
     /// Whether the CPU may take over.
     auto: bool,
+    slice_steps: usize,
     pub warnings: Vec<Warning>,
 }
 
@@ -68,6 +74,7 @@ impl Evaluation {
             precision: "f64",
             reference: None,
             auto: false,
+            slice_steps: SLICE_STEPS,
             warnings: warnings.into_iter().collect(),
         };
         if spec.precision == PrecisionSpec::F32 && matches!(spec.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
@@ -90,7 +97,9 @@ impl Evaluation {
                 let warnings = software.then_some(Warning { code: "software_adapter", message });
                 let warnings = warnings.into_iter().collect();
                 let auto = spec.device == DeviceSpec::Auto;
-                Ok(Self { evaluator: Box::new(gpu), kind: "gpu", precision, reference: None, auto, warnings })
+                let slice_steps = if software { SLICE_STEPS } else { SLICE_STEPS_GPU };
+                let evaluator = Box::new(gpu);
+                Ok(Self { evaluator, kind: "gpu", precision, reference: None, auto, slice_steps, warnings })
             };
             match &spec.device {
                 DeviceSpec::Gpu => return open(&gpu::Selector::Best),
@@ -123,6 +132,11 @@ impl Evaluation {
 
     pub(super) fn precision(&self) -> &'static str {
         self.precision
+    }
+
+    /// Candidate-steps that may pass before the observer is asked again.
+    pub(super) fn slice_steps(&self) -> usize {
+        self.slice_steps
     }
 
     pub(super) fn name(&self) -> String {
@@ -161,14 +175,17 @@ impl Evaluation {
         Ok(())
     }
 
+    /// Replaces the lowest costs by those of the oracle until the lowest of all is one of them.
     fn check_leaders(&mut self, problem: &Problem, population: Candidates<'_>, costs: &mut [f64]) {
         let mut order: Vec<usize> = (0..costs.len()).collect();
-        let leaders = LEADERS.min(order.len());
-        if leaders < order.len() {
-            order.select_nth_unstable_by(leaders, |a, b| costs[*a].total_cmp(&costs[*b]));
-        }
-        for &row in &order[..leaders] {
+        order.sort_by(|a, b| costs[*a].total_cmp(&costs[*b]));
+        let mut lowest = f64::INFINITY;
+        for (place, row) in order.into_iter().enumerate() {
+            if place >= LEADERS && costs[row] >= lowest {
+                break;
+            }
             costs[row] = Scalar::cost(problem, population.row(row));
+            lowest = lowest.min(costs[row]);
             if costs[row] < self.reference.as_ref().map_or(f64::INFINITY, |(cost, _)| *cost) {
                 self.reference = Some((costs[row], population.row(row).to_vec()));
             }
@@ -241,8 +258,15 @@ mod tests {
         let mut costs = [0.0];
         for auto in [true, false] {
             let evaluator = Box::new(Broken);
-            let mut evaluation =
-                Evaluation { evaluator, kind: "gpu", precision: "f32", reference: None, auto, warnings: Vec::new() };
+            let mut evaluation = Evaluation {
+                evaluator,
+                kind: "gpu",
+                precision: "f32",
+                reference: None,
+                auto,
+                slice_steps: 1,
+                warnings: Vec::new(),
+            };
             let done = evaluation.evaluate(&problem, &[Candidates::new(&values, 5)], &mut costs);
             assert_eq!(done.is_ok(), auto);
             if auto {

@@ -144,9 +144,6 @@ pub fn identify(records: &[Record], spec: &IdentifySpec) -> Result<Identificatio
     identify_with(records, spec, &mut |_| ControlFlow::Continue(()))
 }
 
-/// Candidate-steps between two questions to the observer: some tenth of a second.
-const SLICE_STEPS: usize = 500_000_000;
-
 /// Like [`identify`], watched: `observe` sees every generation and may end the search, whose best is then returned.
 ///
 /// # Errors
@@ -178,9 +175,10 @@ fn search(
     let setup = Setup { bounds: spec.space.bounds(), population, generations, seed, run: 0 };
     let mut runs = [Run::new(spec.method.optimizer(setup)?)];
     let mut evaluation = Evaluation::new(spec, &problem)?;
+    let slice = (evaluation.slice_steps() / problem.active().max(1)).max(1);
     let mut evaluate =
         |populations: &[Candidates<'_>], costs: &mut [f64]| evaluation.evaluate(&problem, populations, costs);
-    let budget = Budget { generations, slice: (SLICE_STEPS / problem.active().max(1)).max(1) };
+    let budget = Budget { generations, slice };
     let stop = minimize(&mut runs, budget, &mut evaluate, observe)?;
     let [run] = runs;
     let best = run.optimizer.best().filter(|best| Scalar::cost(&problem, best.values).is_finite());

@@ -1,9 +1,9 @@
 //! The contract of an evaluator, against the oracle; generic over the evaluator.
 
-use super::{NORMS, SCALES, costs, criterion, driven, m2_record, near, problem, uniform};
-use motorfit::criterion::Criterion;
+use super::{NORMS, SCALES, changed, costs, criterion, driven, m2_record, near, problem, uniform};
+use motorfit::criterion::{Criterion, Norm, Scale};
 use motorfit::evaluate::{Evaluator, Initial, Model, Problem, Scalar};
-use motorfit::motor::Discretization;
+use motorfit::motor::{Discretization, Parameters};
 use std::sync::Arc;
 
 /// The bound: |c − c₀| ≤ 1e-12·c₀ + 1e-14·c(all-zero output). The first term is the rounding of sums and recurrences
@@ -65,4 +65,68 @@ pub fn mixed_records() -> Vec<motorfit::record::Record> {
         driven(regular(333, 2e-3), ramp, None),
         driven(irregular, sine, None),
     ]
+}
+
+/// What every evaluator does at the edges, `relative` being its error: recordings that lack a channel, are at rest, or
+/// have two samples; candidates that are no motors.
+pub fn edges(evaluator: &mut dyn Evaluator, relative: f64) -> std::result::Result<(), String> {
+    let record = m2_record();
+    let zero = Model { initial: Initial::Zero, ..Model::default() };
+    let none = criterion(Norm::Euclidean, Scale::None);
+    let without_current = changed(&record, |s| s.current = None);
+    let without_speed = changed(&record, |s| s.speed = None);
+    // What is measured during the rest counts too; and a record that is all rest is not simulated at all.
+    let offset = changed(&record, |s| s.current.iter_mut().flatten().for_each(|v| *v += 0.01));
+    let still = changed(&record, |s| s.voltage.fill(0.0));
+    let two = driven(vec![0.0, 1e-3], vec![5.0, 5.0], None);
+    for (name, record, model, criterion) in [
+        ("without current", without_current, Model::default(), none),
+        ("without speed", without_speed, Model::default(), none),
+        ("offset at rest", offset, zero, criterion(Norm::Itae, Scale::Peak)),
+        ("all at rest", still, zero, Criterion::default()),
+        ("two samples", two, zero, none),
+    ] {
+        let problem = problem(&[record], model, criterion);
+        let values = [uniform(31, 2), vec![f64::NAN, 1.0, 1.0, 1.0, 1.0]].concat();
+        let (ours, oracle) = (costs(evaluator, &problem, &values), costs(&mut Scalar, &problem, &values));
+        let bound = |oracle: f64| relative * oracle + 1e-14 * zero_output(&problem);
+        for (row, (ours, oracle)) in ours.iter().zip(&oracle).enumerate() {
+            if ours.to_bits() != oracle.to_bits() && ((ours - oracle).abs() > bound(*oracle) || ours.is_nan()) {
+                return Err(format!("{name}, candidate {row}: {ours:e} against {oracle:e}"));
+            }
+        }
+        if !ours[31].is_infinite() {
+            return Err(format!("{name}: NaN costs {}", ours[31]));
+        }
+    }
+    poison(evaluator)
+}
+
+/// Candidates that are no motors cost at most 1e30 or infinity, and leave their neighbours alone.
+fn poison(evaluator: &mut dyn Evaluator) -> std::result::Result<(), String> {
+    let m2 = Parameters::M2.to_array();
+    let mut values = Vec::new();
+    for axis in 0..5 {
+        for poison in [0.0, -0.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 5e-324, -1.0, 1e300, 1e-300] {
+            let mut candidate = m2;
+            candidate[axis] = poison;
+            values.extend(candidate);
+        }
+    }
+    values.extend(m2);
+    for discretization in [Discretization::Zoh, Discretization::Euler] {
+        let model = Model { discretization, initial: Initial::Auto };
+        let problem = problem(&[m2_record()], model, Criterion::default());
+        let costs = costs(evaluator, &problem, &values);
+        let wrong = |c: &f64| c.is_nan() || !(*c <= 1e30 || *c == f64::INFINITY);
+        if costs.iter().any(wrong) || !costs[2].is_infinite() || costs[45] >= 0.1 {
+            return Err(format!("{discretization:?}: {costs:?}"));
+        }
+    }
+    // Euler with a step that is far too long diverges.
+    let slow: Vec<f64> = (0..400_u32).map(|n| f64::from(n) * 0.1).collect();
+    let model = Model { discretization: Discretization::Euler, initial: Initial::Auto };
+    let problem = problem(&[driven(slow, vec![5.0; 400], None)], model, Criterion::default());
+    let diverged = costs(evaluator, &problem, &m2)[0];
+    if diverged.is_infinite() { Ok(()) } else { Err(format!("a divergence costs {diverged}")) }
 }

@@ -1,9 +1,11 @@
 //! Adapters and devices: what is there, opening one, and turning what goes wrong into errors.
 
+use super::shader::Fetch;
 use crate::text::printable;
 use crate::{Error, ErrorKind, Result};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// An adapter as `devices` lists it.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,6 +44,9 @@ pub enum Selector {
 /// software adapter reaches.
 const PATIENCE: Duration = Duration::from_secs(60);
 const SLOWEST_STEPS_PER_SECOND: u64 = 20_000_000;
+/// Candidate-steps below which a submission is waited for awake, and for how long at most.
+const SPIN_STEPS: u64 = 1_000_000;
+const SPIN: Duration = Duration::from_micros(300);
 
 fn error(message: impl Into<String>, remedy: impl Into<String>) -> Error {
     Error::new(ErrorKind::Device, message, remedy)
@@ -92,7 +97,13 @@ pub(super) struct Device {
     pub facts: AdapterFacts,
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
+    /// Fewest invocations of a subgroup.
+    subgroup: u32,
     fault: Arc<Mutex<Option<String>>>,
+    /// How long any submission may take.
+    pub patience: Duration,
+    /// Buffers made so far.
+    pub buffers_made: AtomicUsize,
 }
 
 impl Device {
@@ -101,7 +112,8 @@ impl Device {
         let list: Vec<AdapterFacts> = adapters.iter().enumerate().map(|(n, a)| facts(n, a)).collect();
         let index = choose(&list, selector, f64)?;
         let (adapter, facts) = (adapters.swap_remove(index), list[index].clone());
-        let features = adapter.features() & wgpu::Features::SHADER_F64;
+        let subgroup = adapter.get_info().subgroup_min_size;
+        let features = adapter.features() & (wgpu::Features::SHADER_F64 | wgpu::Features::SUBGROUP);
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("motorfit"),
             required_features: features,
@@ -122,7 +134,8 @@ impl Device {
                 keep(&lost, format!("the device was lost: {text}"));
             }
         });
-        Ok(Self { facts, device, queue, fault })
+        let (patience, buffers_made) = (PATIENCE, AtomicUsize::new(0));
+        Ok(Self { facts, device, queue, subgroup, fault, patience, buffers_made })
     }
 
     /// The first error since the last check, if any.
@@ -136,9 +149,19 @@ impl Device {
         }
     }
 
-    /// Waits until a submission of so many candidate-steps is done.
-    pub(super) fn wait(&self, submission: wgpu::SubmissionIndex, steps: u64) -> Result<()> {
-        let patience = PATIENCE + Duration::from_secs(steps / SLOWEST_STEPS_PER_SECOND);
+    /// Waits until a submission of so many candidate-steps is done and its results have `arrived`.
+    pub(super) fn wait(&self, submission: wgpu::SubmissionIndex, steps: u64, arrived: &AtomicBool) -> Result<()> {
+        // Sleeping and being woken takes longer than short work itself.
+        let spin = Instant::now();
+        while steps < SPIN_STEPS && spin.elapsed() < SPIN && !arrived.load(Ordering::Acquire) {
+            // What it may report is reported by the wait below.
+            let _ = self.device.poll(wgpu::PollType::Poll);
+            std::hint::spin_loop();
+        }
+        if arrived.load(Ordering::Acquire) {
+            return self.check();
+        }
+        let patience = self.patience + Duration::from_secs(steps / SLOWEST_STEPS_PER_SECOND);
         let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(patience) };
         let polled = self.device.poll(wait);
         self.check()?;
@@ -150,6 +173,22 @@ impl Device {
                 "The device hangs or is far too slow: use --device cpu, or restart its driver.",
             )
         })
+    }
+
+    pub(super) fn count_buffer(&self) {
+        self.buffers_made.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Software adapters share samples in subgroups, if they have subgroups of at least eight.
+    pub(super) fn fetch(&self) -> Fetch {
+        if self.facts.kind == "software"
+            && self.device.features().contains(wgpu::Features::SUBGROUP)
+            && self.subgroup >= 8
+        {
+            Fetch::Subgroup
+        } else {
+            Fetch::Direct
+        }
     }
 
     /// Whether samples may lie in a uniform buffer of `bytes`.

@@ -1,19 +1,18 @@
 //! A batch as the words of buffers. Offsets are those of `shaders/input.wgsl`.
 
 use super::reference::{Reference, ReferenceStep, reference_values};
-use super::shader::{LANES, Precision, UNIFORM_BYTES, Variant, WORKGROUP};
+use super::shader::{BLOCK, LANES, Precision, UNIFORM_BYTES, Variant, WORKGROUP};
 use crate::evaluate::{Group, Problem, Signals};
 use std::sync::Arc;
 
 /// Words of a job.
 pub(super) const JOB: usize = 9;
-/// Samples of a segment, whose errors are summed before they go to the total.
-const SEGMENT: usize = 64;
 /// Loop iterations of an invocation in one dispatch: llvmpipe cuts them off at 65,535 without a word, and a real
 /// device's watchdog wants short dispatches too.
 const ITERATIONS: usize = 60_000;
-/// What a segment adds to them: one of the outer loop, and the last look of the inner one.
-const OVERHEAD: usize = 2;
+/// What a segment adds to them, and what a block of samples does: an iteration of its own and the last looks of the
+/// loops within. Measured on llvmpipe: 8 for a segment of one sample, all told.
+const OVERHEAD: usize = 5;
 
 /// Numbers in the precision of the device, as bytes are uploaded.
 pub(super) struct Numbers {
@@ -44,6 +43,8 @@ pub(super) struct Unit {
     pub place: Place,
     pub first: usize,
     pub blocks: usize,
+    /// Its first map, counted over all units: blocks times distinct steps.
+    pub map_first: usize,
     /// The reference's maps for each distinct step.
     pub reference: Vec<ReferenceStep>,
 }
@@ -79,7 +80,7 @@ pub(super) struct Scene {
     /// Candidate-steps.
     pub steps: u64,
     /// Maps of all units: blocks times distinct steps.
-    maps: usize,
+    pub maps: usize,
     pub units: Vec<Unit>,
 }
 
@@ -178,7 +179,7 @@ impl Scene {
                 word(initial),
             ]);
         }
-        self.units.push(Unit { place, first: self.blocks, blocks, reference: reference.steps });
+        self.units.push(Unit { place, first: self.blocks, blocks, map_first, reference: reference.steps });
         self.maps += blocks * steps;
         self.steps += (blocks * LANES * signals.active()) as u64;
         self.blocks += blocks;
@@ -211,19 +212,27 @@ impl Scene {
         self.segments.push([0; 4]);
         self.inputs.push(&[initial[0], initial[1], 0.0, 0.0]);
         self.bounds.push(word(self.segments.len()));
+        let from = signals.first_active;
         let (mut rounds, mut iterations) = (0, 0);
         for span in &signals.spans {
-            for start in (span.start..span.end).step_by(SEGMENT) {
-                let end = span.end.min(start + SEGMENT);
-                if iterations + end - start + OVERHEAD > ITERATIONS {
+            let segment = |start: usize, end: usize| [word(start - from), word(end - from), u32::from(span.step), 0];
+            let input = [span.voltage[0], span.voltage[1], span.torque, 0.0];
+            let mut begin = span.start;
+            iterations += OVERHEAD;
+            for start in (span.start..span.end).step_by(BLOCK) {
+                let count = BLOCK.min(span.end - start) + OVERHEAD;
+                if iterations + count > ITERATIONS {
+                    if start > begin {
+                        self.segments.push(segment(begin, start));
+                        self.inputs.push(&input);
+                    }
                     self.bounds.push(word(self.segments.len()));
-                    (rounds, iterations) = (rounds + 1, 0);
+                    (rounds, iterations, begin) = (rounds + 1, OVERHEAD, start);
                 }
-                iterations += end - start + OVERHEAD;
-                let from = signals.first_active;
-                self.segments.push([word(start - from), word(end - from), u32::from(span.step), 0]);
-                self.inputs.push(&[span.voltage[0], span.voltage[1], span.torque, 0.0]);
+                iterations += count;
             }
+            self.segments.push(segment(begin, span.end));
+            self.inputs.push(&input);
         }
         self.bounds.push(word(self.segments.len()));
         rounds + 1

@@ -7,58 +7,76 @@ use crate::evaluate::Group;
 use crate::motor::{StepMaps, step_maps};
 use rayon::prelude::*;
 
-/// Blocks that one task makes.
-const BLOCKS: usize = 64;
+/// Maps that one task makes.
+const TASK: usize = 64;
+
+/// Memory that the device reads; what it holds cannot be read here.
+type Bytes<'a> = wgpu::WriteOnly<'a, [u8]>;
 
 /// Writes the maps of `units` one after the other: per block and distinct step FIELDS entries of LANES numbers.
-pub(super) fn write_maps(groups: &[Group<'_>], units: &[Unit], precision: Precision, bytes: &mut Vec<u8>) {
-    let entry = precision.fields() * LANES * precision.bytes();
-    let size = |unit: &Unit| unit.blocks * unit.reference.len() * entry;
-    bytes.resize(units.iter().map(size).sum(), 0);
-    let mut rest = bytes.as_mut_slice();
-    let mut parts = Vec::with_capacity(units.len());
-    for unit in units {
-        let (own, others) = rest.split_at_mut(size(unit));
-        parts.push((unit, own));
-        rest = others;
-    }
-    let each = |(unit, bytes): (&Unit, &mut [u8])| {
-        let group = &groups[unit.place.group];
-        let block_bytes = unit.reference.len() * entry;
-        let blocks = |(task, bytes): (usize, &mut [u8])| {
-            for (n, bytes) in bytes.chunks_exact_mut(block_bytes).enumerate() {
-                write_block(group, unit, precision, task * BLOCKS + n, bytes);
-            }
-        };
-        if unit.blocks <= BLOCKS {
-            blocks((0, bytes));
-        } else {
-            bytes.par_chunks_mut(BLOCKS * block_bytes).enumerate().for_each(blocks);
-        }
-    };
-    if parts.len() == 1 {
-        parts.into_iter().for_each(each);
-    } else {
-        parts.into_par_iter().for_each(each);
+pub(super) fn write_maps(groups: &[Group<'_>], units: &[Unit], precision: Precision, bytes: Bytes<'_>) {
+    const NUMBERS: usize = TASK * LANES;
+    match precision {
+        Precision::F32 => write::<{ NUMBERS * Precision::F32.fields() * 4 }>(groups, units, precision, bytes),
+        Precision::F64 => write::<{ NUMBERS * Precision::F64.fields() * 8 }>(groups, units, precision, bytes),
     }
 }
 
-fn write_block(group: &Group<'_>, unit: &Unit, precision: Precision, block: usize, bytes: &mut [u8]) {
-    let signals = &group.problem.signals()[unit.place.recording];
-    let method = group.problem.model().discretization;
-    let parameters = parameters_of(group, unit.place.recording, block);
-    let mut cells = bytes.chunks_exact_mut(precision.bytes());
-    let mut put = |values: &[f64; LANES]| {
-        for (value, cell) in values.iter().zip(&mut cells) {
-            #[expect(clippy::cast_possible_truncation, reason = "deviations are stored in f32")]
-            match precision {
-                Precision::F32 => cell.copy_from_slice(&(*value as f32).to_ne_bytes()),
-                Precision::F64 => cell.copy_from_slice(&value.to_ne_bytes()),
-            }
-        }
+/// `BYTES`: those of a task.
+fn write<const BYTES: usize>(groups: &[Group<'_>], units: &[Unit], precision: Precision, bytes: Bytes<'_>) {
+    let (tasks, rest) = bytes.into_chunks::<BYTES>();
+    let tasks: Vec<wgpu::WriteOnly<'_, [u8; BYTES]>> = tasks.into_iter().collect();
+    let last = tasks.len() * TASK;
+    let task = |(n, bytes): (usize, wgpu::WriteOnly<'_, [u8; BYTES]>)| {
+        write_from(groups, units, precision, n * TASK, bytes.into());
     };
-    for (reference, &h) in unit.reference.iter().zip(&signals.step_s) {
-        put_map(&mut put, precision, &step_maps(&parameters, h, method), reference);
+    if tasks.len() < 2 {
+        tasks.into_iter().enumerate().for_each(task);
+    } else {
+        tasks.into_par_iter().enumerate().for_each(task);
+    }
+    write_from(groups, units, precision, last, rest);
+}
+
+/// Writes maps, counted over all units, from `map` on until `bytes` is full.
+fn write_from(groups: &[Group<'_>], units: &[Unit], precision: Precision, mut map: usize, mut bytes: Bytes<'_>) {
+    let Some(mut unit) = units.partition_point(|unit| unit.map_first <= map).checked_sub(1) else { return };
+    while !bytes.is_empty() {
+        let Unit { map_first, blocks, reference, .. } = &units[unit];
+        let steps = reference.len();
+        if map == map_first + blocks * steps {
+            unit += 1;
+            continue;
+        }
+        let (block, step) = ((map - map_first) / steps, (map - map_first) % steps);
+        write_map(groups, &units[unit], precision, [block, step], &mut bytes);
+        map += 1;
+    }
+}
+
+/// Writes a map to the front of `bytes`, which then begins behind it.
+fn write_map(
+    groups: &[Group<'_>],
+    unit: &Unit,
+    precision: Precision,
+    [block, step]: [usize; 2],
+    bytes: &mut Bytes<'_>,
+) {
+    let group = &groups[unit.place.group];
+    let signals = &group.problem.signals()[unit.place.recording];
+    let parameters = parameters_of(group, unit.place.recording, block);
+    let mut put = |values: &[f64; LANES]| match precision {
+        #[expect(clippy::cast_possible_truncation, reason = "deviations are stored in f32")]
+        Precision::F32 => push(bytes, bytemuck::cast_slice(&values.map(|v| v as f32))),
+        Precision::F64 => push(bytes, bytemuck::cast_slice(values)),
+    };
+    let maps = step_maps(&parameters, signals.step_s[step], group.problem.model().discretization);
+    put_map(&mut put, precision, &maps, &unit.reference[step]);
+}
+
+fn push(bytes: &mut Bytes<'_>, values: &[u8]) {
+    if let Some(mut own) = bytes.split_off(..values.len()) {
+        own.copy_from_slice(values);
     }
 }
 

@@ -36,12 +36,21 @@ impl Precision {
     }
 
     /// Entries of a step map.
-    pub(super) fn fields(self) -> usize {
+    pub(super) const fn fields(self) -> usize {
         match self {
             Self::F32 => 14,
             Self::F64 => 10,
         }
     }
+}
+
+/// How samples reach the invocations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Fetch {
+    /// Each reads each.
+    Direct,
+    /// Each of eight reads one of eight and shows it to the others: pays on software adapters.
+    Subgroup,
 }
 
 /// What a shader is assembled for.
@@ -55,17 +64,20 @@ pub struct Variant {
     pub weighted: bool,
     /// Whether the samples fit a uniform buffer.
     pub uniform: bool,
+    /// How samples reach the invocations.
+    pub fetch: Fetch,
 }
 
 impl Variant {
     /// All of them.
     pub fn all() -> impl Iterator<Item = Self> {
         [Precision::F32, Precision::F64].into_iter().flat_map(|precision| {
-            (0..8_u8).map(move |bits| Self {
+            (0..16_u8).map(move |bits| Self {
                 precision,
                 absolute: bits & 1 != 0,
                 weighted: bits & 2 != 0,
                 uniform: bits & 4 != 0,
+                fetch: if bits & 8 == 0 { Fetch::Direct } else { Fetch::Subgroup },
             })
         })
     }
@@ -73,62 +85,43 @@ impl Variant {
 
 /// Invocations of a workgroup; each runs [`LANES`] candidates.
 pub const WORKGROUP: usize = 32;
-/// Candidates of an invocation.
-pub const LANES: usize = 4;
+/// Candidates of an invocation: 1, 2 or 4.
+pub const LANES: usize = 2;
+/// Samples whose errors are summed before they go to the total.
+pub const BLOCK: usize = 64;
 /// Bytes of a uniform buffer that every device has.
 pub const UNIFORM_BYTES: usize = 64 << 10;
 
 /// The WGSL source of a variant.
 #[must_use]
 pub fn assemble(variant: Variant) -> String {
-    let Variant { precision, absolute, weighted, uniform } = variant;
-    let (scalar, fields) = (precision.name(), precision.fields());
-    let sample_bytes = precision.sample() * precision.bytes();
-    let sample = precision.sample();
+    let Variant { precision, absolute, weighted, uniform, fetch } = variant;
+    let (scalar, fields, sample) = (precision.name(), precision.fields(), precision.sample());
     let samples = if uniform {
-        format!("var<uniform> samples: array<Sample, {}>", UNIFORM_BYTES / sample_bytes)
+        format!("var<uniform> samples: array<Sample, {}>", UNIFORM_BYTES / (sample * precision.bytes()))
     } else {
         "var<storage, read> samples: array<Sample>".to_owned()
     };
+    let lanes = if LANES == 1 { scalar.to_owned() } else { format!("vec{LANES}<{scalar}>") };
     let prelude = format!(
-        "alias Scalar = {scalar};\nalias Pair = vec2<{scalar}>;\nalias Sample = vec{sample}<{scalar}>;\nconst WORKGROUP: u32 = {WORKGROUP}u;\nconst FIELDS: u32 = {fields}u;\n\
+        "alias Scalar = {scalar};\nalias Pair = vec2<{scalar}>;\nalias Sample = vec{sample}<{scalar}>;\n\
+         alias Lanes = {lanes};\nconst WORKGROUP: u32 = {WORKGROUP}u;\nconst FIELDS: u32 = {fields}u;\nconst BLOCK: u32 = {BLOCK}u;\n\
          const ABSOLUTE: bool = {absolute};\nconst WEIGHTED: bool = {weighted};\n\
          @group(0) @binding(4) {samples};\n"
     );
-    let lanes = lanes(scalar);
-    let step = match precision {
-        Precision::F32 => include_str!("../../../shaders/step_deviation.wgsl"),
-        Precision::F64 => include_str!("../../../shaders/step_plain.wgsl"),
-    };
     [
         prelude.as_str(),
-        lanes.as_str(),
         include_str!("../../../shaders/input.wgsl"),
-        step,
+        match precision {
+            Precision::F32 => include_str!("../../../shaders/step_deviation.wgsl"),
+            Precision::F64 => include_str!("../../../shaders/step_plain.wgsl"),
+        },
         include_str!("../../../shaders/sensor.wgsl"),
         include_str!("../../../shaders/accumulate.wgsl"),
+        match fetch {
+            Fetch::Direct => include_str!("../../../shaders/fetch_direct.wgsl"),
+            Fetch::Subgroup => include_str!("../../../shaders/fetch_subgroup.wgsl"),
+        },
     ]
     .join("\n")
-}
-
-/// `Lanes` and its arithmetic: as many vec4 as hold a block of candidates.
-fn lanes(scalar: &str) -> String {
-    let each =
-        |separator: &str, text: &dyn Fn(usize) -> String| (0..LANES / 4).map(text).collect::<Vec<_>>().join(separator);
-    let members = each(" ", &|n| format!("v{n}: vec4<{scalar}>,"));
-    let function = |name: &str, parameters: &str, value: &dyn Fn(usize) -> String| {
-        format!("fn {name}({parameters}) -> Lanes {{ return Lanes({}); }}\n", each(", ", value))
-    };
-    [
-        format!("struct Lanes {{ {members} }}\n"),
-        function("splat", "s: Scalar", &|_| format!("vec4<{scalar}>(s)")),
-        function("add", "a: Lanes, b: Lanes", &|n| format!("a.v{n} + b.v{n}")),
-        function("subtract", "a: Lanes, b: Lanes", &|n| format!("a.v{n} - b.v{n}")),
-        function("difference", "s: Scalar, a: Lanes", &|n| format!("s - a.v{n}")),
-        function("scale", "a: Lanes, s: Scalar", &|n| format!("a.v{n} * s")),
-        function("scale_add", "a: Lanes, s: Scalar, c: Lanes", &|n| format!("a.v{n} * s + c.v{n}")),
-        function("multiply_add", "a: Lanes, b: Lanes, c: Lanes", &|n| format!("a.v{n} * b.v{n} + c.v{n}")),
-        function("magnitude", "a: Lanes", &|n| format!("abs(a.v{n})")),
-    ]
-    .concat()
 }

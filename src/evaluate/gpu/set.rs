@@ -1,85 +1,36 @@
-//! Buffers, pipelines and submissions. Buffers are kept and grow; a submission is one encoder with the copy-back in it.
+//! The buffers of a submission, from its upload to its sums. Buffers are kept and grow; a submission is one encoder
+//! with the copies to and from the device in it.
 
 use super::device::Device;
 use super::layout::Scene;
 use super::maps::write_maps;
-use super::shader::{LANES, Precision, UNIFORM_BYTES, Variant, assemble};
+use super::pipelines::{BINDINGS, Pipelines};
+use super::shader::{LANES, Precision, UNIFORM_BYTES, Variant};
 use crate::evaluate::Group;
 use crate::{Error, ErrorKind, Result};
-use std::collections::HashMap;
-use std::collections::hash_map::Entry;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Most workgroups in one dimension.
 const DISPATCH_MAX: u32 = 65_535;
 /// Bytes between the uniforms of rounds: the alignment that every device accepts.
 const ROUND_BYTES: usize = 256;
-const BINDINGS: usize = 9;
+/// Where the step maps lie.
+const MAPS: usize = 6;
 
-/// Pipelines of one device by variant.
-#[derive(Default)]
-pub(super) struct Pipelines(HashMap<Variant, (wgpu::BindGroupLayout, wgpu::ComputePipeline)>);
-
-impl Pipelines {
-    fn get(&mut self, device: &Device, variant: Variant) -> Result<&(wgpu::BindGroupLayout, wgpu::ComputePipeline)> {
-        match self.0.entry(variant) {
-            Entry::Occupied(made) => Ok(made.into_mut()),
-            Entry::Vacant(place) => {
-                let made = make(device, variant);
-                device.check()?;
-                Ok(place.insert(made))
-            }
-        }
-    }
-}
-
-fn make(device: &Device, variant: Variant) -> (wgpu::BindGroupLayout, wgpu::ComputePipeline) {
-    let device = &device.device;
-    let storage = |read_only| wgpu::BufferBindingType::Storage { read_only };
-    let entry = |binding: usize| {
-        let ty = match binding {
-            0 => wgpu::BufferBindingType::Uniform,
-            4 if variant.uniform => wgpu::BufferBindingType::Uniform,
-            7 | 8 => storage(false),
-            _ => storage(true),
-        };
-        #[expect(clippy::cast_possible_truncation, reason = "nine bindings")]
-        wgpu::BindGroupLayoutEntry {
-            binding: binding as u32,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: binding == 0, min_binding_size: None },
-            count: None,
-        }
-    };
-    let entries: Vec<wgpu::BindGroupLayoutEntry> = (0..BINDINGS).map(entry).collect();
-    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("motorfit evaluate"),
-        source: wgpu::ShaderSource::Wgsl(assemble(variant).into()),
-    });
-    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: None,
-        bind_group_layouts: &[Some(&layout)],
-        immediate_size: 0,
-    });
-    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some("motorfit evaluate"),
-        layout: Some(&pipeline_layout),
-        module: &module,
-        entry_point: Some("evaluate"),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache: None,
-    });
-    (layout, pipeline)
-}
-
-/// The buffers of one submission in flight.
+/// The buffers of one submission.
 #[derive(Default)]
 pub(super) struct Set {
     pub scene: Option<Scene>,
-    maps: Vec<u8>,
+    /// Submitted and not collected.
+    pub busy: bool,
     buffers: [Option<wgpu::Buffer>; BINDINGS],
+    /// Step maps on their way to the device; mapped whenever the set is not busy.
+    upload: Option<wgpu::Buffer>,
     read_back: Option<wgpu::Buffer>,
     bind_group: Option<(Variant, wgpu::BindGroup)>,
+    /// Whether the sums can be read.
+    arrived: Arc<AtomicBool>,
 }
 
 /// A submission that has not been collected.
@@ -88,6 +39,23 @@ pub(super) struct Ticket {
     bytes: u64,
     precision: Precision,
     steps: u64,
+}
+
+/// The sums that came back.
+pub(super) struct Sums<'a> {
+    precision: Precision,
+    bytes: &'a [u8],
+}
+
+impl Sums<'_> {
+    /// One number.
+    #[inline]
+    pub(super) fn get(&self, at: usize) -> f64 {
+        match self.precision {
+            Precision::F32 => f64::from(bytemuck::pod_read_unaligned::<f32>(&self.bytes[4 * at..4 * at + 4])),
+            Precision::F64 => bytemuck::pod_read_unaligned(&self.bytes[8 * at..8 * at + 8]),
+        }
+    }
 }
 
 impl Set {
@@ -104,32 +72,29 @@ impl Set {
             Some(scene) if scene.serves(groups, variant) => scene,
             _ => {
                 let scene = Scene::new(groups, variant);
-                self.upload(device, &scene)?;
+                self.put_scene(device, &scene)?;
                 scene
             }
         };
-        let variant = scene.variant;
-        let mut maps = std::mem::take(&mut self.maps);
-        write_maps(groups, &scene.units, variant.precision, &mut maps);
-        self.write(device, 6, &maps, 0)?;
-        self.maps = maps;
-        let result = scene.blocks * 2 * LANES * variant.precision.bytes();
+        let precision = scene.variant.precision;
+        let maps = self.put_maps(device, groups, &scene)?;
+        let result = scene.blocks * 2 * LANES * precision.bytes();
         self.ensure(device, 7, result, wgpu::BufferUsages::STORAGE)?;
         self.ensure(device, 8, result, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC)?;
         if self.read_back.as_ref().is_none_or(|b| b.size() < result as u64) {
             let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
             self.read_back = Some(buffer(device, result, usage)?);
         }
-        let pipeline = pipelines.get(device, variant)?;
-        self.bind(device, &pipeline.0, variant);
-        let submission = self.start(device, &pipeline.1, &scene, result as u64)?;
+        let (layout, pipeline) = pipelines.get(device, scene.variant)?;
+        self.bind(device, layout, scene.variant);
+        let submission = self.start(device, pipeline, &scene, [maps as u64, result as u64])?;
         device.check()?;
         let steps = scene.steps;
-        self.scene = Some(scene);
-        Ok(Ticket { submission, bytes: result as u64, precision: variant.precision, steps })
+        (self.scene, self.busy) = (Some(scene), true);
+        Ok(Ticket { submission, bytes: result as u64, precision, steps })
     }
 
-    fn upload(&mut self, device: &Device, scene: &Scene) -> Result<()> {
+    fn put_scene(&mut self, device: &Device, scene: &Scene) -> Result<()> {
         let round = |index: u32| {
             let mut bytes = [0; ROUND_BYTES];
             bytes[..4].copy_from_slice(&index.to_ne_bytes());
@@ -159,19 +124,38 @@ impl Set {
         Ok(())
     }
 
+    /// Makes the step maps right where the device fetches them from. Returns their bytes.
+    fn put_maps(&mut self, device: &Device, groups: &[Group<'_>], scene: &Scene) -> Result<usize> {
+        let precision = scene.variant.precision;
+        let bytes = scene.maps * precision.fields() * LANES * precision.bytes();
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+        self.ensure(device, MAPS, bytes, usage)?;
+        if self.upload.as_ref().is_none_or(|b| b.size() < bytes as u64) {
+            let made = buffer(device, bytes, wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC)?;
+            self.upload = Some(made);
+        }
+        let upload = self.upload.as_ref().ok_or_else(lost)?;
+        let mut view = (upload.slice(..bytes as u64).get_mapped_range_mut()).map_err(|e| unmapped(device, &e))?;
+        write_maps(groups, &scene.units, precision, view.slice(..));
+        drop(view);
+        upload.unmap();
+        Ok(bytes)
+    }
+
     fn start(
         &self,
         device: &Device,
         pipeline: &wgpu::ComputePipeline,
         scene: &Scene,
-        bytes: u64,
+        [maps_bytes, bytes]: [u64; 2],
     ) -> Result<wgpu::SubmissionIndex> {
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let (Some((_, bind_group)), Some(sums), Some(read_back)) =
-            (&self.bind_group, &self.buffers[8], &self.read_back)
+        let (Some((_, bind_group)), Some(upload), Some(maps), Some(sums), Some(read_back)) =
+            (&self.bind_group, &self.upload, &self.buffers[MAPS], &self.buffers[8], &self.read_back)
         else {
             return Err(lost());
         };
+        encoder.copy_buffer_to_buffer(upload, 0, maps, 0, maps_bytes);
         for round in 0..scene.rounds {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(pipeline);
@@ -182,30 +166,22 @@ impl Set {
         }
         encoder.copy_buffer_to_buffer(sums, 0, read_back, 0, bytes);
         let submission = device.queue.submit([encoder.finish()]);
-        read_back.slice(..bytes).map_async(wgpu::MapMode::Read, |_| {});
+        self.arrived.store(false, Ordering::Release);
+        let arrived = self.arrived.clone();
+        read_back.slice(..bytes).map_async(wgpu::MapMode::Read, move |_| arrived.store(true, Ordering::Release));
+        upload.slice(..).map_async(wgpu::MapMode::Write, |_| {});
         Ok(submission)
     }
 
     /// Waits for a submission and hands its sums to `read`: per block those of current, then those of speed.
-    pub(super) fn collect(&self, device: &Device, ticket: Ticket, read: &mut dyn FnMut(&[f64])) -> Result<()> {
-        device.wait(ticket.submission, ticket.steps)?;
+    pub(super) fn collect(&mut self, device: &Device, ticket: Ticket, read: &mut dyn FnMut(&Sums<'_>)) -> Result<()> {
+        device.wait(ticket.submission, ticket.steps, &self.arrived)?;
         let buffer = self.read_back.as_ref().ok_or_else(lost)?;
-        let view = buffer.slice(..ticket.bytes).get_mapped_range().map_err(|e| {
-            Error::new(ErrorKind::Device, format!("{}: results cannot be read: {e}", device.facts.name), "Run again.")
-        })?;
-        match ticket.precision {
-            Precision::F32 => {
-                let sums = view.chunks_exact(4).map(|b| f64::from(f32::from_ne_bytes([b[0], b[1], b[2], b[3]])));
-                read(&sums.collect::<Vec<f64>>());
-            }
-            Precision::F64 => {
-                let sums =
-                    view.chunks_exact(8).map(|b| f64::from_ne_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]));
-                read(&sums.collect::<Vec<f64>>());
-            }
-        }
+        let view = buffer.slice(..ticket.bytes).get_mapped_range().map_err(|e| unmapped(device, &e))?;
+        read(&Sums { precision: ticket.precision, bytes: &view });
         drop(view);
         buffer.unmap();
+        self.busy = false;
         Ok(())
     }
 
@@ -222,23 +198,21 @@ impl Set {
         if self.bind_group.as_ref().is_some_and(|(of, _)| *of == variant) {
             return;
         }
-        let resource = |binding: usize, buffer: &'_ wgpu::Buffer| {
-            let size = match binding {
+        #[expect(clippy::cast_possible_truncation, reason = "nine bindings")]
+        let entry = |(binding, buffer): (usize, &'_ wgpu::Buffer)| {
+            let bytes = match binding {
                 0 => Some(ROUND_BYTES as u64),
                 4 if variant.uniform => Some(UNIFORM_BYTES as u64),
                 _ => None,
             };
-            let buffer = buffer.clone();
-            (buffer, size.and_then(wgpu::BufferSize::new))
+            let size = bytes.and_then(wgpu::BufferSize::new);
+            (binding as u32, buffer.clone(), size)
         };
-        let bound: Vec<(wgpu::Buffer, Option<wgpu::BufferSize>)> =
-            self.buffers.iter().flatten().enumerate().map(|(n, b)| resource(n, b)).collect();
-        #[expect(clippy::cast_possible_truncation, reason = "nine bindings")]
+        let bound: Vec<_> = self.buffers.iter().flatten().enumerate().map(entry).collect();
         let entries: Vec<wgpu::BindGroupEntry<'_>> = bound
             .iter()
-            .enumerate()
-            .map(|(n, (buffer, size))| wgpu::BindGroupEntry {
-                binding: n as u32,
+            .map(|(binding, buffer, size)| wgpu::BindGroupEntry {
+                binding: *binding,
                 resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size: *size }),
             })
             .collect();
@@ -251,7 +225,13 @@ fn lost() -> Error {
     Error::new(ErrorKind::Device, "the device has lost its buffers", "Run again.")
 }
 
-/// Buffers grow by half, so that a slowly growing batch does not make a new one each time.
+fn unmapped(device: &Device, error: &dyn std::fmt::Display) -> Error {
+    let message = format!("{}: a buffer cannot be mapped: {error}", device.facts.name);
+    Error::new(ErrorKind::Device, message, "Run again; if it stays, update the driver or use --device cpu.")
+}
+
+/// Buffers grow by half, so that a slowly growing batch does not make a new one each time. Those for writing begin
+/// mapped.
 fn buffer(device: &Device, size: usize, usage: wgpu::BufferUsages) -> Result<wgpu::Buffer> {
     let limits = device.device.limits();
     let limit = usize::try_from(limits.max_buffer_size.min(device.facts.binding_bytes_max)).unwrap_or(usize::MAX);
@@ -263,8 +243,10 @@ fn buffer(device: &Device, size: usize, usage: wgpu::BufferUsages) -> Result<wgp
         ));
     }
     let size = (size + size / 2).next_multiple_of(ROUND_BYTES).max(UNIFORM_BYTES).min(limit) & !3;
-    let descriptor = wgpu::BufferDescriptor { label: None, size: size as u64, usage, mapped_at_creation: false };
+    let mapped_at_creation = usage.contains(wgpu::BufferUsages::MAP_WRITE);
+    let descriptor = wgpu::BufferDescriptor { label: None, size: size as u64, usage, mapped_at_creation };
     let buffer = device.device.create_buffer(&descriptor);
+    device.count_buffer();
     device.check()?;
     Ok(buffer)
 }

@@ -1,0 +1,23 @@
+// Every invocation reads each sample: where the hardware reads at once what all of them want, nothing is faster.
+
+fn stretch(begin: Run, map: Map, g: Lanes2, first: u32, end: u32, weight_shift: u32, place: u32) -> Run {
+    var run = begin;
+    for (var n = first; n < end; n++) {
+        run = follow(run, map, g, samples[n], weight_of(n + weight_shift));
+    }
+    return run;
+}
+
+// Whether an invocation has nothing to do.
+fn is_idle(lane: u32, blocks: u32) -> bool {
+    return lane >= blocks;
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn evaluate(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    work(workgroup.y * workgroups.x + workgroup.x, lane, 0u);
+}

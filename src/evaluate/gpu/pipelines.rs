@@ -1,0 +1,71 @@
+//! Compute pipelines by variant.
+
+use super::device::Device;
+use super::shader::{Variant, assemble};
+use crate::Result;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
+/// Buffers that a shader sees.
+pub(super) const BINDINGS: usize = 9;
+
+/// Pipelines of one device by variant.
+#[derive(Default)]
+pub(super) struct Pipelines(HashMap<Variant, (wgpu::BindGroupLayout, wgpu::ComputePipeline)>);
+
+impl Pipelines {
+    pub(super) fn get(
+        &mut self,
+        device: &Device,
+        variant: Variant,
+    ) -> Result<&(wgpu::BindGroupLayout, wgpu::ComputePipeline)> {
+        match self.0.entry(variant) {
+            Entry::Occupied(made) => Ok(made.into_mut()),
+            Entry::Vacant(place) => {
+                let made = make(device, variant);
+                device.check()?;
+                Ok(place.insert(made))
+            }
+        }
+    }
+}
+
+fn make(device: &Device, variant: Variant) -> (wgpu::BindGroupLayout, wgpu::ComputePipeline) {
+    let device = &device.device;
+    let storage = |read_only| wgpu::BufferBindingType::Storage { read_only };
+    let entry = |binding: usize| {
+        let ty = match binding {
+            0 => wgpu::BufferBindingType::Uniform,
+            4 if variant.uniform => wgpu::BufferBindingType::Uniform,
+            7 | 8 => storage(false),
+            _ => storage(true),
+        };
+        #[expect(clippy::cast_possible_truncation, reason = "nine bindings")]
+        wgpu::BindGroupLayoutEntry {
+            binding: binding as u32,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: binding == 0, min_binding_size: None },
+            count: None,
+        }
+    };
+    let entries: Vec<wgpu::BindGroupLayoutEntry> = (0..BINDINGS).map(entry).collect();
+    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("motorfit evaluate"),
+        source: wgpu::ShaderSource::Wgsl(assemble(variant).into()),
+    });
+    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: &[Some(&layout)],
+        immediate_size: 0,
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some("motorfit evaluate"),
+        layout: Some(&pipeline_layout),
+        module: &module,
+        entry_point: Some("evaluate"),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    });
+    (layout, pipeline)
+}

@@ -1,0 +1,121 @@
+//! Faults and the life of buffers, from inside.
+
+use super::*;
+use crate::evaluate::Scalar;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+/// The best adapter; `None` where there is none and skips are allowed.
+fn open() -> Option<Gpu> {
+    let gpu = Gpu::open(&Selector::Best, None).ok();
+    assert!(gpu.is_some() || std::env::var_os("MOTORFIT_NO_SKIP").is_none(), "no adapter");
+    gpu
+}
+
+fn specimen(gpu: &Gpu) -> (Arc<Problem>, Vec<f64>) {
+    let fetch = Fetch::Direct;
+    let variant = Variant { precision: gpu.precision, absolute: false, weighted: false, uniform: true, fetch };
+    check::specimen(variant).unwrap()
+}
+
+fn evaluate(gpu: &mut Gpu, problem: &Arc<Problem>, values: &[f64]) -> Result<Vec<f64>> {
+    let groups = [Group { problem, candidates: Candidates::new(values, 5), reference: None }];
+    let mut costs = vec![0.0; values.len() / 5];
+    gpu.evaluate(&Batch { groups: &groups }, &mut costs)?;
+    Ok(costs)
+}
+
+#[test]
+fn a_lost_device_is_an_error() {
+    let Some(mut gpu) = open() else { return };
+    let (problem, values) = specimen(&gpu);
+    evaluate(&mut gpu, &problem, &values).unwrap();
+    gpu.device.device.destroy();
+    let lost = evaluate(&mut gpu, &problem, &values).unwrap_err();
+    assert_eq!(lost.kind(), ErrorKind::Device);
+    assert!(!lost.remedy().is_empty(), "{lost}");
+    let again = evaluate(&mut gpu, &problem, &values).unwrap_err();
+    assert_eq!(again.kind(), ErrorKind::Device, "and stays one");
+}
+
+#[test]
+fn a_device_that_computes_wrongly_is_refused() {
+    let Some(mut gpu) = open() else { return };
+    let (problem, values) = specimen(&gpu);
+    let costs = evaluate(&mut gpu, &problem, &values).unwrap();
+    let compare = |costs: &[f64]| check::compare(&gpu.device.facts, gpu.precision, &problem, &values, costs);
+    compare(&costs).unwrap();
+    let wrong = compare(&costs.iter().map(|c| c * 1.001).collect::<Vec<_>>()).unwrap_err();
+    assert_eq!(wrong.kind(), ErrorKind::Device);
+    let text = wrong.to_string();
+    assert!(text.contains("computes wrongly") && text.contains(&gpu.device.facts.name), "{text}");
+}
+
+#[test]
+fn a_dispatch_that_does_not_end_is_an_error() {
+    let Some(mut gpu) = open() else { return };
+    let (problem, values) = specimen(&gpu);
+    // Long work, and no patience at all: 20 million candidate-steps are allowed no second more.
+    let many: Vec<f64> = values.iter().copied().cycle().take(5 * 50_000).collect();
+    gpu.device.patience = Duration::ZERO;
+    let steps = (50_000 * problem.active() as u64) / 20_000_000;
+    assert_eq!(steps, 0);
+    let hung = evaluate(&mut gpu, &problem, &many).unwrap_err();
+    assert_eq!(hung.kind(), ErrorKind::Device);
+    assert!(hung.to_string().contains("did not finish within"), "{hung}");
+}
+
+#[test]
+fn too_little_memory_is_an_error() {
+    let Some(mut gpu) = open() else { return };
+    let (problem, values) = specimen(&gpu);
+    // What the driver refuses comes back as an error too, not as a panic of wgpu's default handler.
+    let size = gpu.device.device.limits().max_buffer_size + 4;
+    let usage = wgpu::BufferUsages::STORAGE;
+    let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false };
+    drop(gpu.device.device.create_buffer(&descriptor));
+    let refused = gpu.device.check().unwrap_err();
+    assert_eq!(refused.kind(), ErrorKind::Device);
+    // A recording that no buffer holds.
+    gpu.device.facts.binding_bytes_max = 1024;
+    gpu.sets.clear();
+    let large = evaluate(&mut gpu, &problem, &values).unwrap_err();
+    assert!(large.to_string().contains("needs a buffer of"), "{large}");
+}
+
+#[test]
+fn the_steady_state_makes_no_buffers_and_two_batches_overlap() {
+    let Some(mut gpu) = open() else { return };
+    let (problem, values) = specimen(&gpu);
+    // A small budget: the batch goes in four submissions, two at a time.
+    gpu.budget = 10 * gpu.precision.fields() * gpu.precision.bytes();
+    let whole = evaluate(&mut gpu, &problem, &values).unwrap();
+    let oracle: Vec<f64> = values.chunks(5).map(|row| Scalar::cost(&problem, row)).collect();
+    check::compare(&gpu.device.facts, gpu.precision, &problem, &values, &whole).unwrap();
+    assert!((FLIGHTS..=SETS).contains(&gpu.sets.len()), "{}", gpu.sets.len());
+    let made = gpu.device.buffers_made.load(Ordering::Relaxed);
+    for _ in 0..3 {
+        assert_eq!(evaluate(&mut gpu, &problem, &values).unwrap(), whole);
+    }
+    assert_eq!(gpu.device.buffers_made.load(Ordering::Relaxed), made);
+    // Two batches at once, finished in the other order.
+    gpu.budget = 1 << 20;
+    let candidates = Candidates::new(&values, 5);
+    let first = [Group { problem: &problem, candidates, reference: None }];
+    let second = [Group { problem: &problem, candidates: Candidates::new(&values[..35], 5), reference: None }];
+    let (first, second) = (Batch { groups: &first }, Batch { groups: &second });
+    let (a, b) = (gpu.begin(&first).unwrap(), gpu.begin(&second).unwrap());
+    let mut costs = vec![0.0; oracle.len()];
+    gpu.finish(&second, b, &mut costs[..7]).unwrap();
+    assert_eq!(costs[..7], whole[..7]);
+    gpu.finish(&first, a, &mut costs).unwrap();
+    assert_eq!(costs, whole);
+    // More than there are sets is an error, and not the end.
+    let mut pending: Vec<Pending> = (0..SETS).map(|_| gpu.begin(&second).unwrap()).collect();
+    assert_eq!(gpu.begin(&second).err().unwrap().kind(), ErrorKind::Usage);
+    for pending in pending.drain(..) {
+        gpu.finish(&second, pending, &mut costs[..7]).unwrap();
+        assert_eq!(costs[..7], whole[..7]);
+    }
+}
