@@ -22,6 +22,7 @@
 pub mod candidates;
 pub mod criterion;
 pub mod error;
+pub mod estimate;
 pub mod evaluate;
 pub mod experiment;
 pub mod identify;

@@ -205,7 +205,8 @@ fn add_loss<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(sum: f6
     }
 }
 
+/// `a b + c`, fused where the level has it.
 #[inline(always)]
-fn multiply_add<const FMA: bool>(a: f64, b: f64, c: f64) -> f64 {
+pub(crate) fn multiply_add<const FMA: bool>(a: f64, b: f64, c: f64) -> f64 {
     if FMA { a.mul_add(b, c) } else { a * b + c }
 }

@@ -14,6 +14,7 @@ mod signals;
 mod simd;
 
 pub use cpu::{Level, cpu_name};
+pub(crate) use kernel::multiply_add;
 pub use problem::{Model, Problem};
 pub use scalar::Scalar;
 pub use signals::{Initial, Signals, Span};

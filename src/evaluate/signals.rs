@@ -9,13 +9,15 @@ use crate::{Error, ErrorKind, Result};
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub enum Initial {
-    /// Zero if the recording starts at rest, else as measured.
+    /// Zero if the recording starts at rest, else free.
     #[default]
     Auto,
     /// At rest.
     Zero,
     /// The first measured sample; zero for a channel that was not measured.
     Measured,
+    /// A refinement estimates it; a search takes it as measured.
+    Free,
 }
 
 /// A stretch of samples over which the step and all inputs stay the same.
@@ -48,6 +50,8 @@ pub struct Signals {
     /// was not measured.
     pub(crate) factor: [f64; 2],
     pub(crate) initial: [f64; 2],
+    /// Whether a refinement estimates it.
+    pub(crate) initial_is_free: bool,
     /// Samples before this one find the motor at rest without voltage or torque: their state is zero.
     pub(crate) first_active: usize,
     /// The weighted sums over those samples.
@@ -64,6 +68,7 @@ impl Signals {
     pub fn new(record: &Record, criterion: &Criterion, initial: Initial, method: Discretization) -> Result<Self> {
         let (samples, steps) = (record.samples(), record.steps());
         let measured = record.measured();
+        let (initial, initial_is_free) = initial_state(record, initial);
         let mut signals = Self {
             step_s: steps.step_s.clone(),
             step_index: steps.step_index.clone(),
@@ -72,7 +77,8 @@ impl Signals {
             measured: (0..record.len()).map(|n| measured.map(|m| m.map_or(0.0, |m| m[n]))).collect(),
             weight: Vec::new(),
             factor: [0.0; 2],
-            initial: initial_state(record, initial),
+            initial,
+            initial_is_free,
             first_active: 0,
             rest: [0.0; 2],
             spans: Vec::new(),
@@ -114,6 +120,12 @@ impl Signals {
         self.initial
     }
 
+    /// Whether a channel (0 current, 1 speed) was measured.
+    #[must_use]
+    pub fn has(&self, channel: usize) -> bool {
+        self.factor[channel] > 0.0
+    }
+
     /// The inputs, as the oracle takes them.
     #[must_use]
     pub fn drive(&self) -> Drive<'_> {
@@ -148,7 +160,7 @@ impl Signals {
             }
         }
         let zero = |values: &[f64]| values.iter().all(|v| *v == 0.0);
-        if zero(&self.initial) {
+        if zero(&self.initial) && !self.initial_is_free {
             let quiet = |span: &Span| zero(&span.voltage) && span.torque == 0.0;
             let leading = self.spans.iter().take_while(|span| quiet(span)).count();
             self.first_active = self.spans.get(leading).map_or(self.len(), |span| span.start);
@@ -188,7 +200,8 @@ fn divisor(criterion: &Criterion, channel: usize, signal: &[f64]) -> Result<f64>
     Err(Error::new(ErrorKind::NotIdentified, message, remedy))
 }
 
-fn initial_state(record: &Record, initial: Initial) -> [f64; 2] {
+/// The state at the first sample, and whether a refinement estimates it.
+fn initial_state(record: &Record, initial: Initial) -> ([f64; 2], bool) {
     let first = record.measured().map(|m| m.map_or(0.0, |m| m[0]));
     let at_rest = || {
         record.measured().into_iter().flatten().all(|signal| {
@@ -198,14 +211,10 @@ fn initial_state(record: &Record, initial: Initial) -> [f64; 2] {
         })
     };
     match initial {
-        Initial::Zero => [0.0; 2],
-        Initial::Measured => first,
-        Initial::Auto => {
-            if at_rest() {
-                [0.0; 2]
-            } else {
-                first
-            }
-        }
+        Initial::Zero => ([0.0; 2], false),
+        Initial::Measured => (first, false),
+        Initial::Free => (first, true),
+        Initial::Auto if at_rest() => ([0.0; 2], false),
+        Initial::Auto => (first, true),
     }
 }

@@ -11,6 +11,7 @@
 //! Functions of Matrices (2008), ch. 10.
 
 use super::Parameters;
+use super::dual::{Dual, Number};
 
 /// How the continuous motor is turned into one step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -63,28 +64,50 @@ impl StepMap {
     /// The map of one motor for a step of `h` seconds.
     #[must_use]
     pub fn new(parameters: &Parameters, h: f64, method: Discretization) -> Self {
-        let maps = step_maps::<1>(&parameters.to_array().map(|p| [p]), h, method);
-        Self { d: maps.d.map(|[v]| v), taps: maps.taps.map(|t| t.map(|[v]| v)), torque: maps.torque.map(|[v]| v) }
+        Self::part(&step_maps(&parameters.to_array().map(|p| [p]), h, method), |v| v)
+    }
+
+    /// The map and its derivatives with respect to the logarithms of R, L, K, B and J.
+    #[must_use]
+    pub fn with_sensitivities(parameters: &Parameters, h: f64, method: Discretization) -> (Self, [Self; 5]) {
+        let values = parameters.to_array();
+        let seed = |p: usize| {
+            let mut derivatives = [0.0; 5];
+            derivatives[p] = values[p];
+            [Dual { value: values[p], derivatives }]
+        };
+        let maps = step_maps(&std::array::from_fn(seed), h, method);
+        let slope = |p: usize| Self::part(&maps, |v| v.derivatives[p]);
+        (Self::part(&maps, |v| v.value), std::array::from_fn(slope))
+    }
+
+    fn part<T: Number>(maps: &StepMaps<1, T>, of: impl Fn(T) -> f64) -> Self {
+        let axes = |of_axes: [[T; 1]; 2]| of_axes.map(|[v]| of(v));
+        Self { d: maps.d.map(|[v]| of(v)), taps: maps.taps.map(axes), torque: axes(maps.torque) }
     }
 }
 
 /// [`StepMap`] of `N` candidates side by side.
 #[derive(Debug, Clone, Copy)]
-pub struct StepMaps<const N: usize> {
+pub struct StepMaps<const N: usize, T = f64> {
     /// `Φ − I`.
-    pub d: [[f64; N]; 4],
+    pub d: [[T; N]; 4],
     /// Gains of the voltage.
-    pub taps: [[[f64; N]; 2]; 2],
+    pub taps: [[[T; N]; 2]; 2],
     /// Gain of the torque.
-    pub torque: [[f64; N]; 2],
+    pub torque: [[T; N]; 2],
 }
 
 /// The one-step maps of `N` motors, `parameters[p][lane]` in the order R, L, K, B, J.
 #[inline(always)]
 #[must_use]
-pub fn step_maps<const N: usize>(parameters: &[[f64; N]; 5], h: f64, method: Discretization) -> StepMaps<N> {
+pub fn step_maps<T: Number, const N: usize>(
+    parameters: &[[T; N]; 5],
+    h: f64,
+    method: Discretization,
+) -> StepMaps<N, T> {
     let [r, l, k, b, j] = parameters;
-    let mut m = [[0.0; N]; 4];
+    let mut m = [[T::constant(0.0); N]; 4];
     let mut halvings = [0_u32; N];
     for n in 0..N {
         m[0][n] = -r[n] / l[n] * h;
@@ -94,7 +117,7 @@ pub fn step_maps<const N: usize>(parameters: &[[f64; N]; 5], h: f64, method: Dis
     }
     if method.is_exact() {
         for n in 0..N {
-            halvings[n] = halvings_needed([m[0][n], m[1][n], m[2][n], m[3][n]]);
+            halvings[n] = halvings_needed([m[0][n], m[1][n], m[2][n], m[3][n]].map(T::value));
         }
     }
     let deepest = halvings.iter().copied().max().unwrap_or(0);
@@ -104,16 +127,17 @@ pub fn step_maps<const N: usize>(parameters: &[[f64; N]; 5], h: f64, method: Dis
             let scale = 0.5_f64.powi(halvings[n].cast_signed());
             part[n] *= scale;
             for row in &mut m {
-                row[n] *= scale;
+                row[n] = row[n] * scale;
             }
         }
     }
     let mut maps = series(&m, method);
     for n in 0..N {
+        let step = T::constant(part[n]);
         for axis in 0..2 {
-            maps.taps[0][axis][n] *= part[n] / l[n];
-            maps.taps[1][axis][n] *= part[n] / l[n];
-            maps.torque[axis][n] *= -part[n] / j[n];
+            maps.taps[0][axis][n] = maps.taps[0][axis][n] * (step / l[n]);
+            maps.taps[1][axis][n] = maps.taps[1][axis][n] * (step / l[n]);
+            maps.torque[axis][n] = maps.torque[axis][n] * (-step / j[n]);
         }
     }
     for done in 0..deepest {
@@ -141,21 +165,22 @@ fn halvings_needed(m: [f64; 4]) -> u32 {
 /// `D` and the gains before they are scaled: `taps[0] = φ₁ e₁` (ZOH) or `(φ₁ − φ₂) e₁` with `taps[1] = φ₂ e₁` (FOH),
 /// `torque = φ₁ e₂`.
 #[inline(always)]
-fn series<const N: usize>(m: &[[f64; N]; 4], method: Discretization) -> StepMaps<N> {
-    let mut maps = StepMaps { d: [[0.0; N]; 4], taps: [[[0.0; N]; 2]; 2], torque: [[0.0; N]; 2] };
+fn series<T: Number, const N: usize>(m: &[[T; N]; 4], method: Discretization) -> StepMaps<N, T> {
+    let zero = T::constant(0.0);
+    let mut maps = StepMaps { d: [[zero; N]; 4], taps: [[[zero; N]; 2]; 2], torque: [[zero; N]; 2] };
     let terms = method.terms();
     let foh = method.uses_next_input();
-    let (mut alpha, mut beta) = ([1.0; N], [0.0; N]);
-    let (mut p, mut q) = ([[0.0; N]; 2], [[0.0; N]; 2]);
+    let (mut alpha, mut beta) = ([T::constant(1.0); N], [zero; N]);
+    let (mut p, mut q) = ([[zero; N]; 2], [[zero; N]; 2]);
     let mut inverse_factorial = 1.0;
     for term in 0..terms {
         inverse_factorial /= f64::from(term + 1); // 1/(n+1)!
         let next = inverse_factorial / f64::from(term + 2); // 1/(n+2)!
         for n in 0..N {
-            p[0][n] += alpha[n] * inverse_factorial;
-            p[1][n] += beta[n] * inverse_factorial;
-            q[0][n] += alpha[n] * next;
-            q[1][n] += beta[n] * next;
+            p[0][n] = p[0][n] + alpha[n] * inverse_factorial;
+            p[1][n] = p[1][n] + beta[n] * inverse_factorial;
+            q[0][n] = q[0][n] + alpha[n] * next;
+            q[1][n] = q[1][n] + beta[n] * next;
             let trace = m[0][n] + m[3][n];
             let determinant = m[0][n] * m[3][n] - m[1][n] * m[2][n];
             let raised = alpha[n] + trace * beta[n];
@@ -170,7 +195,7 @@ fn series<const N: usize>(m: &[[f64; N]; 4], method: Discretization) -> StepMaps
         maps.d[1][n] = m[0][n] * phi1[1] + m[1][n] * phi1[3];
         maps.d[2][n] = m[2][n] * phi1[0] + m[3][n] * phi1[2];
         maps.d[3][n] = m[2][n] * phi1[1] + m[3][n] * phi1[3];
-        let end = if foh { [q[0][n] + q[1][n] * m[0][n], q[1][n] * m[2][n]] } else { [0.0; 2] };
+        let end = if foh { [q[0][n] + q[1][n] * m[0][n], q[1][n] * m[2][n]] } else { [zero; 2] };
         for axis in 0..2 {
             maps.taps[1][axis][n] = end[axis];
             maps.taps[0][axis][n] = phi1[2 * axis] - end[axis];
@@ -184,26 +209,26 @@ fn series<const N: usize>(m: &[[f64; N]; 4], method: Discretization) -> StepMaps
 /// `g ← 2g + D g`; with a straight-line input, whose middle is the mean of its ends, `w = g₀ + Φ g₁`,
 /// `g₀ ← Φ g₀ + w/2`, `g₁ ← g₁ + w/2`.
 #[inline(always)]
-fn double<const N: usize>(maps: &mut StepMaps<N>, halvings: &[u32; N], done: u32, foh: bool) {
+fn double<T: Number, const N: usize>(maps: &mut StepMaps<N, T>, halvings: &[u32; N], done: u32, foh: bool) {
     for n in 0..N {
         if done >= halvings[n] {
             continue;
         }
         let d = maps.d.map(|entry| entry[n]);
-        let times_d = |v: [f64; 2]| [d[0] * v[0] + d[1] * v[1], d[2] * v[0] + d[3] * v[1]];
+        let times_d = |v: [T; 2]| [d[0] * v[0] + d[1] * v[1], d[2] * v[0] + d[3] * v[1]];
         let (start, end) = (maps.taps[0].map(|t| t[n]), maps.taps[1].map(|t| t[n]));
         let torque = maps.torque.map(|t| t[n]);
         let (d_start, d_end, d_torque) = (times_d(start), times_d(end), times_d(torque));
         for axis in 0..2 {
-            let middle = 0.5 * (start[axis] + end[axis] + d_end[axis]);
+            let middle = (start[axis] + end[axis] + d_end[axis]) * 0.5;
             let second = if foh { middle } else { start[axis] };
             maps.taps[0][axis][n] = start[axis] + d_start[axis] + second;
-            maps.taps[1][axis][n] = if foh { end[axis] + middle } else { 0.0 };
-            maps.torque[axis][n] = 2.0 * torque[axis] + d_torque[axis];
+            maps.taps[1][axis][n] = if foh { end[axis] + middle } else { T::constant(0.0) };
+            maps.torque[axis][n] = torque[axis] * 2.0 + d_torque[axis];
         }
-        maps.d[0][n] = 2.0 * d[0] + (d[0] * d[0] + d[1] * d[2]);
-        maps.d[1][n] = 2.0 * d[1] + (d[0] * d[1] + d[1] * d[3]);
-        maps.d[2][n] = 2.0 * d[2] + (d[2] * d[0] + d[3] * d[2]);
-        maps.d[3][n] = 2.0 * d[3] + (d[2] * d[1] + d[3] * d[3]);
+        maps.d[0][n] = d[0] * 2.0 + (d[0] * d[0] + d[1] * d[2]);
+        maps.d[1][n] = d[1] * 2.0 + (d[0] * d[1] + d[1] * d[3]);
+        maps.d[2][n] = d[2] * 2.0 + (d[2] * d[0] + d[3] * d[2]);
+        maps.d[3][n] = d[3] * 2.0 + (d[2] * d[1] + d[3] * d[3]);
     }
 }

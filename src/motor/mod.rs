@@ -4,12 +4,14 @@
 //! `di/dt = (v − R i − K ω)/L`, `dω/dt = (K i − B ω − T)/J`.
 
 mod discretize;
+mod dual;
 mod logarithm;
 mod response;
 mod simulate;
 mod space;
 
 pub use discretize::{Discretization, StepMap, StepMaps, step_maps};
+pub use dual::{Dual, Number};
 pub use logarithm::{LogarithmError, matrix_logarithm};
 pub use response::{Response, response};
 pub use simulate::{Drive, Trajectory, simulate, walk};

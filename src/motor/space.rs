@@ -13,7 +13,9 @@ pub enum Scope {
 }
 
 impl Scope {
-    fn covers(self, recording: u32) -> bool {
+    /// Whether it holds for the recording of this index.
+    #[must_use]
+    pub fn covers(self, recording: u32) -> bool {
         self == Self::Shared || self == Self::Recording(recording)
     }
 }

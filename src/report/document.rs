@@ -131,6 +131,7 @@ impl Names {
                 Initial::Auto => "auto",
                 Initial::Zero => "zero",
                 Initial::Measured => "measured",
+                Initial::Free => "free",
             },
         }
     }

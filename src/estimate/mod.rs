@@ -1,0 +1,13 @@
+//! Estimation in f64 on the CPU: Steiglitz–McBride, the maximum-likelihood refinement, how sure it is.
+
+mod normal;
+mod output_error;
+mod recover;
+mod refine;
+mod steiglitz_mcbride;
+mod triangle;
+mod uncertainty;
+
+pub use refine::{RefineOptions, Refined, refine};
+pub use steiglitz_mcbride::{Estimate, SmFailure, SmOptions, steiglitz_mcbride, try_steiglitz_mcbride};
+pub use uncertainty::{Uncertainty, Whiteness, describe};

@@ -1,0 +1,159 @@
+//! Output errors of one motor and their derivatives, as sums of products.
+//!
+//! Per sample and channel the row `[∂x/∂ln R … ∂x/∂ln J, ∂x/∂i₀, ∂x/∂ω₀, y − x]` is multiplied with itself and added
+//! up: JᵀJ, Jᵀe and eᵀe in one symmetric matrix. The derivatives follow the motor: with `x⁺ = x + D x + g`,
+//! `S⁺ = Φ S + ∂D x + ∂g`.
+//!
+//! Limit: 8 lanes a sample; 2×5 vector operations for the state's derivatives, 2×8 for the products.
+
+#![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
+
+use crate::evaluate::{Level, Signals, multiply_add};
+use crate::motor::{Discretization, Parameters, StepMap};
+use multiversion::multiversion;
+
+/// Five parameters, two initial states, the error.
+pub(super) const ROW: usize = 8;
+/// Where the initial states and the error stand in a row.
+pub(super) const INITIAL: usize = 5;
+pub(super) const ERROR: usize = 7;
+
+/// Sums of the products of rows: symmetric.
+pub(super) type Products = [[f64; ROW]; ROW];
+
+/// A step with its derivatives, a lane for each entry of a row.
+struct Step {
+    map: StepMap,
+    d: [[f64; ROW]; 4],
+    taps: [[[f64; ROW]; 2]; 2],
+    torque: [[f64; ROW]; 2],
+}
+
+impl Step {
+    fn new(parameters: &Parameters, h: f64, method: Discretization) -> Self {
+        let (map, slopes) = StepMap::with_sensitivities(parameters, h, method);
+        let lanes = |of: &dyn Fn(&StepMap) -> f64| -> [f64; ROW] {
+            std::array::from_fn(|lane| slopes.get(lane).map_or(0.0, of))
+        };
+        Self {
+            map,
+            d: std::array::from_fn(|n| lanes(&|s| s.d[n])),
+            taps: std::array::from_fn(|t| std::array::from_fn(|axis| lanes(&|s| s.taps[t][axis]))),
+            torque: std::array::from_fn(|axis| lanes(&|s| s.torque[axis])),
+        }
+    }
+}
+
+/// Sums of the products of both channels (current, speed) over the active samples of a recording, from the state
+/// `initial`.
+pub(super) fn products(
+    signals: &Signals,
+    parameters: &Parameters,
+    initial: [f64; 2],
+    method: Discretization,
+) -> [Products; 2] {
+    let steps: Vec<Step> = signals.step_s.iter().map(|&h| Step::new(parameters, h, method)).collect();
+    match Level::best() {
+        Level::Avx512 => avx512(signals, &steps, initial),
+        Level::Avx2 => avx2(signals, &steps, initial),
+        Level::Portable => run::<false>(signals, &steps, initial),
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
+fn avx512(signals: &Signals, steps: &[Step], initial: [f64; 2]) -> [Products; 2] {
+    run::<true>(signals, steps, initial)
+}
+
+#[multiversion(targets("x86_64+avx2+fma"))]
+fn avx2(signals: &Signals, steps: &[Step], initial: [f64; 2]) -> [Products; 2] {
+    run::<true>(signals, steps, initial)
+}
+
+/// Samples whose products are summed before they go to the total.
+const BLOCK: usize = 64;
+
+#[inline(always)]
+fn run<const FMA: bool>(signals: &Signals, steps: &[Step], initial: [f64; 2]) -> [Products; 2] {
+    let mut x = initial;
+    let mut s = [[0.0; ROW]; 2];
+    s[0][INITIAL] = 1.0;
+    s[1][INITIAL + 1] = 1.0;
+    let mut totals = [[[0.0; ROW]; ROW]; 2];
+    for span in &signals.spans {
+        let Step { map, d, taps, torque } = &steps[usize::from(span.step)];
+        let [v, v_next] = span.voltage;
+        let gain: [f64; 2] =
+            std::array::from_fn(|a| map.taps[0][a] * v + map.taps[1][a] * v_next + map.torque[a] * span.torque);
+        let mut slope = [[0.0; ROW]; 2];
+        for a in 0..2 {
+            for lane in 0..ROW {
+                slope[a][lane] = taps[0][a][lane] * v + taps[1][a][lane] * v_next + torque[a][lane] * span.torque;
+            }
+        }
+        let phi = [map.d[0] + 1.0, map.d[1], map.d[2], map.d[3] + 1.0];
+        for block in signals.measured[span.start..span.end].chunks(BLOCK) {
+            let mut rows = [[[0.0; ROW]; BLOCK]; 2];
+            for (n, y) in block.iter().enumerate() {
+                for channel in 0..2 {
+                    rows[channel][n] = s[channel];
+                    rows[channel][n][ERROR] = y[channel] - x[channel];
+                }
+                let (s_i, s_w) = (s[0], s[1]);
+                for a in 0..2 {
+                    for lane in 0..ROW {
+                        let own = multiply_add::<FMA>(d[2 * a][lane], x[0], slope[a][lane]);
+                        let forced = multiply_add::<FMA>(d[2 * a + 1][lane], x[1], own);
+                        let turned = multiply_add::<FMA>(phi[2 * a + 1], s_w[lane], forced);
+                        s[a][lane] = multiply_add::<FMA>(phi[2 * a], s_i[lane], turned);
+                    }
+                }
+                let [i, w] = x;
+                x = [i + (map.d[0] * i + map.d[1] * w + gain[0]), w + (map.d[2] * i + map.d[3] * w + gain[1])];
+            }
+            for channel in 0..2 {
+                add::<FMA>(&mut totals[channel], &rows[channel][..block.len()]);
+            }
+        }
+    }
+    for sums in &mut totals {
+        for a in HALF..ROW {
+            for b in 0..HALF {
+                sums[a][b] = sums[b][a];
+            }
+        }
+    }
+    totals
+}
+
+/// Half a row: what fits the registers beside its sums.
+const HALF: usize = ROW / 2;
+
+/// Adds the products of some rows; those below the diagonal's halves are left to symmetry.
+#[inline(always)]
+fn add<const FMA: bool>(totals: &mut Products, rows: &[[f64; ROW]]) {
+    let mut upper = [[0.0; ROW]; HALF];
+    let mut lower = [[0.0; HALF]; HALF];
+    for row in rows {
+        for a in 0..HALF {
+            for b in 0..ROW {
+                upper[a][b] = multiply_add::<FMA>(row[a], row[b], upper[a][b]);
+            }
+        }
+    }
+    for row in rows {
+        for a in 0..HALF {
+            for b in 0..HALF {
+                lower[a][b] = multiply_add::<FMA>(row[HALF + a], row[HALF + b], lower[a][b]);
+            }
+        }
+    }
+    for a in 0..HALF {
+        for b in 0..ROW {
+            totals[a][b] += upper[a][b];
+        }
+        for b in 0..HALF {
+            totals[HALF + a][HALF + b] += lower[a][b];
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! From two sampled transfer functions back to the motor.
+//!
+//! The first samples h₁, h₂, h₃ of the impulse response (vectors of current and speed) give `Φ = [h₂ h₃][h₁ h₂]⁻¹`,
+//! `A = ln(Φ)/h` and the continuous input vector b. The motor's transfer functions have four coefficients besides the
+//! denominator `s² + α₁ s + α₀`: β₁ s + β₀ of the current and γ₁ s + γ₀ of the speed. γ₁ is zero in the model; dropping
+//! it, rather than reading the entries of A, is what reaches the Cramér–Rao bound:
+//! `L = 1/β₁`, `B/J = β₀/β₁`, `R = L(α₁ − B/J)`, `K/J = γ₀/β₁`, `K²/J = α₀ L − R·B/J`.
+
+use super::steiglitz_mcbride::SmFailure;
+use crate::motor::{Discretization, Parameters, matrix_logarithm};
+
+/// `A(z) = 1 + a₁ z⁻¹ + a₂ z⁻²` and the numerators of current and speed.
+pub(super) struct Sampled<'a> {
+    pub denominator: [f64; 2],
+    /// From z⁰ on where `foh`, else from z⁻¹ on.
+    pub numerators: &'a [Vec<f64>; 2],
+    /// Whether the voltage goes on in a straight line between samples.
+    pub foh: bool,
+}
+
+pub(super) fn recover(
+    sampled: &Sampled<'_>,
+    h: f64,
+    method: Discretization,
+) -> std::result::Result<Parameters, SmFailure> {
+    let [a1, a2] = sampled.denominator;
+    // Jury's conditions.
+    if !(a2 < 1.0 && 1.0 + a1 + a2 > 0.0 && 1.0 - a1 + a2 > 0.0) {
+        return Err(SmFailure::Unstable);
+    }
+    let response = [0, 1].map(|channel| {
+        let b = &sampled.numerators[channel];
+        let (b0, b1, b2) = if sampled.foh { (b[0], b[1], b[2]) } else { (0.0, b[0], b[1]) };
+        let h1 = b1 - a1 * b0;
+        let h2 = b2 - a1 * h1 - a2 * b0;
+        [h1, h2, -a1 * h2 - a2 * h1]
+    });
+    let [[i1, i2, i3], [w1, w2, w3]] = response;
+    let determinant = i1 * w2 - i2 * w1;
+    let phi = [
+        (i2 * w2 - i3 * w1) / determinant,
+        (i3 * i1 - i2 * i2) / determinant,
+        (w2 * w2 - w3 * w1) / determinant,
+        (w3 * i1 - w2 * i2) / determinant,
+    ];
+    if !phi.iter().all(|v| v.is_finite()) {
+        return Err(SmFailure::RankDeficient);
+    }
+    let d = [phi[0] - 1.0, phi[1], phi[2], phi[3] - 1.0];
+    let a = if method == Discretization::Euler {
+        d.map(|v| v / h)
+    } else {
+        matrix_logarithm(phi, h).map_err(|_| SmFailure::NoRealLogarithm)?
+    };
+    let mut b = times(product(a, inverse(d)), [i1, w1]);
+    if sampled.foh {
+        b = times(product(a, inverse(d)), b).map(|v| h * v);
+    }
+    motor(a, b)
+}
+
+/// The motor of `ẋ = A x + b v`, the speed's s-term dropped.
+fn motor(a: [f64; 4], b: [f64; 2]) -> std::result::Result<Parameters, SmFailure> {
+    let (alpha1, alpha0) = (-(a[0] + a[3]), a[0] * a[3] - a[1] * a[2]);
+    let (beta1, beta0) = (b[0], a[1] * b[1] - a[3] * b[0]);
+    let gamma0 = a[2] * b[0] - a[0] * b[1];
+    let l = 1.0 / beta1;
+    let b_over_j = beta0 / beta1;
+    let r = l * (alpha1 - b_over_j);
+    let k_over_j = gamma0 / beta1;
+    let k = (alpha0 * l - r * b_over_j) / k_over_j;
+    let j = k / k_over_j;
+    let found = Parameters { r, l, k, b: j * b_over_j, j };
+    if found.to_array().iter().all(|v| v.is_finite() && *v > 0.0) { Ok(found) } else { Err(SmFailure::NotAMotor) }
+}
+
+fn product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+    [a[0] * b[0] + a[1] * b[2], a[0] * b[1] + a[1] * b[3], a[2] * b[0] + a[3] * b[2], a[2] * b[1] + a[3] * b[3]]
+}
+
+fn inverse([a, b, c, d]: [f64; 4]) -> [f64; 4] {
+    let determinant = a * d - b * c;
+    [d, -b, -c, a].map(|v| v / determinant)
+}
+
+fn times(m: [f64; 4], v: [f64; 2]) -> [f64; 2] {
+    [m[0] * v[0] + m[1] * v[1], m[2] * v[0] + m[3] * v[1]]
+}

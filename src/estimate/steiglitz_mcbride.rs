@@ -1,0 +1,295 @@
+//! Steiglitz–McBride: both transfer functions, with a shared denominator, by iterated prefiltering and least squares.
+//!
+//! With the current denominator Â all signals are filtered by 1/Â; then
+//! `y_F(n) = −a₁ y_F(n−1) − a₂ y_F(n−2) + Σ b_k u_F(n−k)` of current and speed, each divided by its noise σ, is solved
+//! by QR; roots outside the unit circle are reflected; and again, until the step is far below its standard error.
+//! Reference: K. Steiglitz, L. E. McBride, IEEE Trans. Automatic Control 10 (1965). The way back to the motor is in
+//! [`super::recover`].
+
+use super::recover::{Sampled, recover};
+use super::triangle::{COLUMNS_MAX, Triangle, solve};
+use crate::criterion::{noise_sigma, rms};
+use crate::evaluate::{Initial, Model, Signals};
+use crate::motor::{Discretization, Parameters};
+use crate::record::Record;
+use crate::{Error, ErrorKind, Result};
+
+/// How Steiglitz–McBride works.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SmOptions {
+    /// How the voltage goes on between samples, and the state at the start.
+    pub model: Model,
+    /// σ of the noise of current \[A\] and speed \[rad/s\]; `None` estimates it from the signals.
+    pub sigma: Option<[f64; 2]>,
+}
+
+/// What Steiglitz–McBride found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// The motor.
+    pub parameters: Parameters,
+    /// Poles of the sampled motor: `z² + a₁ z + a₂`.
+    pub denominator: [f64; 2],
+    /// Prefilters tried.
+    pub iterations: usize,
+    /// Whether the last step was far below its standard error.
+    pub converged: bool,
+}
+
+/// Why there is no estimate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SmFailure {
+    /// Current or speed was not measured.
+    ChannelMissing,
+    /// The samples are not evenly spaced.
+    Irregular,
+    /// The voltage does not excite the motor enough for the two transfer functions.
+    RankDeficient,
+    /// The denominator found has a root on or outside the unit circle.
+    Unstable,
+    /// The sampled motor has no real logarithm: a pole at or below zero.
+    NoRealLogarithm,
+    /// The continuous motor found has a parameter that is not positive.
+    NotAMotor,
+    /// A parameter is held: Steiglitz–McBride estimates all five.
+    Held,
+}
+
+impl SmFailure {
+    /// A short name that does not change.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ChannelMissing => "channel_missing",
+            Self::Irregular => "irregular_samples",
+            Self::RankDeficient => "rank_deficient_excitation",
+            Self::Unstable => "unstable",
+            Self::NoRealLogarithm => "no_real_logarithm",
+            Self::NotAMotor => "not_a_motor",
+            Self::Held => "parameter_held",
+        }
+    }
+
+    /// In words.
+    #[must_use]
+    pub fn message(self) -> &'static str {
+        match self {
+            Self::ChannelMissing => "it needs current and speed",
+            Self::Irregular => "it needs evenly spaced samples",
+            Self::RankDeficient => "the voltage does not excite the motor enough",
+            Self::Unstable => "the sampled motor that fits is unstable",
+            Self::NoRealLogarithm => "the sampled motor that fits has no continuous counterpart",
+            Self::NotAMotor => "the motor that fits has a parameter that is not positive",
+            Self::Held => "it estimates all five parameters and cannot hold any",
+        }
+    }
+}
+
+impl From<SmFailure> for Error {
+    fn from(failure: SmFailure) -> Self {
+        let remedy = match failure {
+            SmFailure::ChannelMissing | SmFailure::Irregular | SmFailure::Held => "Use --method auto.",
+            SmFailure::RankDeficient => "Record while the voltage changes.",
+            _ => "Use --method auto; check the signs and units of the columns.",
+        };
+        Self::new(ErrorKind::NotIdentified, format!("Steiglitz–McBride failed: {}", failure.message()), remedy)
+    }
+}
+
+/// Estimates the motor of one recording.
+///
+/// # Errors
+/// `NotIdentified` with the reason of [`try_steiglitz_mcbride`]; `Usage` as for a problem.
+pub fn steiglitz_mcbride(record: &Record, options: &SmOptions) -> Result<Estimate> {
+    Ok(try_steiglitz_mcbride(record, options)??)
+}
+
+/// Like [`steiglitz_mcbride`], with the reason why there is no estimate as a value.
+///
+/// # Errors
+/// As for preparing a recording.
+pub fn try_steiglitz_mcbride(record: &Record, options: &SmOptions) -> Result<std::result::Result<Estimate, SmFailure>> {
+    let criterion = super::refine::plain();
+    let Model { discretization, initial } = options.model;
+    let signals = Signals::new(record, &criterion, initial, discretization)?;
+    Ok(estimate(&signals, discretization, initial, options.sigma))
+}
+
+/// Prefilters at most.
+const ITERATIONS_MAX: usize = 60;
+/// Steps in standard errors below which the iteration ends.
+const STEP_MAX: f64 = 1e-3;
+/// A column whose part that no other explains is this small is no excitation.
+const RANK: f64 = 1e-11;
+
+/// The signals of an iteration.
+struct Columns<'a> {
+    signals: &'a Signals,
+    /// Σ b_k u(n−k) has its first k here: 0 with a voltage that goes on in a straight line.
+    first_tap: usize,
+    torque: bool,
+    /// Whether the motor may move at the start.
+    moving: bool,
+    sigma: [f64; 2],
+}
+
+/// One solution of the least squares.
+struct Solution {
+    denominator: [f64; 2],
+    /// Taps of the voltage of current and speed, from `first_tap` on.
+    numerators: [Vec<f64>; 2],
+    /// The triangle of the denominator, and the sum of squares that it leaves.
+    triangle: [[f64; 3]; 3],
+}
+
+pub(super) fn estimate(
+    signals: &Signals,
+    method: Discretization,
+    initial: Initial,
+    sigma: Option<[f64; 2]>,
+) -> std::result::Result<Estimate, SmFailure> {
+    if !(signals.has(0) && signals.has(1)) {
+        return Err(SmFailure::ChannelMissing);
+    }
+    if !signals.step_index.is_empty() {
+        return Err(SmFailure::Irregular);
+    }
+    let foh = method.uses_next_input();
+    let at_rest = !signals.initial_is_free && signals.initial == [0.0; 2] && initial != Initial::Measured;
+    let own = || {
+        [0, 1].map(|channel| {
+            let signal: Vec<f64> = signals.measured.iter().map(|y| y[channel]).collect();
+            noise_sigma(&signal).max(1e-4 * rms(&signal)).max(f64::MIN_POSITIVE)
+        })
+    };
+    let columns = Columns {
+        signals,
+        first_tap: usize::from(!foh),
+        torque: signals.torque.iter().any(|t| *t != 0.0),
+        moving: !at_rest || (foh && signals.voltage[0] != 0.0),
+        sigma: sigma.unwrap_or_else(own),
+    };
+    let mut filter = [0.0; 2];
+    let mut last: Option<([f64; 2], f64)> = None;
+    let (mut solution, mut converged, mut iterations) = (columns.solve(filter)?, false, 1);
+    while iterations < ITERATIONS_MAX {
+        let mut moved = f64::INFINITY;
+        if let Some((before, moved_before)) = last {
+            moved = f64::max((solution.denominator[0] - before[0]).abs(), (solution.denominator[1] - before[1]).abs());
+            // Without noise a step shrinks to rounding, and its standard error with it.
+            if is_short(&solution, before, signals.len()) || (moved < 1e-9 && moved > 0.3 * moved_before) {
+                converged = true;
+                break;
+            }
+        }
+        last = Some((solution.denominator, moved));
+        filter = reflected(solution.denominator);
+        solution = columns.solve(filter)?;
+        iterations += 1;
+    }
+    let sampled = Sampled { denominator: solution.denominator, numerators: &solution.numerators, foh };
+    let parameters = recover(&sampled, signals.step_s[0], method)?;
+    Ok(Estimate { parameters, denominator: solution.denominator, iterations, converged })
+}
+
+/// Whether the denominator moved by less than [`STEP_MAX`] standard errors.
+fn is_short(solution: &Solution, before: [f64; 2], samples: usize) -> bool {
+    let step = [solution.denominator[0] - before[0], solution.denominator[1] - before[1]];
+    let [[r00, r01, _], [_, r11, _], [_, _, rest]] = solution.triangle;
+    let length = (r00 * step[0] + r01 * step[1]).powi(2) + (r11 * step[1]).powi(2);
+    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
+    let variance = rest * rest / (2 * samples) as f64;
+    length <= STEP_MAX * STEP_MAX * variance
+}
+
+/// Roots of `z² + a₁ z + a₂` outside the unit circle are reflected into it.
+fn reflected([a1, a2]: [f64; 2]) -> [f64; 2] {
+    let discriminant = a1 * a1 - 4.0 * a2;
+    if discriminant < 0.0 {
+        return if a2 > 1.0 { [a1 / a2, 1.0 / a2] } else { [a1, a2] };
+    }
+    let far = -0.5 * (a1 + discriminant.sqrt().copysign(a1));
+    let near = if far == 0.0 { 0.0 } else { a2 / far };
+    let inside = |z: f64| if z.abs() > 1.0 { 1.0 / z } else { z };
+    let (z1, z2) = (inside(far), inside(near));
+    [-(z1 + z2), z1 * z2]
+}
+
+impl Columns<'_> {
+    /// Least squares with all signals filtered by 1/Â.
+    fn solve(&self, filter: [f64; 2]) -> std::result::Result<Solution, SmFailure> {
+        let taps = 3 - self.first_tap;
+        let common = taps + if self.torque { 2 } else { 0 } + if self.moving { 2 } else { 0 };
+        let mut triangles = [Triangle::new(common + 3), Triangle::new(common + 3)];
+        self.push(filter, common, &mut triangles);
+        let [current, speed] = triangles.map(Triangle::finish);
+        // What each channel says of the denominator, the numerators solved for.
+        let mut shared = Triangle::new(3);
+        for ((r, _), sigma) in [&current, &speed].into_iter().zip(self.sigma) {
+            for row in &r[common..common + 3] {
+                shared.push(&[row[common] / sigma, row[common + 1] / sigma, row[common + 2] / sigma]);
+            }
+        }
+        let (r, norms) = shared.finish();
+        let weak = |(r, norms): &([[f64; COLUMNS_MAX]; COLUMNS_MAX], [f64; COLUMNS_MAX])| {
+            (0..taps).any(|n| !(f64::abs(r[n][n]) > RANK * norms[n]))
+        };
+        if weak(&current) || !(0..2).all(|n| r[n][n].abs() > 1e-3 * RANK * norms[n]) {
+            return Err(SmFailure::RankDeficient);
+        }
+        let lags = solve(&r, 2, &[r[0][2], r[1][2]]).ok_or(SmFailure::RankDeficient)?;
+        let numerator = |(r, _): &([[f64; COLUMNS_MAX]; COLUMNS_MAX], [f64; COLUMNS_MAX])| {
+            let right: Vec<f64> = (0..common)
+                .map(|n| r[n][common + 2] - r[n][common] * lags[0] - r[n][common + 1] * lags[1])
+                .collect();
+            solve(r, common, &right).map(|all: Vec<f64>| all[..taps].to_vec())
+        };
+        let numerators = [numerator(&current), numerator(&speed)];
+        let [Some(of_current), Some(of_speed)] = numerators else { return Err(SmFailure::RankDeficient) };
+        Ok(Solution {
+            denominator: [-lags[0], -lags[1]],
+            numerators: [of_current, of_speed],
+            triangle: [0, 1, 2].map(|row| [r[row][0], r[row][1], r[row][2]]),
+        })
+    }
+
+    /// Filters all samples and pushes the rows of both channels.
+    fn push(&self, [a1, a2]: [f64; 2], common: usize, triangles: &mut [Triangle; 2]) {
+        let Self { signals, first_tap, torque, moving, .. } = *self;
+        // Each filtered signal with its last two values: voltage, torque, an impulse at the start, current, speed.
+        let mut past = [[0.0; 2]; 5];
+        let mut row = [0.0; COLUMNS_MAX];
+        for n in 0..signals.len() {
+            let inputs = [
+                signals.voltage[n],
+                if torque { signals.torque[n] } else { 0.0 },
+                if n == 0 { 1.0 } else { 0.0 },
+                signals.measured[n][0],
+                signals.measured[n][1],
+            ];
+            let now: [f64; 5] = std::array::from_fn(|s| inputs[s] - a1 * past[s][0] - a2 * past[s][1]);
+            let mut place = 0;
+            let mut put = |value: f64| {
+                row[place] = value;
+                place += 1;
+            };
+            if first_tap == 0 {
+                put(now[0]);
+            }
+            past[0].into_iter().for_each(&mut put);
+            if torque {
+                past[1].into_iter().for_each(&mut put);
+            }
+            if moving {
+                [now[2], past[2][0]].into_iter().for_each(&mut put);
+            }
+            for channel in 0..2 {
+                let [one, two] = past[3 + channel];
+                row[common..common + 3].copy_from_slice(&[one, two, now[3 + channel]]);
+                triangles[channel].push(&row[..common + 3]);
+            }
+            past = std::array::from_fn(|s| [now[s], past[s][0]]);
+        }
+    }
+}

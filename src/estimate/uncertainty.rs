@@ -1,0 +1,202 @@
+//! How sure an estimate is: covariance, standard errors, intervals, correlations, what the data cannot tell, and
+//! whether the residuals are white.
+//!
+//! The Fisher information in the logarithms of the parameters is `JᵀJ` with errors in units of σ; its inverse is the
+//! Cramér–Rao bound on their covariance.
+
+use super::normal::Fit;
+use crate::motor::{Axis, walk};
+use nalgebra::{DMatrix, SymmetricEigen};
+
+/// How sure an estimate is; one entry for each free parameter of the space, in its order.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Uncertainty {
+    /// Standard errors in the unit of the parameter; `None` at a bound and where the data cannot tell.
+    pub std_error: Vec<Option<f64>>,
+    /// 95 % intervals, made in the logarithm.
+    pub ci95: Vec<Option<[f64; 2]>>,
+    /// Correlations; `None` where a standard error is.
+    pub correlation: Vec<Vec<Option<f64>>>,
+    /// Condition number of the Fisher information in the logarithms; infinite when it is singular.
+    pub condition: f64,
+    /// Directions in the logarithms that the data cannot tell: with these steps all together, the output stays.
+    pub unknown: Vec<Vec<f64>>,
+    /// For each channel whether the residuals look white, and their correlation from sample to sample.
+    pub whiteness: [Option<Whiteness>; 2],
+}
+
+/// Ljung and Box's test of the residuals of a channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Whiteness {
+    /// `N(N+2) Σ r_k²/(N−k)` over 20 lags: about 20 for white residuals, above 45.3 once in a thousand times.
+    pub statistic: f64,
+    /// Correlation of neighbouring residuals.
+    pub lag1: f64,
+    /// Whether the statistic is one that white residuals have.
+    pub is_white: bool,
+}
+
+/// Lags of the whiteness test, and the 99.9 % quantile of χ² with as many degrees of freedom.
+const LAGS: usize = 20;
+const CHI2: f64 = 45.31;
+/// A direction is unknown when its logarithm is known no better than this (a factor of e)…
+const SPREAD_MAX: f64 = 1.0;
+/// …or when its information is this small a part of the best known one's: rounding.
+const INFORMATION_MIN: f64 = 1e-13;
+/// Quantile of the normal distribution for 95 %.
+const Z95: f64 = 1.959_963_984_540_054;
+
+pub(super) fn uncertainty(
+    fit: &Fit<'_>,
+    values: &[f64],
+    initial: &[[f64; 2]],
+    matrix: &DMatrix<f64>,
+    free: &[usize],
+) -> Uncertainty {
+    let axes = fit.problem.space().free().len();
+    let count = fit.counts.iter().sum::<usize>();
+    let quantile = student95(count.saturating_sub(free.len()));
+    let moving: Vec<usize> = free.iter().copied().filter(|n| *n < axes).collect();
+    let states: Vec<usize> = free.iter().copied().filter(|n| *n >= axes).collect();
+    let (covariance, condition, unknown) = invert(&information(matrix, &moving, &states));
+    let place = |axis: usize| moving.iter().position(|n| *n == axis);
+    let known = |p: usize| unknown.iter().all(|direction| direction[p].abs() < 0.05);
+    let variance = |axis: usize| place(axis).filter(|&p| known(p)).map(|p| covariance[(p, p)]);
+    let error = |axis: usize| variance(axis).map(f64::sqrt).filter(|e| e.is_finite());
+    let correlation = |a: usize, b: usize| {
+        let (pa, pb) = (place(a)?, place(b)?);
+        Some(covariance[(pa, pb)] / (error(a)? * error(b)?))
+    };
+    let spread = |direction: &Vec<f64>| (0..axes).map(|axis| place(axis).map_or(0.0, |p| direction[p])).collect();
+    Uncertainty {
+        std_error: (0..axes).map(|n| error(n).map(|e| e * values[n])).collect(),
+        ci95: (0..axes)
+            .map(|n| error(n).map(|e| [values[n] * (-quantile * e).exp(), values[n] * (quantile * e).exp()]))
+            .collect(),
+        correlation: (0..axes).map(|a| (0..axes).map(|b| correlation(a, b)).collect()).collect(),
+        condition,
+        unknown: unknown.iter().map(spread).collect(),
+        whiteness: whiteness(fit, values, initial),
+    }
+}
+
+/// The information on the parameters when the initial states are unknown too (Schur's complement).
+fn information(matrix: &DMatrix<f64>, moving: &[usize], states: &[usize]) -> DMatrix<f64> {
+    let part = |rows: &[usize], columns: &[usize]| {
+        DMatrix::from_fn(rows.len(), columns.len(), |a, b| matrix[(rows[a], columns[b])])
+    };
+    let own = part(moving, moving);
+    if states.is_empty() {
+        return own;
+    }
+    let cross = part(moving, states);
+    match part(states, states).cholesky() {
+        Some(inverse) => own - &cross * inverse.solve(&cross.transpose()),
+        None => own,
+    }
+}
+
+/// Covariance (of what is known), condition number, and the directions that are not known.
+fn invert(information: &DMatrix<f64>) -> (DMatrix<f64>, f64, Vec<Vec<f64>>) {
+    let size = information.nrows();
+    if size == 0 {
+        return (DMatrix::zeros(0, 0), 1.0, Vec::new());
+    }
+    let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(information.clone());
+    let largest = eigenvalues.iter().copied().fold(0.0, f64::max);
+    let smallest = eigenvalues.iter().copied().fold(f64::INFINITY, f64::min);
+    let is_known = |value: f64| value > INFORMATION_MIN * largest && value > 1.0 / (SPREAD_MAX * SPREAD_MAX);
+    let mut covariance = DMatrix::zeros(size, size);
+    let mut unknown = Vec::new();
+    for (n, &value) in eigenvalues.iter().enumerate() {
+        let direction = eigenvectors.column(n);
+        if is_known(value) {
+            covariance += direction * direction.transpose() / value;
+        } else {
+            unknown.push(direction.iter().copied().collect());
+        }
+    }
+    let condition = if smallest > INFORMATION_MIN * largest { largest / smallest } else { f64::INFINITY };
+    (covariance, condition, unknown)
+}
+
+/// The 97.5 % quantile of Student's t, by the expansion of Cornish and Fisher (1e-3 right from 5 degrees on).
+fn student95(freedom: usize) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
+    let v = freedom.max(1) as f64;
+    let z = Z95;
+    let first = (z.powi(3) + z) / 4.0;
+    let second = (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0;
+    let third = (3.0 * z.powi(7) + 19.0 * z.powi(5) + 17.0 * z.powi(3) - 15.0 * z) / 384.0;
+    z + first / v + second / (v * v) + third / v.powi(3)
+}
+
+/// Tests the residuals of every recording and keeps the least white.
+fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> [Option<Whiteness>; 2] {
+    let mut worst: [Option<Whiteness>; 2] = [None; 2];
+    for (recording, signals) in fit.problem.signals().iter().enumerate() {
+        let mut residuals = [Vec::new(), Vec::new()];
+        let mut measured = signals.measured.iter();
+        let parameters = fit.problem.parameters(values, recording);
+        walk(&parameters, &signals.drive(), initial[recording], fit.problem.model().discretization, |x| {
+            if let Some(y) = measured.next() {
+                residuals[0].push(y[0] - x[0]);
+                residuals[1].push(y[1] - x[1]);
+            }
+        });
+        for channel in (0..2).filter(|&channel| signals.has(channel)) {
+            let found = ljung_box(&residuals[channel]);
+            let is_worse = |w: &Whiteness| worst[channel].is_none_or(|of| w.statistic > of.statistic);
+            if let Some(found) = found.filter(is_worse) {
+                worst[channel] = Some(found);
+            }
+        }
+    }
+    worst
+}
+
+fn ljung_box(residuals: &[f64]) -> Option<Whiteness> {
+    if residuals.len() <= 2 * LAGS {
+        return None;
+    }
+    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
+    let count = |n: usize| n as f64;
+    let n = count(residuals.len());
+    // All lags in one pass; the products that the first LAGS samples lack are in the rest.
+    let mut products = [0.0; LAGS + 1];
+    for window in residuals.windows(LAGS + 1) {
+        for (product, other) in products.iter_mut().zip(window) {
+            *product += window[0] * other;
+        }
+    }
+    let tail = &residuals[residuals.len() - LAGS..];
+    for (k, product) in products.iter_mut().enumerate() {
+        *product += tail.iter().zip(&tail[k.min(LAGS)..]).map(|(a, b)| a * b).sum::<f64>();
+    }
+    let correlations = products.map(|product| product / products[0]);
+    let correlations = &correlations[1..];
+    let sum: f64 = correlations.iter().enumerate().map(|(k, r)| r * r / (n - count(k + 1))).sum();
+    let statistic = n * (n + 2.0) * sum;
+    statistic.is_finite().then_some(Whiteness { statistic, lag1: correlations[0], is_white: statistic <= CHI2 })
+}
+
+/// The parameters that take part in a direction, with their steps as small whole numbers where they are such.
+#[must_use]
+pub fn describe(direction: &[f64], axes: &[Axis]) -> String {
+    let largest = direction.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let mut parts: Vec<(&str, f64)> = Vec::new();
+    for (axis, step) in axes.iter().zip(direction) {
+        if step.abs() > 0.05 * largest {
+            parts.push((axis.parameter.symbol(), *step));
+        }
+    }
+    let smallest = parts.iter().map(|(_, step)| step.abs()).fold(f64::INFINITY, f64::min);
+    let sign = parts.first().map_or(1.0, |(_, step)| step.signum());
+    let symbols: Vec<&str> = parts.iter().map(|(symbol, _)| *symbol).collect();
+    if let [only] = symbols[..] {
+        return format!("{only} alone");
+    }
+    let ratios: Vec<String> =
+        parts.iter().map(|(_, step)| crate::text::significant(sign * step / smallest, 2)).collect();
+    format!("{} together, their logarithms moving as {}", symbols.join(", "), ratios.join(" : "))
+}

@@ -1,0 +1,108 @@
+//! Numbers that carry their derivatives: what is computed with them is differentiated exactly (forward mode).
+//!
+//! Reference: A. Griewank, A. Walther, Evaluating Derivatives (2008), ch. 3.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// What step maps are made of.
+pub trait Number:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + Mul<f64, Output = Self>
+{
+    /// A constant.
+    fn constant(value: f64) -> Self;
+    /// The number without its derivatives.
+    fn value(self) -> f64;
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn value(self) -> f64 {
+        self
+    }
+}
+
+/// A value and its derivatives with respect to `P` variables.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dual<const P: usize> {
+    /// The value.
+    pub value: f64,
+    /// The derivatives.
+    pub derivatives: [f64; P],
+}
+
+impl<const P: usize> Dual<P> {
+    fn new(value: f64, derivative: impl Fn(usize) -> f64) -> Self {
+        Self { value, derivatives: std::array::from_fn(derivative) }
+    }
+}
+
+impl<const P: usize> Number for Dual<P> {
+    fn constant(value: f64) -> Self {
+        Self { value, derivatives: [0.0; P] }
+    }
+
+    fn value(self) -> f64 {
+        self.value
+    }
+}
+
+impl<const P: usize> Add for Dual<P> {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self::new(self.value + other.value, |p| self.derivatives[p] + other.derivatives[p])
+    }
+}
+
+impl<const P: usize> Sub for Dual<P> {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.value - other.value, |p| self.derivatives[p] - other.derivatives[p])
+    }
+}
+
+impl<const P: usize> Mul for Dual<P> {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
+        let slope = |p: usize| self.derivatives[p] * other.value + self.value * other.derivatives[p];
+        Self::new(self.value * other.value, slope)
+    }
+}
+
+impl<const P: usize> Mul<f64> for Dual<P> {
+    type Output = Self;
+
+    fn mul(self, factor: f64) -> Self {
+        Self::new(self.value * factor, |p| self.derivatives[p] * factor)
+    }
+}
+
+impl<const P: usize> Div for Dual<P> {
+    type Output = Self;
+
+    fn div(self, other: Self) -> Self {
+        let value = self.value / other.value;
+        Self::new(value, |p| (self.derivatives[p] - value * other.derivatives[p]) / other.value)
+    }
+}
+
+impl<const P: usize> Neg for Dual<P> {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        Self::new(-self.value, |p| -self.derivatives[p])
+    }
+}
