@@ -65,7 +65,8 @@ impl Folder {
 
 #[test]
 fn identify_prints_the_contract_s_document() {
-    let document = json(&["identify", EXAMPLE, "--json"]);
+    let search = ["--method", "gwo", "--polish", "none", "--bounds", "table2"];
+    let document = json(&[&["identify", EXAMPLE, "--json"][..], &search[..]].concat());
     for (key, value) in [
         ("method", "gwo"),
         ("polish", "none"),
@@ -106,9 +107,72 @@ fn identify_prints_the_contract_s_document() {
     assert!((document["cost"].as_f64().unwrap() / last - 1.0).abs() < 1e-11);
     assert_eq!(document["searched"]["cost"], document["cost"]);
     assert!(document["fit_percent"]["current"].as_f64().unwrap() > 98.0);
-    assert_eq!(document["verification"]["status"], "not_applicable");
+    // The same optimum, somewhat above its foot.
+    assert_eq!(document["verification"]["status"], "agrees");
+    assert!((1e-6..1.0).contains(&document["verification"]["cost_gap"].as_f64().unwrap()));
     assert!(document["correlation"].is_null() && document["warnings"].as_array().unwrap().is_empty());
     assert!(document["seconds"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn identify_without_flags_says_how_sure_it_is() {
+    let document = json(&["identify", EXAMPLE, "--json"]);
+    for (key, value) in [("method", "auto"), ("polish", "lm"), ("stop", "converged")] {
+        assert_eq!(document[key], value, "{key}");
+    }
+    assert_eq!(document["searched"]["method"], "sm");
+    // The Cramér–Rao bounds at 40 dB, in percent.
+    for (symbol, truth, percent) in [
+        ("R", 0.921_042, 0.0490),
+        ("L", 0.007_759, 0.0900),
+        ("K", 0.073_472, 0.0194),
+        ("B", 0.000_678, 0.0427),
+        ("J", 0.000_136, 0.0634),
+    ] {
+        let p = &document["parameters"][symbol];
+        let (value, error) = (p["value"].as_f64().unwrap(), p["std_error"].as_f64().unwrap());
+        assert!((error / (0.01 * percent * truth) - 1.0).abs() < 0.05, "{symbol}: {error}");
+        assert!((value - truth).abs() < 4.0 * error, "{symbol}: {value} ± {error}");
+        let [low, high] = [0, 1].map(|n| p["ci95"][n].as_f64().unwrap());
+        assert!((high - low - 3.92 * error).abs() < 0.01 * error && low < value && value < high);
+        let bounds: Vec<f64> = (0..2).map(|n| document["bounds"][symbol][n].as_f64().unwrap()).collect();
+        assert!((bounds[1] / bounds[0] - 100.0).abs() < 1e-9, "a decade to each side");
+    }
+    let correlation = |a: usize, b: usize| document["correlation"][a][b].as_f64().unwrap();
+    assert!((0..5).all(|a| (correlation(a, a) - 1.0).abs() < 1e-12 && correlation(a, 0) == correlation(0, a)));
+    let check = &document["verification"];
+    assert_eq!((&check["status"], &check["reference"]), (&"agrees".into(), &"variable_projection".into()));
+    assert!(check["cost_gap"].as_f64().unwrap().abs() < 1e-6);
+    for method in ["steiglitz_mcbride", "levenberg_marquardt"] {
+        assert!((check[method]["K"].as_f64().unwrap() / 0.073_472 - 1.0).abs() < 1e-3, "{method}");
+    }
+    assert_eq!(document["residuals"]["speed"]["white"], true);
+    assert!(document["warnings"].as_array().unwrap().is_empty());
+    let text = ok(&["identify", EXAMPLE]);
+    assert!(text.contains("std. error") && text.contains("verdict   agrees with"), "{text}");
+    let sm = json(&["identify", EXAMPLE, "--json", "--method", "sm", "--polish", "none"]);
+    assert!(sm["parameters"]["R"]["std_error"].is_null() && sm["verification"]["status"] == "agrees");
+    fails(&["identify", EXAMPLE, "--method", "sm", "--fix", "R=0.9"], 2, "cannot hold any");
+}
+
+#[test]
+fn a_reversed_sign_is_named() {
+    let folder = Folder::new();
+    let text = std::fs::read_to_string(EXAMPLE).unwrap();
+    for (column, name) in [(1, "voltage"), (2, "current"), (3, "speed")] {
+        let flip = |line: &str| -> String {
+            let cells: Vec<&str> = line.split(',').collect();
+            let flipped = |(n, cell): (usize, &&str)| match cell.strip_prefix('-') {
+                _ if n != column => (*cell).to_owned(),
+                Some(positive) => positive.to_owned(),
+                None => format!("-{cell}"),
+            };
+            cells.iter().enumerate().map(flipped).collect::<Vec<_>>().join(",") + "\n"
+        };
+        let rows: String = text.lines().skip(1).map(flip).collect();
+        let file = folder.file(name, format!("time_s,voltage_V,current_A,speed_rad_s\n{rows}"));
+        fails(&["identify", &file], 4, &format!("the sign of the {name} is reversed"));
+    }
 }
 
 #[test]
@@ -193,7 +257,9 @@ fn bounds_and_held_parameters() {
         (&0.92.into(), &true.into())
     );
     assert_eq!(document["bounds"], serde_json::json!({"L": [0.002, 0.02], "K": [0.005, 0.1], "J": [1e-4, 2e-4]}));
-    let wide = json(&["identify", EXAMPLE, "--json", "--bounds", "B=1e-6:10"]);
+    assert_eq!(document["verification"]["reference"], "multi_start");
+    assert!(document["correlation"][0][1].is_null() && document["correlation"][1][2].is_f64());
+    let wide = json(&["identify", EXAMPLE, "--json", "--polish", "none", "--bounds", "B=1e-6:10"]);
     assert!(wide["parameters"]["B"]["at_bound"].is_null(), "far from its minimum on its own scale");
     let tight = json(&["identify", EXAMPLE, "--json", "--bounds", "R=0.1:0.5"]);
     assert_eq!(tight["parameters"]["R"]["at_bound"], "max");
@@ -203,8 +269,11 @@ fn bounds_and_held_parameters() {
 #[test]
 fn the_same_seed_is_the_same_result_on_any_number_of_threads() {
     let found = |threads: &str, seed: &str| {
-        json(&["identify", EXAMPLE, "--json", "--threads", threads, "--seed", seed])["parameters"].clone()
+        let search = ["identify", EXAMPLE, "--json", "--method", "gwo", "--polish", "none"];
+        json(&[&search[..], &["--threads", threads, "--seed", seed]].concat())["parameters"].clone()
     };
+    let polished = |threads: &str| json(&["identify", EXAMPLE, "--json", "--threads", threads])["parameters"].clone();
+    assert_eq!(polished("1"), polished("3"));
     assert_eq!(found("1", "1"), found("3", "1"));
     assert_ne!(found("1", "1"), found("1", "2"));
 }
@@ -303,12 +372,12 @@ fn output_goes_where_it_belongs() {
     let no_color =
         motorfit().env("NO_COLOR", "1").env("CLICOLOR_FORCE", "0").args(["identify", EXAMPLE]).output().unwrap();
     assert!(!no_color.stdout.contains(&0x1b));
-    let progress = run(&["identify", EXAMPLE, "--progress", "json", "--json"]);
+    let progress = run(&["identify", EXAMPLE, "--method", "gwo", "--progress", "json", "--json"]);
     let lines = text(&progress.stderr);
     let last: Value = serde_json::from_str(lines.lines().last().unwrap()).unwrap();
     assert_eq!((&last["generation"], &last["generations"]), (&100.into(), &100.into()));
     serde_json::from_slice::<Value>(&progress.stdout).unwrap();
-    assert!(run(&["identify", EXAMPLE, "--progress", "json", "--no-progress"]).stderr.is_empty());
+    assert!(run(&["identify", EXAMPLE, "--method", "gwo", "--progress", "json", "--no-progress"]).stderr.is_empty());
 }
 
 #[test]
@@ -343,7 +412,7 @@ fn an_interrupt_ends_a_generation_too() {
 #[cfg(unix)]
 fn interrupted(args: &[&str]) -> Value {
     let mut command = motorfit();
-    command.args(["identify", EXAMPLE, "--json", "--progress", "json"]).args(args);
+    command.args(["identify", EXAMPLE, "--method", "gwo", "--json", "--progress", "json"]).args(args);
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let mut stderr = std::io::BufReader::new(child.stderr.take().unwrap());
     std::io::BufRead::read_line(&mut stderr, &mut String::new()).unwrap();
@@ -452,7 +521,8 @@ fn what_cannot_be_identified_is_said() {
         "none of a recording",
     );
     let nonsense = folder.file("nonsense.csv", format!("{head}{}", rows(5.0)));
-    let document = json(&["identify", &nonsense, "--json"]);
+    fails(&["identify", &nonsense], 4, "the recordings cannot tell");
+    let document = json(&["identify", &nonsense, "--json", "--method", "gwo", "--polish", "none"]);
     assert!(document["warnings"].as_array().unwrap().iter().any(|w| w["code"] == "poor_fit"), "{document}");
 }
 
@@ -467,7 +537,8 @@ fn missing_channels_and_units_are_pointed_out() {
         text.lines().map(|line| cells(line) + "\n").collect()
     };
     let codes = |args: &[&str]| -> Vec<String> {
-        let all: Vec<&str> = ["identify", "--json", "--generations", "5"].iter().chain(args).copied().collect();
+        let search = ["identify", "--json", "--generations", "5", "--polish", "none"];
+        let all: Vec<&str> = search.iter().chain(args).copied().collect();
         json(&all)["warnings"].as_array().unwrap().iter().map(|w| w["code"].as_str().unwrap().to_owned()).collect()
     };
     let (speed, current) = (folder.file("speed.csv", without(2)), folder.file("current.csv", without(3)));
@@ -475,6 +546,15 @@ fn missing_channels_and_units_are_pointed_out() {
     assert!(codes(&[&speed]).contains(&missing) && codes(&[&current, "--fix", "R=0.92"]).contains(&missing));
     assert!(!codes(&[&speed, "--fix", "R=0.92,K=0.0735"]).contains(&missing));
     assert!(!codes(&[&current, "--fix", "K=0.0735"]).contains(&missing));
+    // What was asked for cannot be given: five parameters from three combinations.
+    fails(&["identify", &speed], 4, "speed alone fixes three combinations");
+    fails(&["identify", &current], 4, "K : B : J = 1 : 2 : 2");
+    for args in [[&speed, "--fix", "R=0.921042,K=0.073472"], [&current, "--fix", "K=0.073472"]] {
+        let document = json(&[&["identify", "--json"][..], &args[..]].concat());
+        let j = &document["parameters"]["J"];
+        let (value, error) = (j["value"].as_f64().unwrap(), j["std_error"].as_f64().unwrap());
+        assert!((value - 0.000_136).abs() < 4.0 * error && error < 0.02 * value, "{args:?}: {value} ± {error}");
+    }
     let bare =
         folder.file("bare.csv", text.replace("time_s,voltage_V,current_A,speed_rad_s", "t,u,i,omega").trim_end());
     let found = codes(&[&bare]);
@@ -573,15 +653,8 @@ fn wrong_usage() {
     identify(&["--population", "150000000"], "does not fit");
     identify(&["--method", "\u{9b}31m"], "\\u{9b}");
     identify(&["--method", "\u{1b}[31m"], "invalid value");
-    for planned in [
-        &["--method", "sm"][..],
-        &["--method", "auto"],
-        &["--polish", "lm"],
-        &["--initial", "free"],
-        &["--out", "x"],
-        &["--with", "coulomb"],
-    ] {
-        identify(planned, "planned");
+    for planned in [["--out", "x"], ["--with", "coulomb"], ["--validate", "x"]] {
+        identify(&planned, "planned");
     }
     fails(&["sweep", "x.toml"], 2, "planned");
     fails(&["identfy", EXAMPLE], 2, "identify");

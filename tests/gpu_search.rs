@@ -7,15 +7,23 @@
 mod support;
 
 use motorfit::evaluate::gpu::list;
-use motorfit::identify::{DeviceSpec, IdentifySpec, Method, PrecisionSpec, identify};
-use motorfit::optimize::{GeneticOptions, JayaOptions};
+use motorfit::identify::{DeviceSpec, IdentifySpec, Method, Polish, PrecisionSpec, identify};
+use motorfit::optimize::{GeneticOptions, GwoOptions, JayaOptions};
 use motorfit::record::Record;
 use support::m2_record;
 
 /// Final costs over seeds 1 to 30, lowest first.
 fn costs(records: &[Record], method: Method, device: &DeviceSpec, precision: PrecisionSpec) -> Vec<f64> {
     let run = |seed| {
-        let spec = IdentifySpec { method, seed, device: device.clone(), precision, ..IdentifySpec::default() };
+        let spec = IdentifySpec {
+            method,
+            polish: Polish::None,
+            seed,
+            auto_bounds: Vec::new(),
+            device: device.clone(),
+            precision,
+            ..IdentifySpec::default()
+        };
         let found = identify(records, &spec).unwrap();
         if *device == DeviceSpec::Gpu {
             assert_eq!(found.device_kind, "gpu");
@@ -45,7 +53,7 @@ fn searches_find_what_they_find_on_the_cpu() {
     let jaya = Method::Jaya(JayaOptions::default());
     let ga = Method::Genetic(GeneticOptions::default());
     // The medians that the methods have on the CPU (tests/optimizers.rs).
-    for (method, median) in [(IdentifySpec::default().method, 0.005), (jaya, 3e-4), (ga, 0.03)] {
+    for (method, median) in [(Method::Gwo(GwoOptions::default()), 0.005), (jaya, 3e-4), (ga, 0.03)] {
         let cpu = costs(&records, method, &DeviceSpec::Cpu, PrecisionSpec::Auto);
         for precision in [PrecisionSpec::F64, PrecisionSpec::F32] {
             if !adapters.iter().any(|a| precision == PrecisionSpec::F32 || a.f64) {

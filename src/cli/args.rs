@@ -86,12 +86,12 @@ pub(crate) struct IdentifyArgs {
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
-    /// How the optimum is searched
-    #[arg(long, value_enum, default_value = "gwo", help_heading = "Search")]
+    /// How the optimum is found; auto: Steiglitz–McBride, a population search where that cannot serve
+    #[arg(long, value_enum, default_value = "auto", help_heading = "Search")]
     pub method: MethodName,
-    /// How the searched optimum is refined
-    #[arg(long, value_enum, default_value = "none", help_heading = "Search")]
-    pub polish: Polish,
+    /// How what was found is refined; lm gives the standard errors
+    #[arg(long, value_enum, default_value = "lm", help_heading = "Search")]
+    pub polish: PolishName,
     /// Agents
     #[arg(long, default_value_t = 100, value_name = "N", allow_negative_numbers = true, help_heading = "Search")]
     pub population: usize,
@@ -105,7 +105,8 @@ pub(crate) struct IdentifyArgs {
     /// mutation, pressure, crossover, elites (ga)
     #[arg(long, value_name = "KEY=VALUE", value_delimiter = ',', help_heading = "Search")]
     pub set: Vec<String>,
-    /// Search bounds: table2, auto, or PARAMETER=MIN:MAX,… in SI units; repeatable
+    /// Bounds: table2 (the paper's), PARAMETER=MIN:MAX,… in SI units, or auto: a decade to each side of the
+    /// Steiglitz–McBride estimate, table2 where there is none; repeatable
     #[arg(long, value_delimiter = ',', default_value = "auto", value_name = "BOUNDS", help_heading = "Search")]
     pub bounds: Vec<String>,
     /// Parameters that are held, as R=0.92,…; repeatable
@@ -126,7 +127,8 @@ pub(crate) struct IdentifyArgs {
     /// One-step method: voltage held (zoh), a line between samples (foh), Runge–Kutta, Euler
     #[arg(long, value_enum, default_value = "zoh", help_heading = "Model")]
     pub discretization: DiscretizationName,
-    /// State at the first sample; auto: zero if the recording starts at rest, else as measured
+    /// State at the first sample; auto: zero if the recording starts at rest, else free (a search takes it as
+    /// measured)
     #[arg(long, value_enum, default_value = "auto", help_heading = "Model")]
     pub initial: InitialName,
     /// What evaluates: auto, cpu, gpu, gpu:INDEX or gpu:NAME
@@ -199,6 +201,10 @@ pub(crate) struct DevicesArgs {
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 pub(crate) enum MethodName {
+    /// Steiglitz–McBride, or a search where it cannot serve
+    Auto,
+    /// Steiglitz–McBride
+    Sm,
     /// Grey Wolf Optimizer
     Gwo,
     /// Jaya
@@ -210,7 +216,10 @@ pub(crate) enum MethodName {
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum Polish {
+pub(crate) enum PolishName {
+    /// Levenberg–Marquardt: maximum likelihood, with standard errors
+    Lm,
+    /// No refinement
     None,
 }
 
@@ -246,6 +255,7 @@ pub(crate) enum InitialName {
     Auto,
     Zero,
     Measured,
+    Free,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]

@@ -1,12 +1,17 @@
 //! `identify`: the main job.
 
-use super::args::{CriterionName, DiscretizationName, IdentifyArgs, InitialName, MethodName, Precision, ScaleName};
+use super::args::{
+    CriterionName, DiscretizationName, IdentifyArgs, InitialName, MethodName, PolishName, Precision, ScaleName,
+};
 use super::output::{DIM, STRONG, Style, data};
 use super::progress::Reporter;
 use super::{Outcome, inspect, interrupt, values};
 use motorfit::criterion::{Criterion, Norm, Scale};
+use motorfit::estimate::ReferenceKind;
 use motorfit::evaluate::{Initial, Model};
-use motorfit::identify::{DeviceSpec, Identification, IdentifySpec, Method, PrecisionSpec, identify_with};
+use motorfit::identify::{
+    DeviceSpec, Identification, IdentifySpec, Method, Polish, PrecisionSpec, Status, identify_with,
+};
 use motorfit::motor::{Discretization, Parameter, Space};
 use motorfit::optimize::{GeneticOptions, GwoOptions, JayaOptions, Sharing, Stop};
 use motorfit::record::Record;
@@ -85,6 +90,7 @@ fn spec(args: &IdentifyArgs) -> Result<IdentifySpec> {
         InitialName::Auto => Initial::Auto,
         InitialName::Zero => Initial::Zero,
         InitialName::Measured => Initial::Measured,
+        InitialName::Free => Initial::Free,
     };
     if let Some(threads) = args.threads
         && !(1..=THREADS_MAX).contains(&threads)
@@ -107,12 +113,17 @@ fn spec(args: &IdentifyArgs) -> Result<IdentifySpec> {
     }
     Ok(IdentifySpec {
         method: method(args)?,
+        polish: match args.polish {
+            PolishName::Lm => Polish::LevenbergMarquardt,
+            PolishName::None => Polish::None,
+        },
         population: args.population,
         generations: args.generations,
         seed: args.seed,
         criterion: Criterion { norm, scale, time_origin_s: args.time_origin, noise },
         model: Model { discretization, initial },
         space: Space::table2_with(&values::bounds(&args.bounds)?, &values::parameters(&args.fix, "--fix")?)?,
+        auto_bounds: values::auto_bounds(&args.bounds)?,
         device: device(&args.device)?,
         precision: match args.precision {
             Precision::Auto => PrecisionSpec::Auto,
@@ -157,6 +168,8 @@ fn method(args: &IdentifyArgs) -> Result<Method> {
         }
     }
     Ok(match args.method {
+        MethodName::Auto => Method::Auto,
+        MethodName::Sm => Method::SteiglitzMcBride,
         MethodName::Gwo => Method::Gwo(gwo),
         MethodName::Jaya => Method::Jaya(jaya),
         MethodName::Ga => Method::Genetic(genetic),
@@ -173,53 +186,113 @@ fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style:
         }
         text.push('\n');
     }
-    for parameter in Parameter::ALL {
-        let axis = spec.space.free().iter().find(|axis| axis.parameter == parameter);
-        let remark = match axis {
-            None => "held".to_owned(),
-            Some(axis) => format!("{} … {}", significant(axis.min, 3), significant(axis.max, 3)),
-        };
-        let _ = writeln!(
-            text,
-            "  {STRONG}{}{STRONG:#}  {:<17}{:>12} {:<10} {DIM}{remark}{DIM:#}",
-            parameter.symbol(),
-            parameter.name(),
-            significant(found.parameters.get(parameter), 6),
-            parameter.unit(),
-        );
-    }
-    let names = Names::of(spec);
-    let fit: Vec<String> = ["current", "speed"]
-        .iter()
-        .zip(found.fit_percent)
-        .filter_map(|(name, fit)| Some(format!("{name} {:.2} %", fit?)))
-        .collect();
-    let search = format!(
-        "{}, {} agents × {} generations, {} evaluations, seed {}",
-        spec.method.name(),
-        spec.population,
-        spec.generations,
-        found.evaluations,
-        spec.seed,
-    );
+    parameters(&mut text, found);
     text.push('\n');
-    for (name, value) in [
-        ("fit", fit.join(", ")),
-        ("cost", format!("{} ({}, scale {})", significant(found.cost, 4), names.criterion, names.scale)),
-        ("search", search),
-        ("device", format!("{}, {}", found.device, found.precision)),
-        ("time", engineering(found.seconds, "s", 3)),
-    ] {
-        let _ = writeln!(text, "  {name:<8}{value}");
+    for (name, value) in lines(spec, found) {
+        let _ = writeln!(text, "  {name:<10}{value}");
     }
-    if !style.quiet {
-        let _ = writeln!(text, "\n  {DIM}A population search gives no standard errors.{DIM:#}");
+    if !style.quiet && found.uncertainty.is_none() {
+        let _ =
+            writeln!(text, "\n  {DIM}Without a polish there are no standard errors: leave out --polish none.{DIM:#}");
     }
-    if style.verbose {
+    if style.verbose && !found.history.is_empty() {
         let _ = writeln!(text, "\n  generation  lowest cost");
         for (n, cost) in found.history.iter().enumerate() {
             let _ = writeln!(text, "  {:>10}  {}", n + 1, significant(*cost, 6));
         }
     }
     text
+}
+
+/// The parameters, each with its standard error and interval, or its bounds where it has none.
+fn parameters(text: &mut String, found: &Identification) {
+    let uncertainty = found.uncertainty.as_ref();
+    if uncertainty.is_some() {
+        let _ = writeln!(text, "  {DIM}{:<20}{:>12} {:<10} {:>11}   95 % interval{DIM:#}", "", "", "", "std. error");
+    }
+    for parameter in Parameter::ALL {
+        let place = found.space.free().iter().position(|axis| axis.parameter == parameter);
+        let error = place.zip(uncertainty).and_then(|(n, u)| Some((u.std_error[n]?, u.ci95[n]?)));
+        let remark = match (place.map(|n| found.space.free()[n]), error) {
+            (None, _) => format!("{DIM}held{DIM:#}"),
+            (Some(_), Some((error, [low, high]))) => {
+                format!("{:>11}   {} … {}", significant(error, 2), significant(low, 6), significant(high, 6))
+            }
+            (Some(axis), None) => {
+                let bound = found.at_bound(parameter).map_or(String::new(), |side| format!(" (at its {side})"));
+                format!("{DIM}within {} … {}{bound}{DIM:#}", significant(axis.min, 3), significant(axis.max, 3))
+            }
+        };
+        let _ = writeln!(
+            text,
+            "  {STRONG}{}{STRONG:#}  {:<17}{:>12} {:<10} {remark}",
+            parameter.symbol(),
+            parameter.name(),
+            significant(found.parameters.get(parameter), 6),
+            parameter.unit(),
+        );
+    }
+}
+
+/// What else there is to say, line by line.
+fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, String)> {
+    let names = Names::of(spec);
+    let channels = |values: [Option<f64>; 2], show: &dyn Fn(f64) -> String| {
+        let named = ["current", "speed"].into_iter().zip(values);
+        named.filter_map(|(name, value)| Some(format!("{name} {}", show(value?)))).collect::<Vec<_>>().join(", ")
+    };
+    let method = match found.searched.method {
+        "sm" => format!("Steiglitz–McBride, {} iterations", found.evaluations),
+        search => format!(
+            "{search}, {} agents × {} generations, {} evaluations, seed {}",
+            spec.population, spec.generations, found.evaluations, spec.seed
+        ),
+    };
+    let polish = match spec.polish {
+        Polish::LevenbergMarquardt => ", then Levenberg–Marquardt",
+        Polish::None => "",
+    };
+    let mut lines = vec![
+        ("fit", channels(found.fit_percent, &|fit| format!("{fit:.2} %"))),
+        ("residual", {
+            let [current, speed] = found.residual_sigma;
+            let parts = [
+                current.map(|s| format!("current {} A", significant(s, 3))),
+                speed.map(|s| format!("speed {} rad/s", significant(s, 3))),
+            ];
+            format!("{} (standard deviation)", parts.into_iter().flatten().collect::<Vec<_>>().join(", "))
+        }),
+        ("cost", format!("{} ({}, scale {})", significant(found.cost, 4), names.criterion, names.scale)),
+        ("method", format!("{method}{polish}")),
+        ("verdict", verdict(found)),
+        ("device", format!("{}, {}", found.device, found.precision)),
+        ("time", engineering(found.seconds, "s", 3)),
+    ];
+    if found.residual_sigma == [None; 2] {
+        lines.remove(1);
+    }
+    lines
+}
+
+/// The verification in a sentence.
+fn verdict(found: &Identification) -> String {
+    let check = &found.verification;
+    let reference = match check.reference {
+        Some(ReferenceKind::VariableProjection) => "a search of the whole box (variable projection)",
+        Some(_) => "refinements from all over the box",
+        None => "no reference",
+    };
+    let gap = check.cost_gap.map_or(String::new(), |gap| format!(" {} %", significant(100.0 * gap, 2)));
+    match check.status {
+        Status::Agrees if check.cost_gap.is_some_and(|gap| gap > 1e-6) => {
+            format!("agrees with {reference}: the same optimum, its cost{gap} above the best")
+        }
+        Status::Agrees => format!("agrees with {reference}"),
+        Status::SearchStuck if check.refined_agrees && found.uncertainty.is_some() => format!(
+            "search stuck in an optimum that costs{gap} more; the refinement left it and agrees with {reference}"
+        ),
+        Status::SearchStuck => format!("search stuck: {reference} finds a better optimum; this one costs{gap} more"),
+        Status::ReferenceFailed => format!("reference failed: {reference} ended in a worse optimum"),
+        Status::NotApplicable => "there is no reference for this".to_owned(),
+    }
 }

@@ -5,7 +5,6 @@ use motorfit::Error;
 
 const COMMANDS: [&str; 4] = ["evaluate", "compare", "sweep", "bench"];
 const FLAGS: [&str; 6] = ["--with", "--validate", "--split", "--rate", "--crop", "--out"];
-const VALUES: [(&str, &[&str]); 3] = [("--method", &["auto", "sm"]), ("--polish", &["lm"]), ("--initial", &["free"])];
 
 /// The error for a command, flag or value that a later version brings; `None` when clap's own words fit.
 pub(super) fn planned(error: &clap::Error) -> Option<Error> {
@@ -21,11 +20,6 @@ pub(super) fn planned(error: &clap::Error) -> Option<Error> {
         ErrorKind::UnknownArgument => {
             let flag = text(ContextKind::InvalidArg)?;
             FLAGS.contains(&flag).then(|| flag.to_owned())?
-        }
-        ErrorKind::InvalidValue => {
-            let (flag, value) = (text(ContextKind::InvalidArg)?, text(ContextKind::InvalidValue)?);
-            let known = VALUES.iter().any(|(name, values)| flag.starts_with(name) && values.contains(&value));
-            known.then(|| format!("{} {value}", flag.split(' ').next().unwrap_or(flag)))?
         }
         _ => return None,
     };

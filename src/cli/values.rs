@@ -56,6 +56,15 @@ pub(super) fn motor(text: &str) -> Result<Parameters> {
     Ok(Parameters::from_array(values))
 }
 
+/// The parameters without bounds of their own that follow the estimate: all such, or none under `table2`.
+pub(super) fn auto_bounds(items: &[String]) -> Result<Vec<Parameter>> {
+    if items.iter().any(|item| item.trim() == "table2") {
+        return Ok(Vec::new());
+    }
+    let given = bounds(items)?;
+    Ok(Parameter::ALL.into_iter().filter(|p| !given.iter().any(|(of, _, _)| of == p)).collect())
+}
+
 /// `table2`, `auto`, `R=0.1:1`, …: the bounds that differ from Table 2.
 pub(super) fn bounds(items: &[String]) -> Result<Vec<(Parameter, f64, f64)>> {
     let mut list = Vec::new();

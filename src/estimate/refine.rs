@@ -45,6 +45,14 @@ pub struct Refined {
     pub evaluations: usize,
 }
 
+impl Refined {
+    /// The sum of squared residuals in units of `sigma`.
+    #[must_use]
+    pub fn weighted(&self, sigma: [f64; 2]) -> f64 {
+        self.squares[0] / (sigma[0] * sigma[0]) + self.squares[1] / (sigma[1] * sigma[1])
+    }
+}
+
 /// Simulations of one refinement at most.
 const EVALUATIONS_MAX: usize = 200;
 /// A refinement ends when its step is shorter than this many standard errors.
@@ -269,12 +277,7 @@ fn clamp(unknowns: &DVector<f64>, lower: &DVector<f64>, upper: &DVector<f64>) ->
 }
 
 /// `(JᵀJ + λ diag JᵀJ)⁻¹ Jᵀe` of the unknowns that may move, zero in the others; `None` where it has no solution.
-fn damped_step(
-    matrix: &DMatrix<f64>,
-    gradient: &DVector<f64>,
-    free: &[usize],
-    damping: f64,
-) -> Option<DVector<f64>> {
+fn damped_step(matrix: &DMatrix<f64>, gradient: &DVector<f64>, free: &[usize], damping: f64) -> Option<DVector<f64>> {
     // Scaled by the diagonal, so that units do not matter.
     let scale: Vec<f64> = free.iter().map(|&n| matrix[(n, n)].sqrt()).collect();
     let divisor = |n: usize| if scale[n] > 0.0 { scale[n] } else { 1.0 };

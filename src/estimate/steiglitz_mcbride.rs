@@ -9,7 +9,7 @@
 use super::recover::{Sampled, recover};
 use super::triangle::{COLUMNS_MAX, Triangle, solve};
 use crate::criterion::{noise_sigma, rms};
-use crate::evaluate::{Initial, Model, Signals};
+use crate::evaluate::{Model, Signals};
 use crate::motor::{Discretization, Parameters};
 use crate::record::Record;
 use crate::{Error, ErrorKind, Result};
@@ -113,7 +113,7 @@ pub fn try_steiglitz_mcbride(record: &Record, options: &SmOptions) -> Result<std
     let criterion = super::refine::plain();
     let Model { discretization, initial } = options.model;
     let signals = Signals::new(record, &criterion, initial, discretization)?;
-    Ok(estimate(&signals, discretization, initial, options.sigma))
+    Ok(estimate(&signals, discretization, options.sigma))
 }
 
 /// Prefilters at most.
@@ -146,7 +146,6 @@ struct Solution {
 pub(super) fn estimate(
     signals: &Signals,
     method: Discretization,
-    initial: Initial,
     sigma: Option<[f64; 2]>,
 ) -> std::result::Result<Estimate, SmFailure> {
     if !(signals.has(0) && signals.has(1)) {
@@ -156,7 +155,6 @@ pub(super) fn estimate(
         return Err(SmFailure::Irregular);
     }
     let foh = method.uses_next_input();
-    let at_rest = !signals.initial_is_free && signals.initial == [0.0; 2] && initial != Initial::Measured;
     let own = || {
         [0, 1].map(|channel| {
             let signal: Vec<f64> = signals.measured.iter().map(|y| y[channel]).collect();
@@ -167,7 +165,7 @@ pub(super) fn estimate(
         signals,
         first_tap: usize::from(!foh),
         torque: signals.torque.iter().any(|t| *t != 0.0),
-        moving: !at_rest || (foh && signals.voltage[0] != 0.0),
+        moving: !signals.starts_at_rest() || (foh && signals.voltage[0] != 0.0),
         sigma: sigma.unwrap_or_else(own),
     };
     let mut filter = [0.0; 2];
@@ -233,16 +231,15 @@ impl Columns<'_> {
         }
         let (r, norms) = shared.finish();
         let weak = |(r, norms): &([[f64; COLUMNS_MAX]; COLUMNS_MAX], [f64; COLUMNS_MAX])| {
-            (0..taps).any(|n| !(f64::abs(r[n][n]) > RANK * norms[n]))
+            (0..taps).any(|n| f64::abs(r[n][n]) <= RANK * norms[n] || norms[n].is_nan())
         };
         if weak(&current) || !(0..2).all(|n| r[n][n].abs() > 1e-3 * RANK * norms[n]) {
             return Err(SmFailure::RankDeficient);
         }
         let lags = solve(&r, 2, &[r[0][2], r[1][2]]).ok_or(SmFailure::RankDeficient)?;
         let numerator = |(r, _): &([[f64; COLUMNS_MAX]; COLUMNS_MAX], [f64; COLUMNS_MAX])| {
-            let right: Vec<f64> = (0..common)
-                .map(|n| r[n][common + 2] - r[n][common] * lags[0] - r[n][common + 1] * lags[1])
-                .collect();
+            let right: Vec<f64> =
+                (0..common).map(|n| r[n][common + 2] - r[n][common] * lags[0] - r[n][common + 1] * lags[1]).collect();
             solve(r, common, &right).map(|all: Vec<f64>| all[..taps].to_vec())
         };
         let numerators = [numerator(&current), numerator(&speed)];

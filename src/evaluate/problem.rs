@@ -44,6 +44,17 @@ impl Problem {
         Ok(Self { signals, model, space, criterion, samples })
     }
 
+    /// The same with other initial states for the recordings whose own is free.
+    #[must_use]
+    pub fn starting_from(mut self, initial: &[[f64; 2]]) -> Self {
+        for (signals, initial) in self.signals.iter_mut().zip(initial) {
+            if signals.initial_is_free {
+                Arc::make_mut(signals).initial = *initial;
+            }
+        }
+        self
+    }
+
     /// The recordings.
     #[must_use]
     pub fn signals(&self) -> &[Arc<Signals>] {

@@ -120,6 +120,19 @@ impl Signals {
         self.initial
     }
 
+    /// Whether the motor is known to begin at rest.
+    #[must_use]
+    pub fn starts_at_rest(&self) -> bool {
+        !self.initial_is_free && self.initial.iter().all(|v| *v == 0.0)
+    }
+
+    /// Whether anything moves the motor: an input, or its own state at the start.
+    #[must_use]
+    pub fn is_driven(&self) -> bool {
+        let drives = |values: &[f64]| values.iter().any(|v| *v != 0.0);
+        drives(&self.voltage) || drives(&self.torque) || drives(&self.initial)
+    }
+
     /// Whether a channel (0 current, 1 speed) was measured.
     #[must_use]
     pub fn has(&self, channel: usize) -> bool {
@@ -160,7 +173,7 @@ impl Signals {
             }
         }
         let zero = |values: &[f64]| values.iter().all(|v| *v == 0.0);
-        if zero(&self.initial) && !self.initial_is_free {
+        if self.starts_at_rest() {
             let quiet = |span: &Span| zero(&span.voltage) && span.torque == 0.0;
             let leading = self.spans.iter().take_while(|span| quiet(span)).count();
             self.first_active = self.spans.get(leading).map_or(self.len(), |span| span.start);

@@ -126,6 +126,14 @@ impl Evaluation {
         Ok(cpu(None))
     }
 
+    /// A GPU only where one is named: for what has no population.
+    pub(super) fn asked_for(spec: &IdentifySpec, problem: &Problem) -> Result<Self> {
+        if spec.device == DeviceSpec::Auto {
+            return Self::new(&IdentifySpec { device: DeviceSpec::Cpu, ..spec.clone() }, problem);
+        }
+        Self::new(spec, problem)
+    }
+
     pub(super) fn kind(&self) -> &'static str {
         self.kind
     }

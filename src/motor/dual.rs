@@ -76,6 +76,7 @@ impl<const P: usize> Sub for Dual<P> {
 impl<const P: usize> Mul for Dual<P> {
     type Output = Self;
 
+    #[expect(clippy::suspicious_arithmetic_impl, reason = "the product rule adds")]
     fn mul(self, other: Self) -> Self {
         let slope = |p: usize| self.derivatives[p] * other.value + self.value * other.derivatives[p];
         Self::new(self.value * other.value, slope)
@@ -93,6 +94,7 @@ impl<const P: usize> Mul<f64> for Dual<P> {
 impl<const P: usize> Div for Dual<P> {
     type Output = Self;
 
+    #[expect(clippy::suspicious_arithmetic_impl, reason = "the quotient rule subtracts")]
     fn div(self, other: Self) -> Self {
         let value = self.value / other.value;
         Self::new(value, |p| (self.derivatives[p] - value * other.derivatives[p]) / other.value)

@@ -13,6 +13,8 @@ pub enum Stop {
     BudgetSpent,
     /// The observer ended it.
     Interrupted,
+    /// An iteration came to its end.
+    Converged,
 }
 
 impl Stop {
@@ -22,6 +24,7 @@ impl Stop {
         match self {
             Self::BudgetSpent => "budget_spent",
             Self::Interrupted => "interrupted",
+            Self::Converged => "converged",
         }
     }
 }

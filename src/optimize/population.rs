@@ -33,7 +33,11 @@ impl Setup {
         )
     }
 
-    pub(super) fn check(&self) -> Result<()> {
+    /// Whether a search can be set up like this.
+    ///
+    /// # Errors
+    /// `Usage` for an empty box, no agents or generations, or more than fit.
+    pub fn check(&self) -> Result<()> {
         let size = self.population.checked_mul(self.bounds.len());
         if self.bounds.is_empty() || self.bounds.iter().any(|&(a, b)| !(a.is_finite() && b.is_finite() && a <= b)) {
             return Err(Error::usage("the box of the search is empty", "Give finite bounds with min < max."));

@@ -1,9 +1,10 @@
 //! Results as JSON documents. What is not available or not finite is `null`.
 
 use crate::criterion::{mean, noise_sigma, rms, standard_deviation};
+use crate::estimate::{ReferenceKind, Uncertainty};
 use crate::evaluate::{Initial, Level, cpu_name};
-use crate::identify::{Identification, IdentifySpec, Warning, at_bound, record_warnings};
-use crate::motor::{Parameter, response};
+use crate::identify::{Identification, IdentifySpec, Warning, record_warnings};
+use crate::motor::{Parameter, Parameters, response};
 use crate::record::{Quantity, Record};
 use crate::text::is_unsafe;
 use serde_json::{Map, Value, json as value};
@@ -54,16 +55,17 @@ impl IdentifyDocument {
     #[must_use]
     pub fn of(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Value {
         let names = Names::of(spec);
-        let parameters: Map<String, Value> = Parameter::ALL.iter().map(|&p| parameter(spec, found, p)).collect();
-        let searched: Map<String, Value> =
-            Parameter::ALL.iter().map(|p| (p.symbol().to_owned(), found.parameters.get(*p).into())).collect();
+        let parameters: Map<String, Value> = Parameter::ALL.iter().map(|&p| parameter(found, p)).collect();
+        let axes = found.space.free().iter();
         let bounds: Map<String, Value> =
-            spec.space.free().iter().map(|a| (a.parameter.symbol().to_owned(), value!([a.min, a.max]))).collect();
+            axes.map(|a| (a.parameter.symbol().to_owned(), value!([a.min, a.max]))).collect();
+        let check = &found.verification;
+        let searched = &found.searched;
         value!({
             "motorfit": env!("CARGO_PKG_VERSION"),
             "records": records.iter().map(record_head).collect::<Value>(),
             "method": spec.method.name(),
-            "polish": "none",
+            "polish": spec.polish.name(),
             "seed": spec.seed,
             "population": spec.population,
             "generations": spec.generations,
@@ -75,14 +77,19 @@ impl IdentifyDocument {
             "device": {"kind": found.device_kind, "name": found.device, "precision": found.precision},
             "parameters": parameters,
             "cost": found.cost,
-            "searched": {"parameters": searched, "cost": found.cost},
+            "searched": {"method": searched.method, "parameters": plain(&searched.parameters), "cost": searched.cost},
             "fit_percent": {"current": found.fit_percent[0], "speed": found.fit_percent[1]},
-            "correlation": null,
+            "residual_sigma": {"current": found.residual_sigma[0], "speed": found.residual_sigma[1]},
+            "initial_state": found.initial.iter().map(|[i, w]| value!({"current": i, "speed": w})).collect::<Value>(),
+            "correlation": found.uncertainty.as_ref().map(|u| correlation(found, u)),
+            "condition": found.uncertainty.as_ref().map(|u| u.condition),
+            "residuals": found.uncertainty.as_ref().map(residuals),
             "verification": {
-                "status": "not_applicable",
-                "steiglitz_mcbride": null,
-                "levenberg_marquardt": null,
-                "cost_gap": null,
+                "status": check.status.name(),
+                "reference": check.reference.map(ReferenceKind::name),
+                "steiglitz_mcbride": check.steiglitz_mcbride.as_ref().map(plain),
+                "levenberg_marquardt": check.levenberg_marquardt.as_ref().map(plain),
+                "cost_gap": check.cost_gap,
                 "cpu_gpu_cost_difference": found.cost_difference,
             },
             "warnings": warnings(&found.warnings),
@@ -94,15 +101,43 @@ impl IdentifyDocument {
     }
 }
 
-fn parameter(spec: &IdentifySpec, found: &Identification, parameter: Parameter) -> (String, Value) {
-    let fixed = spec.space.fixed().iter().any(|(p, _, _)| *p == parameter);
+/// Values by symbol.
+fn plain(parameters: &Parameters) -> Value {
+    let values = Parameter::ALL.iter().map(|p| (p.symbol().to_owned(), parameters.get(*p).into()));
+    Value::Object(values.collect())
+}
+
+/// Where a parameter stands among the free ones.
+fn place(found: &Identification, parameter: Parameter) -> Option<usize> {
+    found.space.free().iter().position(|axis| axis.parameter == parameter)
+}
+
+/// Correlations of all five, `null` for those held or unknown.
+fn correlation(found: &Identification, uncertainty: &Uncertainty) -> Value {
+    let entry = |a: Parameter, b: Parameter| uncertainty.correlation[place(found, a)?][place(found, b)?];
+    let row = |a: &Parameter| Parameter::ALL.iter().map(|b| Value::from(entry(*a, *b))).collect::<Value>();
+    Parameter::ALL.iter().map(row).collect()
+}
+
+/// The whiteness of the residuals.
+fn residuals(uncertainty: &Uncertainty) -> Value {
+    let one = |channel: usize| {
+        let white = uncertainty.whiteness[channel].as_ref();
+        white.map(|w| value!({"white": w.is_white, "ljung_box": w.statistic, "lag1": w.lag1}))
+    };
+    value!({"current": one(0), "speed": one(1)})
+}
+
+fn parameter(found: &Identification, parameter: Parameter) -> (String, Value) {
+    let place = place(found, parameter);
+    let uncertainty = found.uncertainty.as_ref();
     let entry = value!({
         "value": found.parameters.get(parameter),
         "unit": parameter.unit(),
-        "std_error": null,
-        "ci95": null,
-        "at_bound": at_bound(spec, parameter, &found.parameters).map(|(_, side)| side),
-        "fixed": fixed,
+        "std_error": place.zip(uncertainty).and_then(|(n, u)| u.std_error[n]),
+        "ci95": place.zip(uncertainty).and_then(|(n, u)| u.ci95[n]),
+        "at_bound": found.at_bound(parameter),
+        "fixed": place.is_none(),
     });
     (parameter.symbol().to_owned(), entry)
 }

@@ -1,0 +1,170 @@
+//! Variable projection: the global search of the linear motor, in two dimensions.
+//!
+//! With zero initial state the outputs are linear in `p = 1/L`, `q = B/(LJ)` and `r = K/(LJ)` once the denominator
+//! `s² + c₁ s + c₀` is given (`c₁ = R/L + B/J`, `c₀ = (RB + K²)/(LJ)`): current `(p s + q)/(…)`, speed `r/(…)`. The
+//! least-squares cost with p, q and r solved for is a function of (c₁, c₀) alone, and a grid of it in the logarithms
+//! shows every basin there is. Reference: G. H. Golub, V. Pereyra, SIAM J. Numerical Analysis 10 (1973).
+//!
+//! The basis `s/(…)` and `1/(…)` is the motor with R = c₁, L = 1, K = J = c₀, B = 0.
+
+#![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
+
+use crate::evaluate::{Level, Problem, Signals, multiply_add};
+use crate::motor::{Discretization, Parameters, step_maps};
+use multiversion::multiversion;
+use rayon::prelude::*;
+
+/// Points of the grid in each direction.
+const GRID: usize = 32;
+/// Points that are evaluated side by side.
+const LANES: usize = 8;
+/// Sums of a point: φ₁², φ₁φ₀, φ₀², iφ₁, iφ₀, ωφ₀.
+const SUMS: usize = 6;
+
+/// Whether a problem has this form: all five parameters free and shared, both channels, motors at rest without load,
+/// an exact method, even steps.
+pub(super) fn applies(problem: &Problem) -> bool {
+    let exact = matches!(problem.model().discretization, Discretization::Zoh | Discretization::Foh);
+    let axes = problem.space().free();
+    let served = |s: &Signals| {
+        let quiet = s.torque.iter().all(|t| *t == 0.0);
+        s.has(0) && s.has(1) && s.starts_at_rest() && quiet && s.step_index.is_empty()
+    };
+    exact && axes.len() == 5 && problem.space().fixed().is_empty() && problem.signals().iter().all(|s| served(s))
+}
+
+/// Starts for a descent, one for each basin of the grid, the lowest first.
+pub(super) fn basins(problem: &Problem, sigma: [f64; 2], most: usize) -> Vec<[f64; 5]> {
+    let [c1, c0] = ranges(problem);
+    let value = |[low, high]: [f64; 2], n: usize| {
+        #[expect(clippy::cast_precision_loss, reason = "small")]
+        let share = n as f64 / (GRID - 1) as f64;
+        (low.ln() + share * (high / low).ln()).exp()
+    };
+    let points: Vec<[f64; 2]> = (0..GRID * GRID).map(|n| [value(c1, n / GRID), value(c0, n % GRID)]).collect();
+    let projected: Vec<(f64, [f64; 3])> =
+        points.par_chunks(LANES).flat_map_iter(|points| project(problem, points, sigma)).collect();
+    let cost = |n: usize| projected[n].0;
+    let is_lowest = |n: &usize| {
+        let (row, column) = (n / GRID, n % GRID);
+        let near = |center: usize| center.saturating_sub(1)..=(center + 1).min(GRID - 1);
+        cost(*n).is_finite() && near(row).all(|r| near(column).all(|c| cost(r * GRID + c) >= cost(*n)))
+    };
+    let mut lowest: Vec<usize> = (0..points.len()).filter(is_lowest).collect();
+    lowest.sort_by(|a, b| cost(*a).total_cmp(&cost(*b)));
+    lowest.truncate(most);
+    lowest.into_iter().map(|n| motor(points[n], projected[n].1, problem)).collect()
+}
+
+/// What c₁ and c₀ reach within the bounds.
+fn ranges(problem: &Problem) -> [[f64; 2]; 2] {
+    let [mut low, mut high] = [[0.0; 5]; 2];
+    for axis in problem.space().free() {
+        low[axis.parameter as usize] = axis.min;
+        high[axis.parameter as usize] = axis.max;
+    }
+    let c1 = |[r, _, _, b, _]: [f64; 5], [_, l, _, _, j]: [f64; 5]| r / l + b / j;
+    let c0 = |[r, _, k, b, _]: [f64; 5], [_, l, _, _, j]: [f64; 5]| (r * b + k * k) / (l * j);
+    [[c1(low, high), c1(high, low)], [c0(low, high), c0(high, low)]]
+}
+
+/// Cost and (p, q, r) at up to [`LANES`] points.
+fn project(problem: &Problem, points: &[[f64; 2]], sigma: [f64; 2]) -> Vec<(f64, [f64; 3])> {
+    let mut totals = [[0.0; LANES]; SUMS];
+    let mut power = [0.0; 2];
+    for signals in problem.signals() {
+        let point = |lane: usize| points[lane.min(points.len() - 1)];
+        let c1: [f64; LANES] = std::array::from_fn(|lane| point(lane)[0]);
+        let c0: [f64; LANES] = std::array::from_fn(|lane| point(lane)[1]);
+        let motors = [c1, [1.0; LANES], c0, [0.0; LANES], c0];
+        let method = problem.model().discretization;
+        let sums = match Level::best() {
+            Level::Avx512 => avx512(signals, &motors, method),
+            Level::Avx2 => avx2(signals, &motors, method),
+            Level::Portable => simulate::<false>(signals, &motors, method),
+        };
+        for (total, sum) in totals.iter_mut().flatten().zip(sums.iter().flatten()) {
+            *total += sum;
+        }
+        for y in &signals.measured {
+            power[0] += y[0] * y[0];
+            power[1] += y[1] * y[1];
+        }
+    }
+    (0..points.len()).map(|lane| solve(totals.map(|sum| sum[lane]), power, sigma)).collect()
+}
+
+/// The linear least squares of one point.
+fn solve([a, b, c, u, v, w]: [f64; SUMS], power: [f64; 2], sigma: [f64; 2]) -> (f64, [f64; 3]) {
+    let determinant = a * c - b * b;
+    let (p, q, r) = ((c * u - b * v) / determinant, (a * v - b * u) / determinant, w / c);
+    let rest = [power[0] - p * u - q * v, power[1] - r * w];
+    let cost = rest[0].max(0.0) / (sigma[0] * sigma[0]) + rest[1].max(0.0) / (sigma[1] * sigma[1]);
+    (if cost.is_finite() { cost } else { f64::INFINITY }, [p, q, r])
+}
+
+/// The motor of a point, moved into the bounds where it lies outside or is none.
+fn motor([c1, c0]: [f64; 2], [p, q, r]: [f64; 3], problem: &Problem) -> [f64; 5] {
+    let l = 1.0 / p;
+    let b_over_j = (q / p).clamp(1e-9 * c1, 0.999 * c1);
+    let k_over_j = r / p;
+    let resistance = l * (c1 - b_over_j);
+    let k = (c0 - (c1 - b_over_j) * b_over_j) * l / k_over_j;
+    let j = k / k_over_j;
+    let found = [resistance, l, k, b_over_j * j, j];
+    let mut inside = Parameters::M2.to_array();
+    for axis in problem.space().free() {
+        let value = found[axis.parameter as usize];
+        let middle = (axis.min * axis.max).sqrt();
+        inside[axis.parameter as usize] =
+            if value > 0.0 && value.is_finite() { value.clamp(axis.min, axis.max) } else { middle };
+    }
+    inside
+}
+
+type Motors = [[f64; LANES]; 5];
+type Sums = [[f64; LANES]; SUMS];
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
+fn avx512(signals: &Signals, motors: &Motors, method: Discretization) -> Sums {
+    simulate::<true>(signals, motors, method)
+}
+
+#[multiversion(targets("x86_64+avx2+fma"))]
+fn avx2(signals: &Signals, motors: &Motors, method: Discretization) -> Sums {
+    simulate::<true>(signals, motors, method)
+}
+
+#[inline(always)]
+fn simulate<const FMA: bool>(signals: &Signals, motors: &Motors, method: Discretization) -> Sums {
+    let maps = step_maps(motors, signals.step_s[0], method);
+    let mut sums = [[0.0; LANES]; SUMS];
+    let mut x = [[0.0; LANES]; 2];
+    for span in &signals.spans {
+        let [v, v_next] = span.voltage;
+        let mut gain = [[0.0; LANES]; 2];
+        for axis in 0..2 {
+            for lane in 0..LANES {
+                gain[axis][lane] = maps.taps[0][axis][lane] * v + maps.taps[1][axis][lane] * v_next;
+            }
+        }
+        for y in &signals.measured[span.start..span.end] {
+            for lane in 0..LANES {
+                let (one, zero) = (x[0][lane], x[1][lane]);
+                sums[0][lane] = multiply_add::<FMA>(one, one, sums[0][lane]);
+                sums[1][lane] = multiply_add::<FMA>(one, zero, sums[1][lane]);
+                sums[2][lane] = multiply_add::<FMA>(zero, zero, sums[2][lane]);
+                sums[3][lane] = multiply_add::<FMA>(y[0], one, sums[3][lane]);
+                sums[4][lane] = multiply_add::<FMA>(y[0], zero, sums[4][lane]);
+                sums[5][lane] = multiply_add::<FMA>(y[1], zero, sums[5][lane]);
+                let step = |axis: usize| {
+                    let far = multiply_add::<FMA>(maps.d[2 * axis + 1][lane], zero, gain[axis][lane]);
+                    x[axis][lane] + multiply_add::<FMA>(maps.d[2 * axis][lane], one, far)
+                };
+                let next = [step(0), step(1)];
+                (x[0][lane], x[1][lane]) = (next[0], next[1]);
+            }
+        }
+    }
+    sums
+}

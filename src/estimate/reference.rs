@@ -1,0 +1,118 @@
+//! A global reference: the lowest weighted sum of squares that a search over the whole box finds.
+
+use super::normal::Fit;
+use super::projection;
+use super::refine::{RefineOptions, Refined, fit_problem, refine_problem};
+use crate::Result;
+use crate::evaluate::{Model, Problem};
+use crate::motor::Space;
+use crate::record::Record;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
+
+/// How the reference was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ReferenceKind {
+    /// The two-dimensional search of the linear motor, each basin refined.
+    VariableProjection,
+    /// Refinements from points all over the box.
+    MultiStart,
+}
+
+impl ReferenceKind {
+    /// Its name in results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::VariableProjection => "variable_projection",
+            Self::MultiStart => "multi_start",
+        }
+    }
+}
+
+/// The best fit within the bounds that a search of the whole box finds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// How.
+    pub kind: ReferenceKind,
+    /// The fit.
+    pub refined: Refined,
+}
+
+/// Basins that are refined, and starts of a multi-start.
+const BASINS: usize = 4;
+const STARTS: usize = 24;
+
+/// Searches the whole box of `space` for the lowest sum of squares weighted by `sigma`.
+///
+/// # Errors
+/// As for [`super::refine`]; `NotIdentified` when the motor diverges everywhere.
+pub fn global_reference(records: &[Record], space: &Space, model: Model, sigma: [f64; 2]) -> Result<Reference> {
+    let problem = fit_problem(records, space, model)?;
+    let scattered = || lowest(&problem, &scattered(&problem), sigma);
+    if !projection::applies(&problem) {
+        return Ok(Reference { kind: ReferenceKind::MultiStart, refined: scattered()? });
+    }
+    let starts = in_order(&problem, &projection::basins(&problem, sigma, BASINS));
+    let mut refined = lowest(&problem, &starts, sigma)?;
+    if refined.at_bound.iter().any(Option::is_some) {
+        // The projection knows no bounds: where one is in the way, other starts may lead around it.
+        let other = scattered()?;
+        if other.weighted(sigma) < refined.weighted(sigma) {
+            refined = other;
+        }
+    }
+    Ok(Reference { kind: ReferenceKind::VariableProjection, refined })
+}
+
+/// The lowest refinement of some starts, or of the middle of the box where there are none.
+fn lowest(problem: &Problem, starts: &[Vec<f64>], sigma: [f64; 2]) -> Result<Refined> {
+    let refine = |start: &Vec<f64>| refine_problem(problem, start, Some(sigma), true);
+    let fits: Vec<Result<Refined>> = starts.par_iter().map(refine).collect();
+    let best = fits.into_iter().flatten().min_by(|a, b| a.weighted(sigma).total_cmp(&b.weighted(sigma)));
+    best.map_or_else(|| refine(&middle(problem)), Ok)
+}
+
+/// Parameters in the order of the axes.
+fn in_order(problem: &Problem, starts: &[[f64; 5]]) -> Vec<Vec<f64>> {
+    let axes = problem.space().free();
+    starts.iter().map(|start| axes.iter().map(|axis| start[axis.parameter as usize]).collect()).collect()
+}
+
+fn middle(problem: &Problem) -> Vec<f64> {
+    problem.space().free().iter().map(|axis| (axis.min * axis.max).sqrt()).collect()
+}
+
+/// A Latin hypercube in the logarithms: each axis is cut into as many parts as there are starts, and each part is used
+/// once.
+fn scattered(problem: &Problem) -> Vec<Vec<f64>> {
+    let axes = problem.space().free();
+    let mut generator = Xoshiro256PlusPlus::seed_from_u64(1);
+    let mut starts = vec![vec![0.0; axes.len()]; STARTS];
+    for (n, axis) in axes.iter().enumerate() {
+        let mut parts: Vec<u32> = (0..).take(STARTS).collect();
+        for last in (1..STARTS).rev() {
+            parts.swap(last, generator.random_range(0..=last));
+        }
+        for (start, part) in starts.iter_mut().zip(parts) {
+            #[expect(clippy::cast_precision_loss, reason = "small")]
+            let share = (f64::from(part) + generator.random::<f64>()) / STARTS as f64;
+            start[n] = (axis.min.ln() + share * (axis.max / axis.min).ln()).exp();
+        }
+    }
+    starts.push(middle(problem));
+    starts
+}
+
+/// The weighted sum of squares of parameters as they are, initial states as the model has them.
+///
+/// # Errors
+/// As for [`super::refine`].
+pub fn weighted_squares(records: &[Record], space: &Space, values: &[f64], options: &RefineOptions) -> Result<f64> {
+    let problem = fit_problem(records, space, options.model)?;
+    let fit = Fit::new(&problem);
+    let sigma = options.sigma.unwrap_or([1.0; 2]);
+    Ok(fit.normal(&fit.start(values)).weighted(sigma).2)
+}

@@ -1,0 +1,131 @@
+//! What is asked for and what was found.
+
+use super::device::{DeviceSpec, PrecisionSpec};
+use super::method::{Method, Polish};
+use super::verify::Verification;
+use super::warnings::Warning;
+use crate::criterion::Criterion;
+use crate::estimate::Uncertainty;
+use crate::evaluate::Model;
+use crate::motor::{Parameter, Parameters, Scope, Space};
+use crate::optimize::Stop;
+
+/// What is to be done.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IdentifySpec {
+    /// How the optimum is found.
+    pub method: Method,
+    /// How it is refined.
+    pub polish: Polish,
+    /// Agents.
+    pub population: usize,
+    /// Generations, the first population included.
+    pub generations: usize,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// What a population search minimizes.
+    pub criterion: Criterion,
+    /// How the motor is simulated.
+    pub model: Model,
+    /// What is free within which bounds, and what is held.
+    pub space: Space,
+    /// Parameters whose bounds become a decade to each side of the Steiglitz–McBride estimate, where there is one.
+    pub auto_bounds: Vec<Parameter>,
+    /// What evaluates a population.
+    pub device: DeviceSpec,
+    /// With which numbers.
+    pub precision: PrecisionSpec,
+    /// Threads; `None` takes the rayon pool of the caller.
+    pub threads: Option<usize>,
+}
+
+impl Default for IdentifySpec {
+    fn default() -> Self {
+        Self {
+            method: Method::Auto,
+            polish: Polish::LevenbergMarquardt,
+            population: 100,
+            generations: 100,
+            seed: 1,
+            criterion: Criterion::default(),
+            model: Model::default(),
+            space: Space::table2(),
+            auto_bounds: Parameter::ALL.to_vec(),
+            device: DeviceSpec::default(),
+            precision: PrecisionSpec::default(),
+            threads: None,
+        }
+    }
+}
+
+/// What a method found, before the polish.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Searched {
+    /// The method that found it: the one asked for, or what `auto` took.
+    pub method: &'static str,
+    /// Whether it took over where Steiglitz–McBride cannot serve.
+    pub is_fallback: bool,
+    /// The parameters, those held included.
+    pub parameters: Parameters,
+    /// Their cost in the chosen criterion, by the scalar oracle.
+    pub cost: f64,
+}
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Identification {
+    /// The parameters after the polish, those held included.
+    pub parameters: Parameters,
+    /// Their cost in the chosen criterion, by the scalar oracle.
+    pub cost: f64,
+    /// What the method found.
+    pub searched: Searched,
+    /// The space, its bounds as they were used.
+    pub space: Space,
+    /// The state `[i, ω]` at the start of each recording.
+    pub initial: Vec<[f64; 2]>,
+    /// How sure the parameters are; `None` without a polish.
+    pub uncertainty: Option<Uncertainty>,
+    /// σ of the residuals of current and speed; `None` for a channel not measured.
+    pub residual_sigma: [Option<f64>; 2],
+    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed over all recordings; `None` for a channel not measured.
+    pub fit_percent: [Option<f64>; 2],
+    /// The result against the references.
+    pub verification: Verification,
+    /// What the reader should know.
+    pub warnings: Vec<Warning>,
+    /// Why the search ended.
+    pub stop: Stop,
+    /// Candidates evaluated.
+    pub evaluations: u64,
+    /// Lowest cost after each generation; empty without a population.
+    pub history: Vec<f64>,
+    /// What evaluated: cpu or gpu.
+    pub device_kind: &'static str,
+    /// Its name.
+    pub device: String,
+    /// The numbers of the evaluation.
+    pub precision: &'static str,
+    /// The winner's cost by the device less that by the oracle; `None` where the CPU evaluated.
+    pub cost_difference: Option<f64>,
+    /// Seconds of the estimation alone.
+    pub seconds: f64,
+}
+
+impl Identification {
+    /// The bound, `min` or `max`, that a free parameter ended at: nearer to it than 1e-4 of the range and 1 % of
+    /// itself.
+    #[must_use]
+    pub fn at_bound(&self, parameter: Parameter) -> Option<&'static str> {
+        let shared = |a: &&crate::motor::Axis| a.parameter == parameter && a.scope == Scope::Shared;
+        let axis = self.space.free().iter().find(shared)?;
+        let (value, near) = (self.parameters.get(parameter), 1e-4 * (axis.max - axis.min));
+        if value - axis.min <= near && value <= 1.01 * axis.min {
+            Some("min")
+        } else if axis.max - value <= near && value >= 0.99 * axis.max {
+            Some("max")
+        } else {
+            None
+        }
+    }
+}
