@@ -167,3 +167,31 @@ fn response_figures_of_a_known_signal() {
     signal[99] = 2.0;
     assert_eq!(response(&time, &signal, 0.02).unwrap().settling_time_s, None, "it leaves the band at the end");
 }
+
+#[test]
+fn sensitivities_are_the_derivatives() {
+    let stiff = Parameters { r: 2.0, l: 1e-5, k: 0.01, b: 1e-6, j: 1e-7 };
+    let repeated = Parameters { r: 0.1, l: 0.01, k: 0.0, b: 1e-3, j: 1e-4 };
+    for (motor, h) in [(Parameters::M2, 1e-3), (Parameters::M2, 5e-2), (stiff, 1e-3), (repeated, 1e-3)] {
+        for method in [Discretization::Zoh, Discretization::Foh, Discretization::Rk4, Discretization::Euler] {
+            let (map, slopes) = StepMap::with_sensitivities(&motor, h, method);
+            assert_eq!(map, StepMap::new(&motor, h, method), "the map itself, to the last bit");
+            let entries = |m: &StepMap| [&m.d[..], &m.taps[0], &m.taps[1], &m.torque].concat();
+            for p in 0..5 {
+                // Central differences: their own error is step²/6 of the third derivative and ε/step, some 1e-9 here.
+                let step: f64 = 1e-5;
+                let moved = |sign: f64| {
+                    let mut values = motor.to_array();
+                    values[p] *= (sign * step).exp();
+                    entries(&StepMap::new(&Parameters::from_array(values), h, method))
+                };
+                let (up, down) = (moved(1.0), moved(-1.0));
+                let size = entries(&map).iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+                for (n, slope) in entries(&slopes[p]).into_iter().enumerate() {
+                    let difference = (up[n] - down[n]) / (2.0 * step);
+                    assert!((slope - difference).abs() <= 2e-8 * size, "{method:?}, {p}, {n}: {slope} {difference}");
+                }
+            }
+        }
+    }
+}

@@ -12,13 +12,15 @@
 mod support;
 
 use motorfit::criterion::Noise;
-use motorfit::estimate::{RefineOptions, Refined, SmOptions, global_reference, refine, steiglitz_mcbride};
+use motorfit::estimate::{
+    RefineOptions, Refined, SmFailure, SmOptions, global_reference, refine, steiglitz_mcbride, try_steiglitz_mcbride,
+};
 use motorfit::evaluate::{Initial, Model};
 use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
 use motorfit::identify::{IdentifySpec, Method, Polish, Status, identify};
 use motorfit::motor::{Discretization, Parameter, Parameters, Space};
 use motorfit::optimize::GwoOptions;
-use motorfit::record::Record;
+use motorfit::record::{Record, Samples};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
@@ -342,4 +344,106 @@ fn a_search_in_the_swapped_basin_is_stuck() {
     assert!(verified.cost_gap.unwrap() > 1.0);
     let reference = verified.levenberg_marquardt.unwrap();
     assert!((reference.r / M2.r - 1.0).abs() < 1e-6, "{reference:?}");
+}
+
+#[test]
+fn recordings_of_different_kinds_are_one_fit() {
+    // A step at 1 ms; a switched voltage under a load torque at 2 ms, which starts at speed; speed alone at 1 ms.
+    let of = |count: u32, f: &dyn Fn(u32) -> f64| (0..count).map(f).collect::<Vec<f64>>();
+    let sigma = [0.02, 0.5];
+    let make = |period: f64, voltage: Vec<f64>, torque: Option<Vec<f64>>, seed: u64| {
+        let time_s = (0..u32::try_from(voltage.len()).unwrap()).map(|n| f64::from(n) * period).collect();
+        let clean = simulated(&M2, &Excitation { time_s, voltage, torque }, Discretization::Zoh).unwrap();
+        with_noise(&clean, sigma, seed).unwrap()
+    };
+    let step = make(1e-3, of(2000, &|n| if n < 100 { 0.0 } else { 8.0 }), None, 1);
+    let loaded = make(
+        2e-3,
+        of(1500, &|n| if (n / 150) % 2 == 0 { 9.0 } else { 2.0 }),
+        Some(of(1500, &|n| if n > 700 { 0.02 } else { 0.0 })),
+        2,
+    );
+    let cut = |record: &Record, first: usize| {
+        let mut samples = record.samples().clone();
+        samples.time_s.drain(..first);
+        samples.voltage.drain(..first);
+        for signal in [&mut samples.torque, &mut samples.current, &mut samples.speed].into_iter().flatten() {
+            signal.drain(..first);
+        }
+        Record::new(samples).unwrap()
+    };
+    let mut ramp = make(1e-3, of(2000, &|n| 0.005 * f64::from(n)), None, 3).samples().clone();
+    ramp.current = None;
+    let records = [step, cut(&loaded, 80), Record::new(ramp).unwrap()];
+    let joint = identify(&records, &IdentifySpec::default()).unwrap();
+    let alone = identify(&records[..1], &IdentifySpec::default()).unwrap();
+    let errors = [joint.uncertainty.as_ref().unwrap(), alone.uncertainty.as_ref().unwrap()].map(|u| &u.std_error);
+    for p in 0..5 {
+        let (value, truth) = (joint.parameters.to_array()[p], M2.to_array()[p]);
+        let [joint, alone] = errors.map(|e| e[p].unwrap());
+        assert!((value - truth).abs() < 4.5 * joint, "{value} ± {joint} for {truth}");
+        assert!(joint < alone, "more data, more certain: {joint} {alone}");
+    }
+    assert_eq!(joint.verification.status, Status::Agrees);
+    assert_eq!((joint.initial[0], joint.initial[2]), ([0.0; 2], [0.0; 2]));
+    assert!(joint.initial[1][1] > 50.0, "it starts at speed: {:?}", joint.initial);
+    for (found, sigma) in joint.residual_sigma.iter().zip(sigma) {
+        assert!((found.unwrap() / sigma - 1.0).abs() < 0.05);
+    }
+}
+
+#[test]
+fn what_the_data_cannot_tell_is_an_error_with_words() {
+    // At constant speed under a constant voltage nothing tells L or J.
+    let (current, speed): (Vec<f64>, Vec<f64>) = (vec![1.182_047; 500], vec![128.0935; 500]);
+    let time_s = (0..500).map(|n| f64::from(n) * 1e-3).collect();
+    let voltage = vec![10.5; 500];
+    let steady =
+        Record::new(Samples { time_s, voltage, torque: None, current: Some(current), speed: Some(speed) }).unwrap();
+    let steady = with_noise(&steady, [0.01, 0.5], 1).unwrap();
+    let error = identify(&[steady], &IdentifySpec::default()).unwrap_err();
+    assert_eq!(error.kind(), motorfit::ErrorKind::NotIdentified);
+    assert!(error.to_string().contains("cannot tell"), "{error}");
+    assert!(error.remedy().contains("changing voltage"), "{}", error.remedy());
+}
+
+#[test]
+fn every_failure_of_steiglitz_mcbride_is_named() {
+    let fails = |record: &Record| match try_steiglitz_mcbride(record, &SmOptions::default()).unwrap() {
+        Ok(found) => panic!("{found:?}"),
+        Err(failure) => failure,
+    };
+    let changed = |f: &dyn Fn(&mut Samples)| {
+        let mut samples = with_noise(&m2_record(), [0.01, 1.0], 1).unwrap().samples().clone();
+        f(&mut samples);
+        Record::new(samples).unwrap()
+    };
+    assert_eq!(fails(&changed(&|s| s.current = None)), SmFailure::ChannelMissing);
+    let jitter = |s: &mut Samples| s.time_s.iter_mut().enumerate().for_each(|(n, t)| *t += 2e-4 * (n as f64).sin());
+    assert_eq!(fails(&changed(&jitter)), SmFailure::Irregular);
+    assert_eq!(fails(&changed(&|s| s.voltage.fill(0.0))), SmFailure::RankDeficient);
+    assert_eq!(fails(&changed(&|s| s.speed.iter_mut().flatten().for_each(|v| *v = -*v))), SmFailure::NotAMotor);
+    // Poles at −0.9 and 0.8: no continuous motor alternates from sample to sample.
+    let alternating = |s: &mut Samples| {
+        let (mut x, mut y) = (0.0, 0.0);
+        for n in 0..s.voltage.len() {
+            s.current.as_mut().unwrap()[n] = x;
+            s.speed.as_mut().unwrap()[n] = y;
+            (x, y) = (-0.9 * x + 0.1 * s.voltage[n], 0.8 * y + 0.3 * x);
+        }
+    };
+    assert_eq!(fails(&changed(&alternating)), SmFailure::NoRealLogarithm);
+    // A pole at 1.005 runs away.
+    let running = |s: &mut Samples| {
+        let (mut x, mut y) = (0.0, 0.0);
+        for n in 0..s.voltage.len() {
+            s.current.as_mut().unwrap()[n] = x;
+            s.speed.as_mut().unwrap()[n] = y;
+            (x, y) = (1.005 * x + 0.01 * s.voltage[n], 0.8 * y + 0.3 * x);
+        }
+    };
+    assert_eq!(fails(&changed(&running)), SmFailure::Unstable);
+    // Whatever fails there, `auto` finds the motor where one is.
+    let found = identify(&[changed(&jitter)], &IdentifySpec::default()).unwrap();
+    assert!(found.searched.method == "gwo" && found.warnings.iter().any(|w| w.code == "sm_failed"));
 }
