@@ -1,14 +1,15 @@
-//! The optimizers' own work in nanoseconds an agent and generation, evaluation left out, and a whole GWO run of
-//! 100 × 100 on the M2 record as `identify` does it.
+//! The optimizers' own work in nanoseconds an agent and generation, evaluation left out, and the whole of
+//! `identify` on the M2 record: without flags, and a GWO run of 100 × 100 with its verdict.
 #![allow(missing_docs, reason = "a bench has no public interface")]
 #![allow(clippy::unwrap_used, reason = "a bench may stop")]
 
 mod support;
 
 use criterion::{Criterion, Throughput};
-use motorfit::identify::{IdentifySpec, Method, identify};
+use motorfit::identify::{IdentifySpec, Method, Polish, identify};
 use motorfit::motor::Space;
 use motorfit::optimize::{GeneticOptions, GwoOptions, JayaOptions, Setup, Sharing};
+use motorfit::record::Record;
 use std::hint::black_box;
 use support::m2_record;
 
@@ -39,11 +40,18 @@ fn updates(criterion: &mut Criterion) {
 
 fn whole_run(criterion: &mut Criterion) {
     let records = [m2_record()];
-    let spec = IdentifySpec::default();
+    let search =
+        IdentifySpec { method: Method::Gwo(GwoOptions::default()), polish: Polish::None, ..IdentifySpec::default() };
+    for (name, spec) in [("no flags", IdentifySpec::default()), ("gwo 100x100 and its verdict", search)] {
+        bench_identify(criterion, name, &records, &spec);
+    }
+}
+
+fn bench_identify(criterion: &mut Criterion, name: &str, records: &[Record], spec: &IdentifySpec) {
     for threads in [1, rayon::current_num_threads()] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        criterion.bench_function(&format!("identify, gwo 100x100, {threads} threads"), |b| {
-            let run = || identify(&records, &spec).unwrap().cost;
+        criterion.bench_function(&format!("identify, {name}, {threads} threads"), |b| {
+            let run = || identify(records, spec).unwrap().cost;
             pool.install(|| b.iter(run));
         });
     }

@@ -1,10 +1,11 @@
 //! Parameters of DC motors from recordings of voltage, current and speed.
 //!
-//! A [`Record`](record::Record) goes in; R, L, K, B and J come out of [`identify`](identify::identify), found by a
-//! population search over the output error of the linear motor
-//! `L di/dt = v − R i − K ω`, `J dω/dt = K i − B ω − T`. Each generation of candidates is simulated at once.
+//! A [`Record`](record::Record) goes in; R, L, K, B and J of the linear motor `L di/dt = v − R i − K ω`,
+//! `J dω/dt = K i − B ω − T` come out of [`identify`](identify::identify) with their standard errors: found by
+//! Steiglitz–McBride or a population search, whose generations are simulated at once, refined to the maximum-likelihood
+//! estimate, and held against a search of the whole box.
 //!
-//! Data flow one way: record → motor → criterion → evaluate → optimize → identify → report. A module uses those
+//! Data flow one way: record → motor → criterion → evaluate → optimize → estimate → identify → report. A module uses those
 //! before it only.
 //!
 //! ```
@@ -15,7 +16,7 @@
 //! let step = Excitation::step(10.5, 1.0, 3.0, 0.001)?;
 //! let record = simulated(&Parameters::M2, &step, Discretization::Zoh)?;
 //! let found = identify(&[record], &IdentifySpec::default())?;
-//! assert!((found.parameters.r - Parameters::M2.r).abs() < 0.05);
+//! assert!((found.parameters.r - Parameters::M2.r).abs() < 1e-6);
 //! # Ok::<(), motorfit::Error>(())
 //! ```
 

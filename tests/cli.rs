@@ -351,6 +351,9 @@ fn inspect_devices_completions_man() {
     assert_eq!(record["signals"]["voltage"]["max"], 10.5);
     let text = ok(&["inspect", EXAMPLE]);
     assert!(text.contains("3001 samples every 1.000 ms") && text.contains("peak 7.8"), "{text}");
+    assert!(text.contains("identifies: R ± 0.050 %"), "{text}");
+    let error = record["identifiability"]["relative_std_error"]["K"].as_f64().unwrap();
+    assert!((error / 1.94e-4 - 1.0).abs() < 0.05, "the Cramér–Rao bound at 40 dB: {error}");
     assert_eq!(json(&["devices", "--json"])["devices"][0]["kind"], "cpu");
     assert!(ok(&["devices"]).contains("f64"));
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {

@@ -3,7 +3,8 @@
 use super::Outcome;
 use super::args::{Columns, InspectArgs};
 use super::output::{STRONG, Style, data};
-use motorfit::identify::record_warnings;
+use motorfit::identify::{Outlook, outlook, record_warnings};
+use motorfit::motor::Parameter;
 use motorfit::record::{Record, parse_columns, read_csv};
 use motorfit::report::{InspectDocument, SignalFacts, json};
 use motorfit::text::{engineering, printable, significant};
@@ -86,7 +87,25 @@ fn text(record: &Record, band: f64) -> String {
             significant(100.0 * band, 3).trim_end_matches('0').trim_end_matches('.'),
         );
     }
+    text.push_str(&identifiability(record));
     text
+}
+
+/// What the recording can and cannot identify.
+fn identifiability(record: &Record) -> String {
+    match outlook(record) {
+        Outlook::Identifies { relative_error } => {
+            let error = |(p, e): (Parameter, Option<f64>)| match e {
+                Some(e) => format!("{} ± {} %", p.symbol(), significant(100.0 * e, 2)),
+                None => format!("{} at a bound", p.symbol()),
+            };
+            let errors: Vec<String> = Parameter::ALL.into_iter().zip(relative_error).map(error).collect();
+            format!("  {STRONG}identifies{STRONG:#}: {} (standard errors)\n", errors.join(", "))
+        }
+        Outlook::Lacks { message, remedy } => {
+            format!("  {STRONG}does not identify all five{STRONG:#}: {}; {}\n", printable(&message), printable(&remedy))
+        }
+    }
 }
 
 fn table(facts: &[SignalFacts]) -> String {

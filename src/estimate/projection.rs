@@ -15,7 +15,7 @@ use multiversion::multiversion;
 use rayon::prelude::*;
 
 /// Points of the grid in each direction.
-const GRID: usize = 32;
+const GRID: usize = 24;
 /// Points that are evaluated side by side.
 const LANES: usize = 8;
 /// Sums of a point: φ₁², φ₁φ₀, φ₀², iφ₁, iφ₀, ωφ₀.

@@ -69,10 +69,10 @@ pub fn global_reference(records: &[Record], space: &Space, model: Model, sigma: 
 
 /// The lowest refinement of some starts, or of the middle of the box where there are none.
 fn lowest(problem: &Problem, starts: &[Vec<f64>], sigma: [f64; 2]) -> Result<Refined> {
-    let refine = |start: &Vec<f64>| refine_problem(problem, start, Some(sigma), true);
-    let fits: Vec<Result<Refined>> = starts.par_iter().map(refine).collect();
+    let refine = |start: &[f64], thorough| refine_problem(problem, start, Some(sigma), thorough);
+    let fits: Vec<Result<Refined>> = starts.par_iter().map(|start| refine(start, false)).collect();
     let best = fits.into_iter().flatten().min_by(|a, b| a.weighted(sigma).total_cmp(&b.weighted(sigma)));
-    best.map_or_else(|| refine(&middle(problem)), Ok)
+    best.map_or_else(|| refine(&middle(problem), true), |best| refine(&best.values, true))
 }
 
 /// Parameters in the order of the axes.

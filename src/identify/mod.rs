@@ -8,6 +8,7 @@ mod checks;
 mod device;
 mod figures;
 mod method;
+mod outlook;
 mod search;
 mod spec;
 mod verify;
@@ -15,6 +16,7 @@ mod warnings;
 
 pub use device::{DeviceSpec, PrecisionSpec};
 pub use method::{Method, Polish};
+pub use outlook::{Outlook, outlook};
 pub use spec::{Identification, IdentifySpec, Searched};
 pub use verify::{Status, Verification};
 pub use warnings::{Warning, record_warnings};

@@ -3,7 +3,7 @@
 use crate::criterion::{mean, noise_sigma, rms, standard_deviation};
 use crate::estimate::{ReferenceKind, Uncertainty};
 use crate::evaluate::{Initial, Level, cpu_name};
-use crate::identify::{Identification, IdentifySpec, Warning, record_warnings};
+use crate::identify::{Identification, IdentifySpec, Outlook, Warning, outlook, record_warnings};
 use crate::motor::{Parameter, Parameters, response};
 use crate::record::{Quantity, Record};
 use crate::text::is_unsafe;
@@ -263,6 +263,16 @@ impl InspectDocument {
         document["duration_s"] = (record.samples().time_s[record.len() - 1] - record.samples().time_s[0]).into();
         document["ignored_columns"] = record.source().ignored.clone().into();
         document["signals"] = signals.collect::<Map<_, _>>().into();
+        document["identifiability"] = match outlook(record) {
+            Outlook::Identifies { relative_error } => {
+                let errors = Parameter::ALL.iter().zip(relative_error);
+                let errors: Map<String, Value> = errors.map(|(p, e)| (p.symbol().to_owned(), e.into())).collect();
+                value!({"identifies": true, "relative_std_error": errors, "message": null, "remedy": null})
+            }
+            Outlook::Lacks { message, remedy } => {
+                value!({"identifies": false, "relative_std_error": null, "message": message, "remedy": remedy})
+            }
+        };
         document["warnings"] = warnings(&record_warnings(record));
         document
     }
