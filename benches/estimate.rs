@@ -35,9 +35,9 @@ fn main() {
         let sm = median((0..101).map(|_| seconds(|| drop(steiglitz_mcbride(&m2, &SmOptions::default())))).collect());
         let all = median((0..101).map(|_| seconds(|| drop(both(&m2)))).collect());
         println!("M2, 3001 samples, one core: SM {:.0} µs, with the refinement {:.0} µs", 1e6 * sm, 1e6 * all);
-        let sigma = both(&m2).sigma.map(Option::unwrap);
+        let sigma = both(&m2).sigmas;
         let records = std::slice::from_ref(&m2);
-        let reference = || drop(global_reference(records, &space, Model::default(), sigma));
+        let reference = || drop(global_reference(records, &space, Model::default(), &sigma));
         println!("  global reference {:.2} ms", 1e3 * median((0..21).map(|_| seconds(reference)).collect()));
         for samples in [1_000, 10_000, 100_000, 1_000_000] {
             let record = record(samples);

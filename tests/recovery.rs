@@ -11,13 +11,13 @@
 
 mod support;
 
-use motorfit::criterion::Noise;
+use motorfit::criterion::{Criterion, Noise, Norm, Scale};
 use motorfit::estimate::{
     RefineOptions, Refined, SmFailure, SmOptions, global_reference, refine, steiglitz_mcbride, try_steiglitz_mcbride,
 };
 use motorfit::evaluate::{Initial, Model};
 use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
-use motorfit::identify::{IdentifySpec, Method, Polish, Status, identify};
+use motorfit::identify::{IdentifySpec, Method, Polish, Status, identify, verify_at};
 use motorfit::motor::{Discretization, Parameter, Parameters, Space};
 use motorfit::optimize::GwoOptions;
 use motorfit::record::{Record, Samples};
@@ -35,7 +35,13 @@ fn wide(truth: [f64; 5]) -> Space {
 }
 
 fn refined(record: &Record, space: &Space, start: [f64; 5], sigma: Option<[f64; 2]>) -> Refined {
-    refine(std::slice::from_ref(record), space, &start, &RefineOptions { model: Model::default(), sigma }).unwrap()
+    refine(
+        std::slice::from_ref(record),
+        space,
+        &start,
+        &RefineOptions { model: Model::default(), sigma: sigma.map(|s| vec![s]) },
+    )
+    .unwrap()
 }
 
 /// Cramér–Rao bound under noise of known σ: the errors of a refinement at the truth without noise.
@@ -122,16 +128,21 @@ fn a_thousand_random_motors() {
             let bound = bound(&clean, truth, sigma);
             let sm = steiglitz_mcbride(&noisy, &SmOptions::default()).ok().map(|e| e.parameters.to_array());
             let errors = sm.map(|sm| [0, 1, 2, 3, 4].map(|p| (sm[p] - truth[p]).abs() / bound[p]));
-            // Where the data cannot tell (three motors of the log box at 30 dB) there is nothing to land on.
-            let knows = best.uncertainty.unknown.is_empty();
-            let apart = sm.filter(|_| knows).map_or(0.0, |sm| {
-                let lm = refined(&noisy, &space, sm, None);
-                (0..5).map(|p| (lm.values[p] - best.values[p]).abs() / at(p)).fold(0.0, f64::max)
-            });
+            // Where the data cannot tell (a motor of the log box at 30 dB) there is nothing to land on.
+            let knows = best.uncertainty.unknown.is_empty() && best.at_bound.iter().all(Option::is_none);
+            let found = identify(std::slice::from_ref(&noisy), &IdentifySpec::default());
+            let apart = if knows {
+                let found = found.unwrap_or_else(|e| panic!("{truth:?}: {e}"));
+                assert_eq!(found.verification.status, Status::Agrees, "{truth:?}");
+                let found = found.parameters.to_array();
+                (0..5).map(|p| (found[p] - best.values[p]).abs() / at(p)).fold(0.0, f64::max)
+            } else {
+                0.0
+            };
             // The global reference within Table 2 against a refinement there from the truth.
-            let sigma = best.sigma.map(Option::unwrap);
+            let sigma = &best.sigmas;
             let reference = global_reference(std::slice::from_ref(&noisy), &Space::table2(), Model::default(), sigma);
-            let local = refined(&noisy, &Space::table2(), truth, Some(sigma));
+            let local = refined(&noisy, &Space::table2(), truth, Some(sigma[0]));
             let gap = reference.unwrap().refined.weighted(sigma) / local.weighted(sigma) - 1.0;
             (errors, apart, gap, knows)
         };
@@ -147,12 +158,12 @@ fn a_thousand_random_motors() {
         let gap = all.iter().map(|a| a.2).fold(f64::NEG_INFINITY, f64::max);
         let unknown = all.iter().filter(|a| !a.3).count();
         println!(
-            "log {logarithmic}, {decibels} dB: median |error|/CRB {medians:.2?}, {outliers} outliers, {} without SM, LM \
-             apart {apart:.0e}, reference gap {gap:.0e}, {unknown} not identifiable",
+            "log {logarithmic}, {decibels} dB: median |error|/CRB {medians:.2?}, {outliers} outliers, {} without SM, \
+             identify apart {apart:.0e}, reference gap {gap:.0e}, {unknown} not identifiable",
             1000 - served.len()
         );
         assert!(medians.iter().all(|m| *m <= 0.8), "{medians:?}");
-        assert!(served.len() >= 998 && outliers <= 5 && unknown <= 5);
+        assert!(served.len() >= 998 && outliers <= 5 && unknown <= 2);
         assert!(apart <= 1e-3, "the refinement lands elsewhere: {apart}");
         assert!(gap <= 1e-9, "the reference missed the optimum by {gap}");
     }
@@ -317,33 +328,124 @@ fn a_spinning_start() {
 
 #[test]
 fn a_search_in_the_swapped_basin_is_stuck() {
-    // The trap: electrical and mechanical dynamics swapped. No generation to get out of it, and bounds around it.
-    let bounds = [
-        (Parameter::R, 0.9, 1.0),
-        (Parameter::L, 0.09, 0.1),
-        (Parameter::K, 0.07, 0.0735),
-        (Parameter::B, 9e-4, 1e-3),
-        (Parameter::J, 1e-5, 1.2e-5),
-    ];
-    let spec = |space: Space| IdentifySpec {
+    // The trap of the unscaled criterion: electrical and mechanical dynamics swapped, at a Euclidean cost of 52.4.
+    let spec = |seed| IdentifySpec {
         method: Method::Gwo(GwoOptions::default()),
         polish: Polish::None,
-        population: 20,
-        generations: 5,
-        space,
+        population: 30,
+        generations: 60,
+        criterion: Criterion { norm: Norm::Euclidean, scale: Scale::None, ..Criterion::default() },
+        auto_bounds: Vec::new(),
+        seed,
+        ..IdentifySpec::default()
+    };
+    let runs: Vec<_> = (1..=60).map(|seed| identify(&[m2_record()], &spec(seed)).unwrap()).collect();
+    let (trapped, free): (Vec<_>, Vec<_>) = runs.iter().partition(|r| r.cost > 51.0 && r.parameters.l > 0.05);
+    println!("{} of 60 are trapped", trapped.len());
+    assert!(trapped.len() >= 3);
+    for run in trapped {
+        assert_eq!(run.verification.status, Status::SearchStuck);
+        assert!(run.verification.cost_gap.unwrap() > 1.0);
+        assert!(run.warnings.iter().any(|w| w.code == "search_stuck"));
+        let reference = run.verification.levenberg_marquardt.unwrap();
+        assert!((reference.r / M2.r - 1.0).abs() < 1e-6, "{reference:?}");
+    }
+    // Under a criterion that has no trap, the same search agrees.
+    let std = |seed| IdentifySpec { criterion: Criterion::default(), population: 100, generations: 100, ..spec(seed) };
+    assert!(
+        (1..=10).all(|seed| { identify(&[m2_record()], &std(seed)).unwrap().verification.status == Status::Agrees })
+    );
+    assert!(free.len() > 20);
+    // Parameters from elsewhere are judged alike.
+    let swapped = verify_at(&[m2_record()], &spec(1), &[1.0, 0.1, 0.0735, 1e-3, 1e-5]).unwrap();
+    assert_eq!(swapped.status, Status::SearchStuck);
+}
+
+#[test]
+fn a_bad_start_is_no_obstacle() {
+    // A torque that steps with the voltage: the two numerators cannot be told apart, and this is said, not divided by.
+    let of = |f: &dyn Fn(u32) -> f64| (0..1500).map(f).collect::<Vec<f64>>();
+    let (time_s, voltage) = (of(&|n| f64::from(n) * 1e-3), of(&|n| if n < 200 { 0.0 } else { 8.0 }));
+    let torque = Some(of(&|n| if n < 200 { 0.0 } else { 0.02 }));
+    let clean = simulated(&M2, &Excitation { time_s, voltage, torque }, Discretization::Zoh).unwrap();
+    let sigma = noise_of(&clean, Noise::Decibels(40.0));
+    for seed in 0..60 {
+        let noisy = with_noise(&clean, sigma, seed).unwrap();
+        assert_eq!(
+            try_steiglitz_mcbride(&noisy, &SmOptions::default()).unwrap().unwrap_err(),
+            SmFailure::RankDeficient
+        );
+        let found = identify(&[noisy], &IdentifySpec::default()).unwrap();
+        let errors = found.uncertainty.unwrap().std_error;
+        for p in 0..5 {
+            let (value, truth) = (found.parameters.to_array()[p], M2.to_array()[p]);
+            assert!((value - truth).abs() < 5.0 * errors[p].unwrap(), "seed {seed}: {value} for {truth}");
+        }
+    }
+}
+
+#[test]
+fn a_recording_has_noise_of_its_own() {
+    // A good recording and a bad one: the bad one takes nothing away, and the intervals still cover.
+    let clean = m2_record();
+    let truth = M2.to_array();
+    let levels = [60.0, 15.0].map(|d| noise_of(&clean, Noise::Decibels(d)));
+    let errors: Vec<[f64; 5]> = (0..100)
+        .into_par_iter()
+        .map(|seed| {
+            let records =
+                [with_noise(&clean, levels[0], seed).unwrap(), with_noise(&clean, levels[1], seed + 1000).unwrap()];
+            let joint = identify(&records, &IdentifySpec::default()).unwrap();
+            let alone = identify(&records[..1], &IdentifySpec::default()).unwrap();
+            let of = |found: &motorfit::identify::Identification, p: usize| {
+                found.uncertainty.as_ref().unwrap().std_error[p].unwrap()
+            };
+            [0, 1, 2, 3, 4].map(|p| {
+                assert!(of(&joint, p) <= 1.001 * of(&alone, p), "seed {seed}");
+                (joint.parameters.to_array()[p] - truth[p]) / of(&joint, p)
+            })
+        })
+        .collect();
+    let rms = rms(&errors);
+    println!("joint fit of 60 and 15 dB: error over standard error {rms:.2?}");
+    // 1 ± 0.07 (one standard deviation of 100).
+    assert!(rms.iter().all(|v| (0.75..1.25).contains(v)), "{rms:?}");
+}
+
+#[test]
+fn a_bound_that_nobody_gave_hides_nothing() {
+    // Sampled far too slowly for its inductance: the best fit takes a parameter to a bound. That is said.
+    let coarse = Excitation::step(10.5, 1.0, 20.0, 0.1).unwrap();
+    let clean = simulated(&M2, &coarse, Discretization::Zoh).unwrap();
+    let sigma = noise_of(&clean, Noise::Decibels(40.0));
+    let mut refused = 0;
+    for seed in 0..20 {
+        match identify(&[with_noise(&clean, sigma, seed).unwrap()], &IdentifySpec::default()) {
+            Ok(found) => {
+                let errors = found.uncertainty.unwrap().std_error;
+                for p in 0..5 {
+                    let (value, truth) = (found.parameters.to_array()[p], M2.to_array()[p]);
+                    assert!((value - truth).abs() < 5.0 * errors[p].unwrap(), "seed {seed}: {value} for {truth}");
+                }
+            }
+            Err(error) => {
+                assert!(
+                    error.to_string().contains("cannot tell") || error.to_string().contains("unknown are"),
+                    "{error}"
+                );
+                refused += 1;
+            }
+        }
+    }
+    println!("{refused} of 20 refused");
+    // Bounds as wide as numbers go are no reason to panic.
+    let all = Parameter::ALL.map(|p| (p, 1e-160, 1e160));
+    let spec = IdentifySpec {
+        space: Space::table2_with(&all, &[]).unwrap(),
         auto_bounds: Vec::new(),
         ..IdentifySpec::default()
     };
-    let trapped = identify(&[m2_record()], &spec(Space::table2_with(&bounds, &[]).unwrap())).unwrap();
-    // Within that box there is nothing better, and that is what is said.
-    assert_eq!(trapped.verification.status, Status::Agrees);
-    // The same point, judged within Table 2.
-    let verified =
-        motorfit::identify::verify_at(&[m2_record()], &spec(Space::table2()), &trapped.parameters.to_array()).unwrap();
-    assert_eq!(verified.status, Status::SearchStuck);
-    assert!(verified.cost_gap.unwrap() > 1.0);
-    let reference = verified.levenberg_marquardt.unwrap();
-    assert!((reference.r / M2.r - 1.0).abs() < 1e-6, "{reference:?}");
+    let _ = identify(&[m2_record()], &spec);
 }
 
 #[test]
@@ -404,7 +506,7 @@ fn what_the_data_cannot_tell_is_an_error_with_words() {
     let error = identify(&[steady], &IdentifySpec::default()).unwrap_err();
     assert_eq!(error.kind(), motorfit::ErrorKind::NotIdentified);
     assert!(error.to_string().contains("cannot tell"), "{error}");
-    assert!(error.remedy().contains("changing voltage"), "{}", error.remedy());
+    assert!(error.remedy().contains("voltage is constant"), "{}", error.remedy());
 }
 
 #[test]

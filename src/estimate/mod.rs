@@ -10,7 +10,7 @@ mod steiglitz_mcbride;
 mod triangle;
 mod uncertainty;
 
-pub use reference::{Reference, ReferenceKind, global_reference, weighted_squares};
+pub use reference::{Reference, ReferenceKind, global_reference, squares};
 pub use refine::{RefineOptions, Refined, refine};
 pub use steiglitz_mcbride::{Estimate, SmFailure, SmOptions, steiglitz_mcbride, try_steiglitz_mcbride};
 pub use uncertainty::{Uncertainty, Whiteness, describe};

@@ -80,6 +80,8 @@ fn run<const FMA: bool>(signals: &Signals, steps: &[Step], initial: [f64; 2]) ->
     s[0][INITIAL] = 1.0;
     s[1][INITIAL + 1] = 1.0;
     let mut totals = [[[0.0; ROW]; ROW]; 2];
+    let mut rows = [[[0.0; ROW]; BLOCK]; 2];
+    let mut waiting = 0;
     for span in &signals.spans {
         let Step { map, d, taps, torque } = &steps[usize::from(span.step)];
         let [v, v_next] = span.voltage;
@@ -92,30 +94,30 @@ fn run<const FMA: bool>(signals: &Signals, steps: &[Step], initial: [f64; 2]) ->
             }
         }
         let phi = [map.d[0] + 1.0, map.d[1], map.d[2], map.d[3] + 1.0];
-        for block in signals.measured[span.start..span.end].chunks(BLOCK) {
-            let mut rows = [[[0.0; ROW]; BLOCK]; 2];
-            for (n, y) in block.iter().enumerate() {
-                for channel in 0..2 {
-                    rows[channel][n] = s[channel];
-                    rows[channel][n][ERROR] = y[channel] - x[channel];
-                }
-                let (s_i, s_w) = (s[0], s[1]);
-                for a in 0..2 {
-                    for lane in 0..ROW {
-                        let own = multiply_add::<FMA>(d[2 * a][lane], x[0], slope[a][lane]);
-                        let forced = multiply_add::<FMA>(d[2 * a + 1][lane], x[1], own);
-                        let turned = multiply_add::<FMA>(phi[2 * a + 1], s_w[lane], forced);
-                        s[a][lane] = multiply_add::<FMA>(phi[2 * a], s_i[lane], turned);
-                    }
-                }
-                let [i, w] = x;
-                x = [i + (map.d[0] * i + map.d[1] * w + gain[0]), w + (map.d[2] * i + map.d[3] * w + gain[1])];
-            }
+        for y in &signals.measured[span.start..span.end] {
             for channel in 0..2 {
-                add::<FMA>(&mut totals[channel], &rows[channel][..block.len()]);
+                rows[channel][waiting] = s[channel];
+                rows[channel][waiting][ERROR] = y[channel] - x[channel];
             }
+            waiting += 1;
+            if waiting == BLOCK {
+                add::<FMA>(&mut totals, &rows, waiting);
+                waiting = 0;
+            }
+            let (s_i, s_w) = (s[0], s[1]);
+            for a in 0..2 {
+                for lane in 0..ROW {
+                    let own = multiply_add::<FMA>(d[2 * a][lane], x[0], slope[a][lane]);
+                    let forced = multiply_add::<FMA>(d[2 * a + 1][lane], x[1], own);
+                    let turned = multiply_add::<FMA>(phi[2 * a + 1], s_w[lane], forced);
+                    s[a][lane] = multiply_add::<FMA>(phi[2 * a], s_i[lane], turned);
+                }
+            }
+            let [i, w] = x;
+            x = [i + (map.d[0] * i + map.d[1] * w + gain[0]), w + (map.d[2] * i + map.d[3] * w + gain[1])];
         }
     }
+    add::<FMA>(&mut totals, &rows, waiting);
     for sums in &mut totals {
         for a in HALF..ROW {
             for b in 0..HALF {
@@ -129,31 +131,33 @@ fn run<const FMA: bool>(signals: &Signals, steps: &[Step], initial: [f64; 2]) ->
 /// Half a row: what fits the registers beside its sums.
 const HALF: usize = ROW / 2;
 
-/// Adds the products of some rows; those below the diagonal's halves are left to symmetry.
+/// Adds the products of the first `count` rows of both channels; those below the diagonal's halves are left to symmetry.
 #[inline(always)]
-fn add<const FMA: bool>(totals: &mut Products, rows: &[[f64; ROW]]) {
-    let mut upper = [[0.0; ROW]; HALF];
-    let mut lower = [[0.0; HALF]; HALF];
-    for row in rows {
+fn add<const FMA: bool>(totals: &mut [Products; 2], rows: &[[[f64; ROW]; BLOCK]; 2], count: usize) {
+    for (totals, rows) in totals.iter_mut().zip(rows) {
+        let mut upper = [[0.0; ROW]; HALF];
+        let mut lower = [[0.0; HALF]; HALF];
+        for row in &rows[..count] {
+            for a in 0..HALF {
+                for b in 0..ROW {
+                    upper[a][b] = multiply_add::<FMA>(row[a], row[b], upper[a][b]);
+                }
+            }
+        }
+        for row in &rows[..count] {
+            for a in 0..HALF {
+                for b in 0..HALF {
+                    lower[a][b] = multiply_add::<FMA>(row[HALF + a], row[HALF + b], lower[a][b]);
+                }
+            }
+        }
         for a in 0..HALF {
             for b in 0..ROW {
-                upper[a][b] = multiply_add::<FMA>(row[a], row[b], upper[a][b]);
+                totals[a][b] += upper[a][b];
             }
-        }
-    }
-    for row in rows {
-        for a in 0..HALF {
             for b in 0..HALF {
-                lower[a][b] = multiply_add::<FMA>(row[HALF + a], row[HALF + b], lower[a][b]);
+                totals[HALF + a][HALF + b] += lower[a][b];
             }
-        }
-    }
-    for a in 0..HALF {
-        for b in 0..ROW {
-            totals[a][b] += upper[a][b];
-        }
-        for b in 0..HALF {
-            totals[HALF + a][HALF + b] += lower[a][b];
         }
     }
 }

@@ -9,6 +9,7 @@
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
+use super::normal::Sigma;
 use crate::evaluate::{Level, Problem, Signals, multiply_add};
 use crate::motor::{Discretization, Parameters, step_maps};
 use multiversion::multiversion;
@@ -34,7 +35,7 @@ pub(super) fn applies(problem: &Problem) -> bool {
 }
 
 /// Starts for a descent, one for each basin of the grid, the lowest first.
-pub(super) fn basins(problem: &Problem, sigma: [f64; 2], most: usize) -> Vec<[f64; 5]> {
+pub(super) fn basins(problem: &Problem, sigma: &Sigma, most: usize) -> Vec<[f64; 5]> {
     let [c1, c0] = ranges(problem);
     let value = |[low, high]: [f64; 2], n: usize| {
         #[expect(clippy::cast_precision_loss, reason = "small")]
@@ -65,14 +66,17 @@ fn ranges(problem: &Problem) -> [[f64; 2]; 2] {
     }
     let c1 = |[r, _, _, b, _]: [f64; 5], [_, l, _, _, j]: [f64; 5]| r / l + b / j;
     let c0 = |[r, _, k, b, _]: [f64; 5], [_, l, _, _, j]: [f64; 5]| (r * b + k * k) / (l * j);
-    [[c1(low, high), c1(high, low)], [c0(low, high), c0(high, low)]]
+    // No motor has time constants beyond these, and numbers stay numbers.
+    let possible = |v: f64| if v.is_nan() { 1.0 } else { v.clamp(1e-12, 1e18) };
+    [[c1(low, high), c1(high, low)], [c0(low, high), c0(high, low)]].map(|range| range.map(possible))
 }
 
 /// Cost and (p, q, r) at up to [`LANES`] points.
-fn project(problem: &Problem, points: &[[f64; 2]], sigma: [f64; 2]) -> Vec<(f64, [f64; 3])> {
-    let mut totals = [[0.0; LANES]; SUMS];
+fn project(problem: &Problem, points: &[[f64; 2]], sigma: &Sigma) -> Vec<(f64, [f64; 3])> {
+    // Sums of both channels in units of their σ: φ₀² counts once for each.
+    let mut totals = [[0.0; LANES]; SUMS + 1];
     let mut power = [0.0; 2];
-    for signals in problem.signals() {
+    for (signals, sigma) in problem.signals().iter().zip(sigma) {
         let point = |lane: usize| points[lane.min(points.len() - 1)];
         let c1: [f64; LANES] = std::array::from_fn(|lane| point(lane)[0]);
         let c0: [f64; LANES] = std::array::from_fn(|lane| point(lane)[1]);
@@ -83,30 +87,32 @@ fn project(problem: &Problem, points: &[[f64; 2]], sigma: [f64; 2]) -> Vec<(f64,
             Level::Avx2 => avx2(signals, &motors, method),
             Level::Portable => simulate::<false>(signals, &motors, method),
         };
-        for (total, sum) in totals.iter_mut().flatten().zip(sums.iter().flatten()) {
-            *total += sum;
+        let [current, speed] = sigma.map(|s| 1.0 / (s * s));
+        let weights = [current, current, current, current, current, speed, speed];
+        for (n, (total, weight)) in totals.iter_mut().zip(weights).enumerate() {
+            let sum = sums.get(n).unwrap_or(&sums[2]);
+            total.iter_mut().zip(sum).for_each(|(total, sum)| *total += weight * sum);
         }
         for y in &signals.measured {
-            power[0] += y[0] * y[0];
-            power[1] += y[1] * y[1];
+            power[0] += current * y[0] * y[0];
+            power[1] += speed * y[1] * y[1];
         }
     }
-    (0..points.len()).map(|lane| solve(totals.map(|sum| sum[lane]), power, sigma)).collect()
+    (0..points.len()).map(|lane| solve(totals.map(|sum| sum[lane]), power)).collect()
 }
 
 /// The linear least squares of one point.
-fn solve([a, b, c, u, v, w]: [f64; SUMS], power: [f64; 2], sigma: [f64; 2]) -> (f64, [f64; 3]) {
+fn solve([a, b, c, u, v, w, d]: [f64; SUMS + 1], power: [f64; 2]) -> (f64, [f64; 3]) {
     let determinant = a * c - b * b;
-    let (p, q, r) = ((c * u - b * v) / determinant, (a * v - b * u) / determinant, w / c);
-    let rest = [power[0] - p * u - q * v, power[1] - r * w];
-    let cost = rest[0].max(0.0) / (sigma[0] * sigma[0]) + rest[1].max(0.0) / (sigma[1] * sigma[1]);
+    let (p, q, r) = ((c * u - b * v) / determinant, (a * v - b * u) / determinant, w / d);
+    let cost = (power[0] - p * u - q * v).max(0.0) + (power[1] - r * w).max(0.0);
     (if cost.is_finite() { cost } else { f64::INFINITY }, [p, q, r])
 }
 
 /// The motor of a point, moved into the bounds where it lies outside or is none.
 fn motor([c1, c0]: [f64; 2], [p, q, r]: [f64; 3], problem: &Problem) -> [f64; 5] {
     let l = 1.0 / p;
-    let b_over_j = (q / p).clamp(1e-9 * c1, 0.999 * c1);
+    let b_over_j = (q / p).max(1e-9 * c1).min(0.999 * c1);
     let k_over_j = r / p;
     let resistance = l * (c1 - b_over_j);
     let k = (c0 - (c1 - b_over_j) * b_over_j) * l / k_over_j;

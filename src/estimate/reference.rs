@@ -1,8 +1,8 @@
 //! A global reference: the lowest weighted sum of squares that a search over the whole box finds.
 
-use super::normal::Fit;
+use super::normal::{Fit, Sigma};
 use super::projection;
-use super::refine::{RefineOptions, Refined, fit_problem, refine_problem};
+use super::refine::{Refined, fit_problem, refine_problem};
 use crate::Result;
 use crate::evaluate::{Model, Problem};
 use crate::motor::Space;
@@ -45,12 +45,13 @@ pub struct Reference {
 const BASINS: usize = 4;
 const STARTS: usize = 24;
 
-/// Searches the whole box of `space` for the lowest sum of squares weighted by `sigma`.
+/// Searches the whole box of `space` for the lowest sum of squares weighted by `sigma`, one pair for each recording.
 ///
 /// # Errors
 /// As for [`super::refine`]; `NotIdentified` when the motor diverges everywhere.
-pub fn global_reference(records: &[Record], space: &Space, model: Model, sigma: [f64; 2]) -> Result<Reference> {
+pub fn global_reference(records: &[Record], space: &Space, model: Model, sigma: &[[f64; 2]]) -> Result<Reference> {
     let problem = fit_problem(records, space, model)?;
+    let sigma = &sigma.to_vec();
     let scattered = || lowest(&problem, &scattered(&problem), sigma);
     if !projection::applies(&problem) {
         return Ok(Reference { kind: ReferenceKind::MultiStart, refined: scattered()? });
@@ -68,7 +69,7 @@ pub fn global_reference(records: &[Record], space: &Space, model: Model, sigma: 
 }
 
 /// The lowest refinement of some starts, or of the middle of the box where there are none.
-fn lowest(problem: &Problem, starts: &[Vec<f64>], sigma: [f64; 2]) -> Result<Refined> {
+fn lowest(problem: &Problem, starts: &[Vec<f64>], sigma: &Sigma) -> Result<Refined> {
     let refine = |start: &[f64], thorough| refine_problem(problem, start, Some(sigma), thorough);
     let fits: Vec<Result<Refined>> = starts.par_iter().map(|start| refine(start, false)).collect();
     let best = fits.into_iter().flatten().min_by(|a, b| a.weighted(sigma).total_cmp(&b.weighted(sigma)));
@@ -106,13 +107,13 @@ fn scattered(problem: &Problem) -> Vec<Vec<f64>> {
     starts
 }
 
-/// The weighted sum of squares of parameters as they are, initial states as the model has them.
+/// The sums of squared residuals of each recording at parameters as they are, initial states as the model has them.
 ///
 /// # Errors
 /// As for [`super::refine`].
-pub fn weighted_squares(records: &[Record], space: &Space, values: &[f64], options: &RefineOptions) -> Result<f64> {
-    let problem = fit_problem(records, space, options.model)?;
+pub fn squares(records: &[Record], space: &Space, values: &[f64], model: Model) -> Result<Vec<[f64; 2]>> {
+    let problem = fit_problem(records, space, model)?;
     let fit = Fit::new(&problem);
-    let sigma = options.sigma.unwrap_or([1.0; 2]);
-    Ok(fit.normal(&fit.start(values)).weighted(sigma).2)
+    let normal = fit.normal(&fit.start(values));
+    Ok((0..records.len()).map(|n| [normal.squares(n, 0), normal.squares(n, 1)]).collect())
 }

@@ -1,25 +1,26 @@
 //! Refinement: output-error Levenberg–Marquardt in the logarithms of the parameters, within the bounds of the space.
 //!
-//! What is minimized is the weighted sum of squares `Σ_c Σ_n e²/σ_c²`, the negative log likelihood of white normal noise.
-//! Where σ is not given it is that of the residuals, in rounds of reweighting until it stands; the fixed point is the
+//! What is minimized is the weighted sum of squares `Σ_r Σ_c Σ_n e²/σ_rc²` over recordings and channels, the negative
+//! log likelihood of white normal noise. Where σ is not given it is that of the residuals, in rounds of reweighting until it stands; the fixed point is the
 //! maximum-likelihood estimate. Damping follows H. B. Nielsen (1999), scaled by the diagonal (D. W. Marquardt 1963).
 
-use super::normal::{Fit, Normal};
+use super::normal::{Fit, Normal, Sigma};
 use super::uncertainty::{Uncertainty, uncertainty};
 use crate::criterion::{Criterion, Norm, Scale, noise_sigma, rms};
-use crate::evaluate::{Model, Problem};
+use crate::evaluate::{Model, Problem, Signals};
 use crate::motor::{Parameters, Space};
 use crate::record::Record;
 use crate::{Error, ErrorKind, Result};
 use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
 
 /// How a refinement works.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct RefineOptions {
     /// How the motor is simulated.
     pub model: Model,
-    /// σ of the noise of current \[A\] and speed \[rad/s\]; `None` takes that of the residuals.
-    pub sigma: Option<[f64; 2]>,
+    /// σ of the noise of current \[A\] and speed \[rad/s\] of each recording; `None` takes that of the residuals.
+    pub sigma: Option<Vec<[f64; 2]>>,
 }
 
 /// A refined estimate.
@@ -31,10 +32,12 @@ pub struct Refined {
     pub parameters: Parameters,
     /// State `[i, ω]` at the start of each recording, estimated where it was free.
     pub initial: Vec<[f64; 2]>,
-    /// σ of the residuals of current and speed; `None` for a channel not measured.
+    /// σ of the residuals of current and speed over all recordings; `None` for a channel not measured.
     pub sigma: [Option<f64>; 2],
-    /// Sum of squared residuals of current \[A²\] and speed \[rad²/s²\].
-    pub squares: [f64; 2],
+    /// The same of each recording; 1 for a channel not measured.
+    pub sigmas: Vec<[f64; 2]>,
+    /// Sum of squared residuals of current \[A²\] and speed \[rad²/s²\] of each recording.
+    pub squares: Vec<[f64; 2]>,
     /// The bound, if any, that each free parameter stands at: `min` or `max`.
     pub at_bound: Vec<Option<&'static str>>,
     /// How sure it is.
@@ -46,10 +49,11 @@ pub struct Refined {
 }
 
 impl Refined {
-    /// The sum of squared residuals in units of `sigma`.
+    /// The sum of squared residuals in units of `sigma`, one pair for each recording.
     #[must_use]
-    pub fn weighted(&self, sigma: [f64; 2]) -> f64 {
-        self.squares[0] / (sigma[0] * sigma[0]) + self.squares[1] / (sigma[1] * sigma[1])
+    pub fn weighted(&self, sigma: &[[f64; 2]]) -> f64 {
+        let pairs = self.squares.iter().flatten().zip(sigma.iter().flatten());
+        pairs.map(|(squares, sigma)| squares / (sigma * sigma)).sum()
     }
 }
 
@@ -66,6 +70,8 @@ const SIGMA_CHANGE: f64 = 1e-6;
 const TRUST: f64 = 1.0;
 /// Residuals below this part of a channel's rms are rounding.
 const SIGMA_MIN: f64 = 1e-13;
+/// The smallest σ whose square is a number like any other.
+const SMALLEST: f64 = 1e-150;
 
 /// Refines the parameters `start` (one value per free axis of `space`) on one or more recordings.
 ///
@@ -74,7 +80,10 @@ const SIGMA_MIN: f64 = 1e-13;
 /// there, or nothing is measured.
 pub fn refine(records: &[Record], space: &Space, start: &[f64], options: &RefineOptions) -> Result<Refined> {
     let problem = fit_problem(records, space, options.model)?;
-    refine_problem(&problem, start, options.sigma, true)
+    if options.sigma.as_ref().is_some_and(|sigma| sigma.len() != records.len()) {
+        return Err(Error::usage("σ is not given for each recording", "Give one pair for each, in their order."));
+    }
+    refine_problem(&problem, start, options.sigma.as_ref(), true)
 }
 
 /// The problem of a fit: every error counts alike until it is divided by σ.
@@ -87,23 +96,25 @@ pub(super) fn plain() -> Criterion {
     Criterion { norm: Norm::Euclidean, scale: Scale::None, ..Criterion::default() }
 }
 
-/// σ to begin with: what the recordings themselves show, but no less than a ten-thousandth of the signal.
-pub(super) fn first_sigma(problem: &Problem) -> [f64; 2] {
-    [0, 1].map(|channel| {
-        let signals = problem.signals().iter().filter(|s| s.has(channel));
-        let sigma = signals.map(|s| {
-            let signal: Vec<f64> = s.measured.iter().map(|y| y[channel]).collect();
-            noise_sigma(&signal).max(1e-4 * rms(&signal))
-        });
-        sigma.fold(f64::MIN_POSITIVE, f64::max)
-    })
+/// σ to begin with: what each recording itself shows, but no less than a ten-thousandth of the signal.
+fn first_sigma(problem: &Problem) -> Sigma {
+    let of = |signals: &Signals| {
+        [0, 1].map(|channel| {
+            if !signals.has(channel) {
+                return 1.0;
+            }
+            let signal: Vec<f64> = signals.measured.iter().map(|y| y[channel]).collect();
+            noise_sigma(&signal).max(1e-4 * rms(&signal)).max(SMALLEST)
+        })
+    };
+    problem.signals().iter().map(|signals| of(signals)).collect()
 }
 
 /// Like [`refine`]; without `thorough` it stops at a hundredth of a standard error under the weights it begins with.
 pub(super) fn refine_problem(
     problem: &Problem,
     start: &[f64],
-    sigma: Option<[f64; 2]>,
+    sigma: Option<&Sigma>,
     thorough: bool,
 ) -> Result<Refined> {
     let fit = Fit::new(problem);
@@ -112,7 +123,7 @@ pub(super) fn refine_problem(
         let message = format!("{} starting values for {} free parameters", start.len(), axes.len());
         return Err(Error::usage(message, "Give one positive value per free parameter."));
     }
-    let mut search = Search::new(&fit, start, sigma.unwrap_or_else(|| first_sigma(problem)))?;
+    let mut search = Search::new(&fit, start, sigma.cloned().unwrap_or_else(|| first_sigma(problem)))?;
     let mut converged = search.run(if thorough && sigma.is_some() { STEP_MAX } else { STEP_MAX_ROUND });
     if thorough && sigma.is_none() {
         for _ in 0..ROUNDS_MAX {
@@ -134,13 +145,13 @@ struct Search<'a> {
     upper: DVector<f64>,
     at: DVector<f64>,
     normal: Normal,
-    sigma: [f64; 2],
+    sigma: Sigma,
     damping: f64,
     evaluations: usize,
 }
 
 impl<'a> Search<'a> {
-    fn new(fit: &'a Fit<'a>, start: &[f64], sigma: [f64; 2]) -> Result<Self> {
+    fn new(fit: &'a Fit<'a>, start: &[f64], sigma: Sigma) -> Result<Self> {
         let axes = fit.problem.space().free();
         let bound = |of: &dyn Fn(usize) -> f64, open: f64| {
             DVector::from_fn(fit.unknowns, |n, _| if n < axes.len() { of(n).ln() } else { open })
@@ -163,7 +174,8 @@ impl<'a> Search<'a> {
     fn run(&mut self, enough: f64) -> bool {
         let mut growth = 2.0;
         while self.evaluations < EVALUATIONS_MAX {
-            let (matrix, gradient, cost) = self.normal.weighted(self.sigma);
+            let (matrix, gradient) = self.fit.weighted(&self.normal, &self.sigma);
+            let cost = self.normal.cost(&self.sigma);
             let free = self.free(&gradient);
             let Some(step) = damped_step(&matrix, &gradient, &free, self.damping) else {
                 self.damping = (self.damping * growth).max(1e-12);
@@ -182,7 +194,7 @@ impl<'a> Search<'a> {
             }
             let normal = self.fit.normal(&next);
             self.evaluations += 1;
-            let after = if normal.is_finite() { normal.weighted(self.sigma).2 } else { f64::INFINITY };
+            let after = if normal.is_finite() { normal.cost(&self.sigma) } else { f64::INFINITY };
             let predicted = 2.0 * step.dot(&gradient) - step.dot(&(&matrix * &step));
             if after < cost {
                 let ratio = ((cost - after) / predicted).clamp(0.0, 1.0);
@@ -224,32 +236,54 @@ impl<'a> Search<'a> {
     /// σ of the residuals, corrected for what the unknowns took; returns its largest relative change.
     fn reweight(&mut self) -> f64 {
         let sigma = self.residual_sigma();
-        let change = |channel: usize| (sigma[channel] / self.sigma[channel] - 1.0).abs();
-        let seen = (0..2).filter(|&channel| self.fit.counts[channel] > 0);
-        let largest = seen.map(change).fold(0.0, f64::max);
+        let pairs = sigma.iter().flatten().zip(self.sigma.iter().flatten());
+        let largest = pairs.map(|(new, old)| (new / old - 1.0).abs()).fold(0.0, f64::max);
         self.sigma = sigma;
         self.damping = self.damping.min(1e-3);
         largest
     }
 
+    /// What is left of one in the degrees of freedom.
     #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
-    fn residual_sigma(&self) -> [f64; 2] {
-        let total: usize = self.fit.counts.iter().sum();
-        let share = 1.0 - (self.fit.unknowns as f64 / total as f64).min(0.9);
+    fn freedom(&self) -> f64 {
+        1.0 - (self.fit.unknowns as f64 / self.fit.count() as f64).min(0.9)
+    }
+
+    /// σ of the residuals of each recording and channel; 1 for a channel not measured.
+    fn residual_sigma(&self) -> Sigma {
+        let freedom = self.freedom();
+        let of = |(recording, signals): (usize, &Arc<Signals>)| {
+            [0, 1].map(|channel| {
+                if !signals.has(channel) {
+                    return 1.0;
+                }
+                #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
+                let count = signals.len() as f64;
+                let power: f64 = signals.measured.iter().map(|y| y[channel] * y[channel]).sum();
+                let sigma = (self.normal.squares(recording, channel) / (count * freedom).max(1.0)).sqrt();
+                sigma.max(SIGMA_MIN * (power / count).sqrt()).max(SMALLEST)
+            })
+        };
+        self.fit.problem.signals().iter().enumerate().map(of).collect()
+    }
+
+    /// The same of each channel over all recordings.
+    fn pooled_sigma(&self) -> [Option<f64>; 2] {
+        let signals = self.fit.problem.signals();
         [0, 1].map(|channel| {
-            let count = self.fit.counts[channel] as f64;
-            let signals = self.fit.problem.signals().iter();
-            let power: f64 = signals.flat_map(|s| &s.measured).map(|y| y[channel] * y[channel]).sum();
-            let smallest = SIGMA_MIN * (power / count.max(1.0)).sqrt();
-            let sigma = (self.normal.squares[channel] / (count * share).max(1.0)).sqrt();
-            sigma.max(smallest).max(f64::MIN_POSITIVE.sqrt())
+            let measured = || (0..signals.len()).filter(|n| signals[*n].has(channel));
+            let squares: f64 = measured().map(|n| self.normal.squares(n, channel)).sum();
+            let count: usize = measured().map(|n| signals[n].len()).sum();
+            #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
+            let freedom = (count as f64 * self.freedom()).max(1.0);
+            (count > 0).then(|| (squares / freedom).sqrt())
         })
     }
 
     fn finish(self, converged: bool) -> Refined {
         let Self { fit, at, normal, evaluations, .. } = &self;
         let axes = fit.problem.space().free();
-        let (matrix, gradient, _) = normal.weighted(self.sigma);
+        let (matrix, gradient) = fit.weighted(normal, &self.sigma);
         let free = self.free(&gradient);
         let at_bound = (0..axes.len()).map(|n| match (free.contains(&n), at[n] <= self.lower[n]) {
             (true, _) => None,
@@ -257,11 +291,12 @@ impl<'a> Search<'a> {
             (false, false) => Some("max"),
         });
         let (values, initial) = (fit.values(at), fit.initial(at));
-        let seen = self.residual_sigma();
+        let recordings = fit.problem.signals().len();
         Refined {
             parameters: fit.problem.parameters(&values, 0),
-            sigma: [0, 1].map(|channel| (fit.counts[channel] > 0).then_some(seen[channel])),
-            squares: normal.squares,
+            sigma: self.pooled_sigma(),
+            sigmas: self.residual_sigma(),
+            squares: (0..recordings).map(|n| [normal.squares(n, 0), normal.squares(n, 1)]).collect(),
             at_bound: at_bound.collect(),
             uncertainty: uncertainty(fit, &values, &initial, &matrix, &free),
             values,

@@ -54,6 +54,8 @@ pub enum SmFailure {
     NotAMotor,
     /// A parameter is held: Steiglitz–McBride estimates all five.
     Held,
+    /// Its motor does not fit the recordings.
+    PoorFit,
 }
 
 impl SmFailure {
@@ -68,6 +70,7 @@ impl SmFailure {
             Self::NoRealLogarithm => "no_real_logarithm",
             Self::NotAMotor => "not_a_motor",
             Self::Held => "parameter_held",
+            Self::PoorFit => "poor_fit",
         }
     }
 
@@ -81,6 +84,7 @@ impl SmFailure {
             Self::Unstable => "the sampled motor that fits is unstable",
             Self::NoRealLogarithm => "the sampled motor that fits has no continuous counterpart",
             Self::NotAMotor => "the motor that fits has a parameter that is not positive",
+            Self::PoorFit => "its motor does not fit the recordings",
             Self::Held => "it estimates all five parameters and cannot hold any",
         }
     }
@@ -231,9 +235,9 @@ impl Columns<'_> {
         }
         let (r, norms) = shared.finish();
         let weak = |(r, norms): &([[f64; COLUMNS_MAX]; COLUMNS_MAX], [f64; COLUMNS_MAX])| {
-            (0..taps).any(|n| f64::abs(r[n][n]) <= RANK * norms[n] || norms[n].is_nan())
+            (0..common).any(|n| f64::abs(r[n][n]) <= RANK * norms[n] || norms[n].is_nan())
         };
-        if weak(&current) || !(0..2).all(|n| r[n][n].abs() > 1e-3 * RANK * norms[n]) {
+        if weak(&current) || weak(&speed) || !(0..2).all(|n| r[n][n].abs() > 1e-3 * RANK * norms[n]) {
             return Err(SmFailure::RankDeficient);
         }
         let lags = solve(&r, 2, &[r[0][2], r[1][2]]).ok_or(SmFailure::RankDeficient)?;

@@ -5,6 +5,8 @@
 //! Cramér–Rao bound on their covariance.
 
 use super::normal::Fit;
+use crate::criterion::rms;
+use crate::evaluate::Signals;
 use crate::motor::{Axis, walk};
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -19,6 +21,8 @@ pub struct Uncertainty {
     pub correlation: Vec<Vec<Option<f64>>>,
     /// Condition number of the Fisher information in the logarithms; infinite when it is singular.
     pub condition: f64,
+    /// How many independent combinations of the free parameters the data tell.
+    pub rank: usize,
     /// Directions in the logarithms that the data cannot tell: with these steps all together, the output stays.
     pub unknown: Vec<Vec<f64>>,
     /// For each channel whether the residuals look white, and their correlation from sample to sample.
@@ -43,6 +47,8 @@ const CHI2: f64 = 45.31;
 const SPREAD_MAX: f64 = 1.0;
 /// …or when its information is this small a part of the best known one's: rounding.
 const INFORMATION_MIN: f64 = 1e-13;
+/// Residuals below this part of a signal are rounding.
+const ROUNDING: f64 = 1e-10;
 /// Quantile of the normal distribution for 95 %.
 const Z95: f64 = 1.959_963_984_540_054;
 
@@ -54,8 +60,7 @@ pub(super) fn uncertainty(
     free: &[usize],
 ) -> Uncertainty {
     let axes = fit.problem.space().free().len();
-    let count = fit.counts.iter().sum::<usize>();
-    let quantile = student95(count.saturating_sub(free.len()));
+    let quantile = student95(fit.count().saturating_sub(free.len()));
     let moving: Vec<usize> = free.iter().copied().filter(|n| *n < axes).collect();
     let states: Vec<usize> = free.iter().copied().filter(|n| *n >= axes).collect();
     let (covariance, condition, unknown) = invert(&information(matrix, &moving, &states));
@@ -75,6 +80,7 @@ pub(super) fn uncertainty(
             .collect(),
         correlation: (0..axes).map(|a| (0..axes).map(|b| correlation(a, b)).collect()).collect(),
         condition,
+        rank: moving.len() - unknown.len(),
         unknown: unknown.iter().map(spread).collect(),
         whiteness: whiteness(fit, values, initial),
     }
@@ -90,9 +96,15 @@ fn information(matrix: &DMatrix<f64>, moving: &[usize], states: &[usize]) -> DMa
         return own;
     }
     let cross = part(moving, states);
-    match part(states, states).cholesky() {
+    // A state that nothing shows costs no information; a hair of its diagonal makes it harmless.
+    let mut block = part(states, states);
+    let hair = 1e-12 * block.trace().max(f64::MIN_POSITIVE);
+    for n in 0..states.len() {
+        block[(n, n)] += hair;
+    }
+    match block.cholesky() {
         Some(inverse) => own - &cross * inverse.solve(&cross.transpose()),
-        None => own,
+        None => own * f64::NAN,
     }
 }
 
@@ -145,7 +157,7 @@ fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> [Option<Whi
             }
         });
         for channel in (0..2).filter(|&channel| signals.has(channel)) {
-            let found = ljung_box(&residuals[channel]);
+            let found = ljung_box(&residuals[channel], rms_of(signals, channel));
             let is_worse = |w: &Whiteness| worst[channel].is_none_or(|of| w.statistic > of.statistic);
             if let Some(found) = found.filter(is_worse) {
                 worst[channel] = Some(found);
@@ -155,8 +167,13 @@ fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> [Option<Whi
     worst
 }
 
-fn ljung_box(residuals: &[f64]) -> Option<Whiteness> {
-    if residuals.len() <= 2 * LAGS {
+fn rms_of(signals: &Signals, channel: usize) -> f64 {
+    rms(&signals.measured.iter().map(|y| y[channel]).collect::<Vec<_>>())
+}
+
+fn ljung_box(residuals: &[f64], size: f64) -> Option<Whiteness> {
+    // Rounding is not white, and says nothing.
+    if residuals.len() <= 2 * LAGS || rms(residuals) < ROUNDING * size {
         return None;
     }
     #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]

@@ -1,12 +1,12 @@
 //! What the recordings cannot give: said before the fit where the recordings show it, after it where only the fit does.
 
 use super::search::setup;
-use super::spec::IdentifySpec;
+use super::spec::{Identification, IdentifySpec};
 use super::warnings::Warning;
 use super::{Method, Polish, not_identified, warnings};
 use crate::estimate::{Refined, describe};
 use crate::evaluate::Problem;
-use crate::motor::Space;
+use crate::motor::{Axis, Space};
 use crate::record::Record;
 use crate::{Error, Result};
 
@@ -56,18 +56,61 @@ pub(super) fn after(
     refined: &Refined,
     warnings: &mut Vec<Warning>,
 ) -> Result<()> {
-    let polished = spec.polish == Polish::LevenbergMarquardt;
-    let unknown: Vec<String> = refined.uncertainty.unknown.iter().map(|d| describe(d, space.free())).collect();
-    if let Some(first) = unknown.first() {
-        let what = format!("the recordings cannot tell {first}");
-        let remedy = "record a changing voltage from rest, with current and speed, or hold one of them with --fix";
-        if polished {
-            reversed_sign(records)?;
-        }
-        if polished {
-            return Err(not_identified(what, format!("{}.", remedy.replacen('r', "R", 1))));
-        }
-        warnings.push(Warning { code: "not_identifiable", message: format!("{what}; {remedy}") });
+    let Some(what) = unknown(spec, space, refined) else { return Ok(()) };
+    let constant = |r: &Record| r.samples().voltage.windows(2).all(|v| v[0].to_bits() == v[1].to_bits());
+    let remedy = if records.iter().all(constant) {
+        "the voltage is constant: record it changing, or a step from rest, or hold parameters with --fix"
+    } else {
+        "record faster or longer, under a voltage that changes more, or hold parameters with --fix"
+    };
+    if spec.polish == Polish::LevenbergMarquardt {
+        reversed_sign(records)?;
+        let (first, rest) = remedy.split_at(1);
+        return Err(not_identified(what, format!("{}{rest}.", first.to_uppercase())));
+    }
+    warnings.push(Warning { code: "not_identifiable", message: format!("{what}; {remedy}") });
+    Ok(())
+}
+
+/// What the recordings cannot tell: directions without information, and parameters that run to a bound nobody gave.
+fn unknown(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<String> {
+    let axes = space.free();
+    let directions = &refined.uncertainty.unknown;
+    if let [direction] = &directions[..] {
+        return Some(format!("the recordings cannot tell {}", describe(direction, axes)));
+    }
+    if !directions.is_empty() {
+        let part = |n: usize| directions.iter().any(|direction| direction[n].abs() > 0.1);
+        let symbols: Vec<&str> = (0..axes.len()).filter(|n| part(*n)).map(|n| axes[n].parameter.symbol()).collect();
+        let rank = refined.uncertainty.rank;
+        return Some(format!(
+            "the recordings tell {rank} combination{} of the {} free parameters; unknown are {}",
+            if rank == 1 { "" } else { "s" },
+            axes.len(),
+            symbols.join(", ")
+        ));
+    }
+    let runs = |(axis, side): (&Axis, &Option<&str>)| {
+        let side = side.filter(|_| spec.auto_bounds.contains(&axis.parameter) && !spec.method.is_search())?;
+        Some((axis.parameter.symbol(), if side == "min" { "zero" } else { "ever larger values" }))
+    };
+    let (symbol, where_to) = axes.iter().zip(&refined.at_bound).find_map(runs)?;
+    Some(format!("the recordings cannot tell {symbol}: the best fit takes it to {where_to}"))
+}
+
+/// Whether the result is one: a simulation that explains nothing in any channel is none.
+pub(super) fn fit(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Result<()> {
+    if spec.polish == Polish::None {
+        return Ok(());
+    }
+    if warnings::poor_fit(found.fit_percent).is_some() {
+        reversed_sign(records)?;
+    }
+    if found.fit_percent.iter().flatten().all(|percent| *percent <= 0.0) {
+        return Err(not_identified(
+            "the motor does not explain the recordings: no fit is better than the mean",
+            "Check columns, units and signs.",
+        ));
     }
     Ok(())
 }

@@ -5,10 +5,10 @@ use crate::evaluate::Problem;
 use crate::motor::simulate;
 use crate::record::Record;
 
-/// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) per channel, norms over all recordings.
-pub(super) fn fit_percent(records: &[Record], problem: &Problem, candidate: &[f64]) -> [Option<f64>; 2] {
+/// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) per channel, norms over all recordings, and the standard deviation of the residuals.
+pub(super) fn of(records: &[Record], problem: &Problem, candidate: &[f64]) -> ([Option<f64>; 2], [Option<f64>; 2]) {
     let mut squares = [[0.0; 2]; 2];
-    let mut seen = [false; 2];
+    let mut count = [0.0; 2];
     for (recording, (record, signals)) in records.iter().zip(problem.signals()).enumerate() {
         let parameters = problem.parameters(candidate, recording);
         let model = simulate(&parameters, &signals.drive(), signals.initial(), problem.model().discretization);
@@ -16,17 +16,17 @@ pub(super) fn fit_percent(records: &[Record], problem: &Problem, candidate: &[f6
             record.measured().into_iter().zip([model.current, model.speed]).enumerate()
         {
             let Some(measured) = measured else { continue };
-            seen[channel] = true;
             let mean = mean(measured);
             for (y, y_hat) in measured.iter().zip(simulated) {
+                count[channel] += 1.0;
                 squares[channel][0] += (y - y_hat) * (y - y_hat);
                 squares[channel][1] += (y - mean) * (y - mean);
             }
         }
     }
-    [0, 1].map(|channel| {
-        let [error, total] = squares[channel];
-        let percent = 100.0 * (1.0 - (error / total).sqrt());
-        (seen[channel] && percent.is_finite()).then_some(percent)
-    })
+    let finite = |value: f64, channel: usize| (count[channel] > 0.0 && value.is_finite()).then_some(value);
+    (
+        [0, 1].map(|c| finite(100.0 * (1.0 - (squares[c][0] / squares[c][1]).sqrt()), c)),
+        [0, 1].map(|c| finite((squares[c][0] / count[c]).sqrt(), c)),
+    )
 }

@@ -24,7 +24,7 @@ pub use warnings::{Warning, record_warnings};
 use crate::estimate::{Estimate, RefineOptions, Refined, SmFailure, refine};
 use crate::evaluate::{Problem, Scalar};
 use crate::motor::{Axis, Space};
-use crate::optimize::{Progress, Stop};
+use crate::optimize::Progress;
 use crate::record::Record;
 use crate::{Error, ErrorKind, Result};
 use search::{Found, around, population, steiglitz_mcbride, taken};
@@ -70,43 +70,76 @@ fn run(
     let problem = Problem::new(records, spec.model, spec.space.clone(), spec.criterion)?;
     checks::before(records, spec, &problem)?;
     let estimate = steiglitz_mcbride(records, spec)?;
-    let space = match &estimate {
-        Ok(estimate) => around(spec, estimate)?,
-        Err(_) => spec.space.clone(),
-    };
-    let problem = Arc::new(Problem::new(records, spec.model, space, spec.criterion)?);
-    let mut found = first(spec, &problem, &estimate, observe)?;
-    let mut warnings = warnings::warnings_of(records, spec);
-    warnings.append(&mut found.warnings);
-    let (refined, space) = refine_found(records, spec, problem.space(), &found, estimate.is_ok())?;
+    let mut attempt = attempt(records, spec, &estimate, observe)?;
+    if spec.method == Method::Auto && estimate.is_ok() && attempt.is_poor(records)? {
+        // An estimate that fits nothing is none: a search may know better.
+        let other = self::attempt(records, spec, &Err(SmFailure::PoorFit), observe)?;
+        if other.refined.weighted(&attempt.refined.sigmas) < attempt.refined.weighted(&attempt.refined.sigmas) {
+            attempt = other;
+        }
+    }
     let claim = Claim {
         records,
-        space: &space,
+        space: &attempt.space,
         model: spec.model,
-        refined: &refined,
-        searched: &found.values,
+        refined: &attempt.refined,
+        searched: &attempt.found.values,
         unpolished: spec.polish == Polish::None,
         is_judged: spec.method.is_search() || spec.polish == Polish::None,
         estimate: estimate.as_ref().ok(),
     };
     let Verified { mut verification, better } = verify(&claim);
-    let mut refined = refined;
     if let (Method::Auto, Polish::LevenbergMarquardt, Some(better)) = (spec.method, spec.polish, better) {
         // What was asked for is the best there is, wherever it was found.
-        let options = RefineOptions { model: spec.model, sigma: None };
-        refined = refine(records, &space, &better.values, &options)?;
+        (attempt.refined, attempt.space) = refine_widening(records, spec, &attempt.space, &better.values)?;
         (verification.status, verification.cost_gap) = (Status::Agrees, Some(0.0));
     }
-    checks::after(records, spec, &space, &refined, &mut warnings)?;
-    let result = assemble(records, &problem, spec, found, (refined, space));
-    let mut result = Identification { verification, ..result };
-    if spec.polish == Polish::LevenbergMarquardt && warnings::poor_fit(result.fit_percent).is_some() {
-        checks::reversed_sign(records)?;
-    }
+    let mut warnings = warnings::warnings_of(records, spec);
+    warnings.append(&mut attempt.found.warnings);
+    checks::after(records, spec, &attempt.space, &attempt.refined, &mut warnings)?;
+    let mut result = Identification { verification, ..assemble(records, spec, attempt)? };
+    checks::fit(records, spec, &result)?;
     warnings.extend(warnings::of_result(&result, &estimate));
     result.warnings = warnings;
     result.seconds = started.elapsed().as_secs_f64();
     Ok(result)
+}
+
+/// A first optimum with its refinement.
+struct Attempt {
+    found: Found,
+    /// The problem that was searched.
+    problem: Arc<Problem>,
+    refined: Refined,
+    /// The space that it was refined in.
+    space: Space,
+}
+
+impl Attempt {
+    /// Whether its simulation explains less than half of what some channel does, although that is not noise.
+    fn is_poor(&self, records: &[Record]) -> Result<bool> {
+        let problem = Problem::new(records, *self.problem.model(), self.space.clone(), *self.problem.criterion())?;
+        let problem = problem.starting_from(&self.refined.initial);
+        let (fit, _) = figures::of(records, &problem, &self.refined.values);
+        let stuck = self.refined.at_bound.iter().any(Option::is_some);
+        Ok(stuck || fit.iter().flatten().any(|percent| *percent < 50.0))
+    }
+}
+
+fn attempt(
+    records: &[Record],
+    spec: &IdentifySpec,
+    estimate: &std::result::Result<Estimate, SmFailure>,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Attempt> {
+    let space = match estimate {
+        Ok(estimate) => around(spec, estimate)?,
+        Err(_) => spec.space.clone(),
+    };
+    let problem = Arc::new(Problem::new(records, spec.model, space, spec.criterion)?);
+    let found = first(spec, &problem, estimate, observe)?;
+    let (refined, space) = refine_widening(records, spec, problem.space(), &found.values)?;
+    Ok(Attempt { found, problem, refined, space })
 }
 
 /// The verdict on parameters from elsewhere (one value per free axis of the spec's space), as if a search had found
@@ -145,71 +178,57 @@ fn first(
     }
 }
 
-/// Times that a box without an estimate in its middle is widened where the refinement ends at its bound.
-const WIDENINGS: usize = 6;
+/// Times that the bounds that nobody gave are widened where the refinement ends at them.
+const WIDENINGS: usize = 4;
 
-/// The refinement of what was found, and the space it was refined in.
-fn refine_found(
-    records: &[Record],
-    spec: &IdentifySpec,
-    space: &Space,
-    found: &Found,
-    has_estimate: bool,
-) -> Result<(Refined, Space)> {
+/// The refinement from some values, and the space that it was refined in.
+fn refine_widening(records: &[Record], spec: &IdentifySpec, space: &Space, values: &[f64]) -> Result<(Refined, Space)> {
     let options = RefineOptions { model: spec.model, sigma: None };
     let mut space = space.clone();
-    let mut refined = refine(records, &space, &found.values, &options)?;
-    let widens = spec.method == Method::Auto && !has_estimate;
-    for _ in 0..WIDENINGS {
-        let is_stuck =
-            |(axis, side): (&Axis, &Option<&str>)| side.is_some() && spec.auto_bounds.contains(&axis.parameter);
-        if !widens || !space.free().iter().zip(&refined.at_bound).any(is_stuck) {
-            break;
-        }
+    let mut refined = refine(records, &space, values, &options)?;
+    let widens = spec.polish == Polish::LevenbergMarquardt && !spec.method.is_search();
+    for _ in 0..if widens { WIDENINGS } else { 0 } {
         let wider = |(axis, side): (&Axis, &Option<&str>)| match side {
-            Some("min") if is_stuck((axis, side)) => Axis { min: 0.1 * axis.min, ..*axis },
-            Some(_) if is_stuck((axis, side)) => Axis { max: 10.0 * axis.max, ..*axis },
+            Some("min") if spec.auto_bounds.contains(&axis.parameter) => Axis { min: 0.1 * axis.min, ..*axis },
+            Some(_) if spec.auto_bounds.contains(&axis.parameter) => Axis { max: 10.0 * axis.max, ..*axis },
             _ => *axis,
         };
-        let free = space.free().iter().zip(&refined.at_bound).map(wider).collect();
+        let free: Vec<Axis> = space.free().iter().zip(&refined.at_bound).map(wider).collect();
+        if free == space.free() {
+            break;
+        }
         space = Space::new(free, space.fixed().to_vec())?;
         refined = refine(records, &space, &refined.values, &options)?;
     }
     Ok((refined, space))
 }
 
-fn assemble(
-    records: &[Record],
-    problem: &Problem,
-    spec: &IdentifySpec,
-    found: Found,
-    (refined, space): (Refined, Space),
-) -> Identification {
+fn assemble(records: &[Record], spec: &IdentifySpec, attempt: Attempt) -> Result<Identification> {
+    let Attempt { found, problem, refined, space } = attempt;
     let searched = Searched {
         method: found.method,
         is_fallback: spec.method == Method::Auto && found.method != "sm",
         parameters: problem.parameters(&found.values, 0),
-        cost: Scalar::cost(problem, &found.values),
+        cost: Scalar::cost(&problem, &found.values),
     };
     let polished = spec.polish == Polish::LevenbergMarquardt;
     let values = if polished { &refined.values } else { &found.values };
-    let problem = if polished { problem.clone().starting_from(&refined.initial) } else { problem.clone() };
-    Identification {
+    let problem = Problem::new(records, spec.model, space.clone(), spec.criterion)?;
+    let problem = if polished { problem.starting_from(&refined.initial) } else { problem };
+    let (fit_percent, residual) = figures::of(records, &problem, values);
+    Ok(Identification {
         parameters: problem.parameters(values, 0),
         cost: Scalar::cost(&problem, values),
         searched,
         space,
         initial: problem.signals().iter().map(|s| s.initial()).collect(),
-        fit_percent: figures::fit_percent(records, &problem, values),
-        residual_sigma: refined.sigma,
+        fit_percent,
+        residual_sigma: if polished { refined.sigma } else { residual },
+        converged: !polished || refined.converged,
         uncertainty: polished.then_some(refined.uncertainty),
         verification: Verification::none(),
         warnings: Vec::new(),
-        stop: if found.stop == Stop::Converged && polished && !refined.converged {
-            Stop::BudgetSpent
-        } else {
-            found.stop
-        },
+        stop: found.stop,
         evaluations: found.evaluations,
         history: found.history,
         device_kind: found.device_kind,
@@ -217,7 +236,7 @@ fn assemble(
         precision: found.precision,
         cost_difference: found.cost_difference,
         seconds: 0.0,
-    }
+    })
 }
 
 fn not_identified(message: impl Into<String>, remedy: impl Into<String>) -> Error {

@@ -88,6 +88,8 @@ pub struct Identification {
     pub uncertainty: Option<Uncertainty>,
     /// σ of the residuals of current and speed; `None` for a channel not measured.
     pub residual_sigma: [Option<f64>; 2],
+    /// Whether the polish came to its end.
+    pub converged: bool,
     /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed over all recordings; `None` for a channel not measured.
     pub fit_percent: [Option<f64>; 2],
     /// The result against the references.

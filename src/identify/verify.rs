@@ -1,9 +1,7 @@
 //! The verdict: what was found, against Steiglitz–McBride, the refinement and a search of the whole box.
 
-use crate::criterion::rms;
-use crate::estimate::{
-    Estimate, Reference, ReferenceKind, RefineOptions, Refined, global_reference, refine, weighted_squares,
-};
+use crate::criterion::{rms, standard_deviation};
+use crate::estimate::{Estimate, Reference, ReferenceKind, RefineOptions, Refined, global_reference, refine, squares};
 use crate::evaluate::Model;
 use crate::motor::{Parameters, Space};
 use crate::record::Record;
@@ -75,10 +73,10 @@ pub(super) struct Verified {
 
 /// Relative differences of the cost below this are rounding and the end of an iteration.
 const EQUAL: f64 = 1e-6;
-/// A search that is off by more than this factor in a parameter, and by more than this part of the cost, ended in
-/// another optimum, wherever a refinement then leads.
-const FAR: f64 = 5.0;
-const WORSE: f64 = 0.1;
+/// A searched optimum is the reference's when its misfit, relative to the variation of the signals, is at most this many
+/// times as large, and this much more.
+const MISFIT_TIMES: f64 = 2.0;
+const MISFIT_MORE: f64 = 0.02;
 /// Residuals below this part of a signal are rounding: there is no noise to be weighted by.
 const ROUNDING: f64 = 1e-7;
 
@@ -100,28 +98,31 @@ pub(super) struct Claim<'a> {
 
 pub(super) fn verify(claim: &Claim<'_>) -> Verified {
     let Claim { records, space, model, refined, searched, unpolished, is_judged, estimate } = *claim;
-    let sigma = sigma(records, refined);
-    let options = RefineOptions { model, sigma: Some(sigma) };
-    let own = refined.weighted(sigma);
-    let reference = global_reference(records, space, model, sigma).ok();
+    let sigma = sigmas(records, refined);
+    let own = refined.weighted(&sigma);
+    let reference = global_reference(records, space, model, &sigma).ok();
     let from_sm = estimate.and_then(|estimate| {
         let start: Vec<f64> =
             space.free().iter().map(|axis| estimate.parameters.get(axis.parameter).clamp(axis.min, axis.max)).collect();
-        refine(records, space, &start, &options).ok()
+        refine(records, space, &start, &RefineOptions { model, sigma: Some(sigma.clone()) }).ok()
     });
     let kind = reference.as_ref().map(|reference: &Reference| reference.kind);
     let fits = reference.map(|reference| reference.refined).into_iter().chain(from_sm);
-    let best = fits.min_by(|a, b| a.weighted(sigma).total_cmp(&b.weighted(sigma)));
+    let best = fits.min_by(|a, b| a.weighted(&sigma).total_cmp(&b.weighted(&sigma)));
     let Some(best) = best else {
         let verification = Verification { steiglitz_mcbride: estimate.map(|e| e.parameters), ..Verification::none() };
         return Verified { verification, better: None };
     };
-    let lowest = best.weighted(sigma);
+    let lowest = best.weighted(&sigma);
     let relative = |cost: f64| (cost - lowest) / lowest.max(1.0);
-    let start = weighted_squares(records, space, searched, &options).map_or(f64::INFINITY, relative);
-    let is_far = searched.iter().zip(&best.values).any(|(a, b)| (a / b).ln().abs() > FAR.ln());
+    let start = squares(records, space, searched, model).unwrap_or_default();
+    let start_gap = if start.is_empty() { f64::INFINITY } else { relative(weighted(&start, &sigma)) };
+    let deviations = deviations(records);
+    let misfit = |squares: &[[f64; 2]]| weighted(squares, &deviations).sqrt();
+    let count = misfit_of_nothing(records);
+    let is_far = misfit(&start) > MISFIT_TIMES * misfit(&best.squares) + MISFIT_MORE * count;
     let status = match relative(own) {
-        gap if gap > EQUAL || (is_judged && is_far && start > WORSE) => Status::SearchStuck,
+        gap if gap > EQUAL || (is_judged && (is_far || start.is_empty())) => Status::SearchStuck,
         gap if gap < -EQUAL => Status::ReferenceFailed,
         _ => Status::Agrees,
     };
@@ -131,17 +132,41 @@ pub(super) fn verify(claim: &Claim<'_>) -> Verified {
         steiglitz_mcbride: estimate.map(|e| e.parameters),
         levenberg_marquardt: Some(if status == Status::ReferenceFailed { refined.parameters } else { best.parameters }),
         reference: kind,
-        cost_gap: Some(if of_search { start } else { relative(own) }),
+        cost_gap: Some(if of_search { start_gap } else { relative(own) }),
         refined_agrees: relative(own) <= EQUAL,
     };
     Verified { verification, better: (relative(own) > EQUAL).then_some(best) }
 }
 
-/// σ of the residuals, no less than rounding.
-fn sigma(records: &[Record], refined: &Refined) -> [f64; 2] {
-    [0, 1].map(|channel| {
-        let signals = records.iter().filter_map(|r| r.measured()[channel]);
-        let smallest = ROUNDING * signals.map(rms).fold(0.0, f64::max);
-        refined.sigma[channel].unwrap_or(1.0).max(smallest).max(f64::MIN_POSITIVE.sqrt())
-    })
+/// Sums of squares in units of `sigma`.
+fn weighted(squares: &[[f64; 2]], sigma: &[[f64; 2]]) -> f64 {
+    squares.iter().flatten().zip(sigma.iter().flatten()).map(|(square, sigma)| square / (sigma * sigma)).sum()
+}
+
+/// σ of the residuals of each recording, no less than rounding.
+fn sigmas(records: &[Record], refined: &Refined) -> Vec<[f64; 2]> {
+    let of = |(record, sigma): (&Record, &[f64; 2])| {
+        [0, 1].map(|channel| {
+            let smallest = record.measured()[channel].map_or(0.0, |signal| ROUNDING * rms(signal));
+            sigma[channel].max(smallest).max(f64::MIN_POSITIVE.sqrt())
+        })
+    };
+    records.iter().zip(&refined.sigmas).map(of).collect()
+}
+
+/// Standard deviation of each signal; where it has none its size, and 1 for a channel not measured.
+fn deviations(records: &[Record]) -> Vec<[f64; 2]> {
+    let of = |signal: Option<&[f64]>| {
+        let Some(signal) = signal else { return 1.0 };
+        [standard_deviation(signal), rms(signal), 1.0].into_iter().find(|v| *v > 0.0).unwrap_or(1.0)
+    };
+    records.iter().map(|record| record.measured().map(of)).collect()
+}
+
+/// The misfit whose residuals are as large as the signals vary.
+fn misfit_of_nothing(records: &[Record]) -> f64 {
+    let values: usize = records.iter().map(|r| r.len() * r.measured().iter().flatten().count()).sum();
+    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
+    let values = values as f64;
+    values.sqrt()
 }

@@ -66,20 +66,30 @@ fn name_of(record: &Record) -> String {
 pub(super) fn of_result(found: &Identification, estimate: &std::result::Result<Estimate, SmFailure>) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let mut warn = |code, message| warnings.push(Warning { code, message });
-    if let (true, Err(failure)) = (found.searched.method != "sm", estimate)
-        && found.searched.is_fallback
-    {
+    if found.searched.is_fallback {
+        let failure = estimate.as_ref().err().copied().unwrap_or(SmFailure::PoorFit);
         let message = format!("Steiglitz–McBride cannot serve: {}; a population search took over", failure.message());
         warn("sm_failed", message);
     }
     for parameter in Parameter::ALL {
         if let Some(side) = found.at_bound(parameter) {
             let symbol = parameter.symbol();
-            warn("at_bound", format!("{symbol} ended at its {side} bound; widen it with --bounds"));
+            warn(
+                "at_bound",
+                format!(
+                    "{symbol} ended at its {side} bound; widen it with --bounds, or the others hold only if it is right"
+                ),
+            );
         }
     }
     warnings.extend(poor_fit(found.fit_percent));
     let mut warn = |code, message| warnings.push(Warning { code, message });
+    if !found.converged {
+        warn(
+            "not_converged",
+            "the refinement has not come to its end: the result may be near the optimum only".to_owned(),
+        );
+    }
     if let Some(uncertainty) = &found.uncertainty {
         let colored = |(name, white): (&str, &Option<Whiteness>)| {
             white.filter(|w| !w.is_white).map(|w| format!("{name} (from sample to sample {:.2})", w.lag1))

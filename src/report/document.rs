@@ -82,6 +82,7 @@ impl IdentifyDocument {
             "residual_sigma": {"current": found.residual_sigma[0], "speed": found.residual_sigma[1]},
             "initial_state": found.initial.iter().map(|[i, w]| value!({"current": i, "speed": w})).collect::<Value>(),
             "correlation": found.uncertainty.as_ref().map(|u| correlation(found, u)),
+            "rank": found.uncertainty.as_ref().map(|u| u.rank),
             "condition": found.uncertainty.as_ref().map(|u| u.condition),
             "residuals": found.uncertainty.as_ref().map(residuals),
             "verification": {
