@@ -1,0 +1,33 @@
+//! Costs of many candidates at once, on the CPU: the least that a tool of one's own needs.
+//!
+//! ```sh
+//! cargo run --release --example evaluate_batch
+//! ```
+#![allow(clippy::print_stdout, reason = "an example prints")]
+
+use motorfit::candidates::Candidates;
+use motorfit::criterion::Criterion;
+use motorfit::evaluate::{Batch, Evaluator, Group, Model, Problem, Simd};
+use motorfit::motor::{Parameters, Space};
+use motorfit::record::read_csv;
+use std::path::Path;
+use std::sync::Arc;
+
+fn main() -> motorfit::Result<()> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/m2-step.csv");
+    let record = read_csv(&path, &[])?;
+    // What is measured, how the motor is simulated, what is free within which bounds, what an error costs.
+    let problem = Arc::new(Problem::new(&[record], Model::default(), Space::table2(), Criterion::default())?);
+    // Ten thousand candidates, one a row: R, L, K, B, J. Here the true motor with another resistance.
+    let values: Vec<f64> = (0..10_000)
+        .flat_map(|n| Parameters { r: 0.1 + 0.9 * f64::from(n) / 9_999.0, ..Parameters::M2 }.to_array())
+        .collect();
+    let groups = [Group { problem: &problem, candidates: Candidates::new(&values, 5), reference: None }];
+    let mut costs = vec![0.0; 10_000];
+    let mut evaluator = Simd::default();
+    evaluator.evaluate(&Batch { groups: &groups }, &mut costs)?;
+    let best = (0..costs.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
+    println!("{}: lowest cost {:.5} at R = {:.4} ohm", evaluator.name(), costs[best], values[5 * best]);
+    assert!((values[5 * best] - Parameters::M2.r).abs() < 0.005);
+    Ok(())
+}
