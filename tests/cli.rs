@@ -301,6 +301,55 @@ fn several_recordings_are_one_fit() {
 }
 
 #[test]
+fn evaluate_gives_costs_of_any_candidates() {
+    let folder = Folder::new();
+    // A table from a file: columns in any order, others ignored, comments skipped; the cost is that of identify.
+    let found = json(&["identify", EXAMPLE, "--json"]);
+    let value = |symbol: &str| found["parameters"][symbol]["value"].as_f64().unwrap();
+    let row = ["J", "R", "L", "K", "B"].map(|symbol| value(symbol).to_string()).join(",");
+    let file = folder.file("c.csv", format!("J, R, L, K, B, note\n# best\n{row},a\n1e-4,0.5,0.01,0.05,1e-4,b\n"));
+    let out = ok(&["-q", "evaluate", EXAMPLE, "--candidates", &file]);
+    let lines: Vec<&str> = out.lines().collect();
+    assert_eq!((lines.len(), lines[0]), (3, "R,L,K,B,J,cost"));
+    let cells: Vec<f64> = lines[1].split(',').map(|cell| cell.parse().unwrap()).collect();
+    assert_eq!(cells[0].to_bits(), value("R").to_bits());
+    assert!((cells[5] / found["cost"].as_f64().unwrap() - 1.0).abs() < 1e-9);
+    // Samples: all of them, the best of them, and the same best in JSON.
+    let sample = ["-q", "evaluate", EXAMPLE, "--bounds", "table2", "--sample", "lhs:3000"];
+    let all = ok(&sample);
+    let mut costs: Vec<f64> = all.lines().skip(1).map(|l| l.rsplit(',').next().unwrap().parse().unwrap()).collect();
+    assert_eq!(costs.len(), 3000);
+    costs.sort_by(f64::total_cmp);
+    let best = ok(&[&sample[..], &["--top", "3"]].concat());
+    let best: Vec<f64> = best.lines().skip(1).map(|l| l.rsplit(',').next().unwrap().parse().unwrap()).collect();
+    assert_eq!(best, costs[..3]);
+    let document = json(&[&sample[..], &["--json", "--top", "3", "--threads", "1"]].concat());
+    assert_eq!(document["best"][2]["cost"].as_f64().unwrap().to_bits(), costs[2].to_bits());
+    assert_eq!((&document["candidates"], &document["device"]["kind"]), (&3000.into(), &"cpu".into()));
+    let grid = ok(&["-q", "evaluate", EXAMPLE, "--sample", "grid:4", "--fix", "L=0.0078,B=0.00068,J=0.000136"]);
+    assert_eq!((grid.lines().count(), grid.lines().next()), (17, Some("R,K,cost")));
+    for (args, code, part) in [
+        (&["--sample", "lhs"][..], 2, "is no sample"),
+        (&["--sample", "cube:3"], 2, "is no sample"),
+        (&["--sample", "uniform:0"], 2, "is no sample"),
+        (&["--sample", "uniform:3", "--top", "0"], 2, "--top is 0"),
+        (&["--sample", "grid:1e6"], 2, "too many"),
+        (&["--slice", "R,L"], 2, "planned"),
+        (&[], 2, "--candidates"),
+        (&["--candidates", "nowhere.csv"], 3, "cannot be read"),
+        (&["--candidates", "x.parquet"], 2, "planned"),
+    ] {
+        fails(&[&["evaluate", EXAMPLE][..], args].concat(), code, part);
+    }
+    for (text, part) in [("R,L\n1,2\n", "no column K"), ("R,L,K,B,J\n", "no candidates")] {
+        let args = ["evaluate", EXAMPLE, "--top", "1", "--candidates", &folder.file("bad.csv", text)];
+        fails(&args, 3, part);
+    }
+    let wrong = folder.file("wrong.csv", "R,L,K,B,J\n1,2,x,4,5\n");
+    fails(&["evaluate", EXAMPLE, "--top", "1", "--candidates", &wrong], 3, "line 2, column K: found \"x\"");
+}
+
+#[test]
 fn simulate_writes_what_identify_reads() {
     let folder = Folder::new();
     let file = folder.path("m2.csv");

@@ -54,6 +54,8 @@ pub(crate) enum ProgressKind {
 pub(crate) enum Command {
     /// Identify one motor from one or more recordings (several: one joint fit)
     Identify(Box<IdentifyArgs>),
+    /// Costs of many candidates, from a file or sampled, in any number
+    Evaluate(Box<EvaluateArgs>),
     /// Simulate a motor at rest and write a recording
     Simulate(SimulateArgs),
     /// Show what a recording holds and how it was understood
@@ -105,6 +107,15 @@ pub(crate) struct IdentifyArgs {
     /// mutation, pressure, crossover, elites (ga)
     #[arg(long, value_name = "KEY=VALUE", value_delimiter = ',', help_heading = "Search")]
     pub set: Vec<String>,
+    #[command(flatten)]
+    pub problem: ProblemArgs,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+/// What candidates are evaluated on.
+#[derive(Args)]
+pub(crate) struct ProblemArgs {
     /// Bounds: table2 (the paper's), PARAMETER=MIN:MAX,… in SI units, or auto: a decade to each side of the
     /// Steiglitz–McBride estimate, table2 where there is none; repeatable
     #[arg(long, value_delimiter = ',', default_value = "auto", value_name = "BOUNDS", help_heading = "Search")]
@@ -131,6 +142,11 @@ pub(crate) struct IdentifyArgs {
     /// measured)
     #[arg(long, value_enum, default_value = "auto", help_heading = "Model")]
     pub initial: InitialName,
+}
+
+/// What evaluates them.
+#[derive(Args)]
+pub(crate) struct DeviceArgs {
     /// What evaluates: auto, cpu, gpu, gpu:INDEX or gpu:NAME
     #[arg(long, default_value = "auto", value_name = "DEVICE", help_heading = "Device")]
     pub device: String,
@@ -140,6 +156,34 @@ pub(crate) struct IdentifyArgs {
     /// Threads [default: all]
     #[arg(long, value_name = "N", allow_negative_numbers = true, help_heading = "Device")]
     pub threads: Option<usize>,
+}
+
+#[derive(Args)]
+pub(crate) struct EvaluateArgs {
+    /// Recordings: CSV with time, voltage, current and speed
+    #[arg(required = true, value_name = "RECORD")]
+    pub records: Vec<PathBuf>,
+    #[command(flatten)]
+    pub columns: Columns,
+    /// A CSV of candidates with a column for each free parameter (R,L,K,B,J; SI units); - reads stdin
+    #[arg(long, value_name = "FILE", required_unless_present = "sample", conflicts_with = "sample")]
+    pub candidates: Option<PathBuf>,
+    /// Candidates from the bounds: uniform:N, lhs:N (Latin hypercube), or grid:N (N an axis)
+    #[arg(long, value_name = "SAMPLE")]
+    pub sample: Option<String>,
+    /// Print the K best only, the lowest cost first [default with --json: 10]
+    #[arg(long, value_name = "K")]
+    pub top: Option<usize>,
+    /// Seed of the sample
+    #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
+    pub seed: u64,
+    /// Print one JSON document with the best
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub problem: ProblemArgs,
+    #[command(flatten)]
+    pub device: DeviceArgs,
 }
 
 #[derive(Args)]

@@ -1,18 +1,12 @@
 //! `identify`: the main job.
 
-use super::args::{
-    CriterionName, DiscretizationName, IdentifyArgs, InitialName, MethodName, PolishName, Precision, ScaleName,
-};
+use super::args::{IdentifyArgs, MethodName, PolishName};
 use super::output::{DIM, STRONG, Style, data};
 use super::progress::Reporter;
-use super::{Outcome, inspect, interrupt, values};
-use motorfit::criterion::{Criterion, Norm, Scale};
+use super::{Outcome, inspect, interrupt, problem, values};
 use motorfit::estimate::ReferenceKind;
-use motorfit::evaluate::{Initial, Model};
-use motorfit::identify::{
-    DeviceSpec, Identification, IdentifySpec, Method, Polish, PrecisionSpec, Status, identify_with,
-};
-use motorfit::motor::{Discretization, Parameter, Space};
+use motorfit::identify::{Identification, IdentifySpec, Method, Polish, Status, identify_with};
+use motorfit::motor::Parameter;
 use motorfit::optimize::{GeneticOptions, GwoOptions, JayaOptions, Sharing, Stop};
 use motorfit::record::Record;
 use motorfit::report::{IdentifyDocument, Names, json};
@@ -20,9 +14,6 @@ use motorfit::text::{engineering, excerpt, significant};
 use motorfit::{Error, Result};
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
-
-/// More threads than any machine has cores help nobody.
-const THREADS_MAX: usize = 1024;
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     let spec = spec(args)?;
@@ -47,70 +38,8 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     Ok(if found.stop == Stop::Interrupted { Outcome::Interrupted } else { Outcome::Done })
 }
 
-fn device(text: &str) -> Result<DeviceSpec> {
-    match text {
-        "auto" => Ok(DeviceSpec::Auto),
-        "cpu" => Ok(DeviceSpec::Cpu),
-        "gpu" => Ok(DeviceSpec::Gpu),
-        other => match other.strip_prefix("gpu:").map(|which| (which, which.parse())) {
-            Some((_, Ok(index))) => Ok(DeviceSpec::GpuIndex(index)),
-            Some((name, Err(_))) if !name.is_empty() => Ok(DeviceSpec::GpuName(name.to_owned())),
-            _ => Err(Error::usage(
-                format!("--device: \"{}\" is no device", excerpt(other)),
-                "Give auto, cpu, gpu, gpu:INDEX or gpu:NAME; motorfit devices lists what is there.",
-            )),
-        },
-    }
-}
-
 fn spec(args: &IdentifyArgs) -> Result<IdentifySpec> {
-    let noise = args.noise.as_deref().map(values::noise).transpose()?.unwrap_or_default();
-    let norm = match args.criterion {
-        CriterionName::Euclidean => Norm::Euclidean,
-        CriterionName::Ise => Norm::Ise,
-        CriterionName::Iae => Norm::Iae,
-        CriterionName::Itse => Norm::Itse,
-        CriterionName::Itae => Norm::Itae,
-        CriterionName::Mse => Norm::Mse,
-        CriterionName::Nrmse => Norm::Nrmse,
-    };
-    let scale = match args.scale {
-        ScaleName::None => Scale::None,
-        ScaleName::Peak => Scale::Peak,
-        ScaleName::Std => Scale::Std,
-        ScaleName::Noise => Scale::Noise,
-    };
-    let discretization = match args.discretization {
-        DiscretizationName::Zoh => Discretization::Zoh,
-        DiscretizationName::Foh => Discretization::Foh,
-        DiscretizationName::Rk4 => Discretization::Rk4,
-        DiscretizationName::Euler => Discretization::Euler,
-    };
-    let initial = match args.initial {
-        InitialName::Auto => Initial::Auto,
-        InitialName::Zero => Initial::Zero,
-        InitialName::Measured => Initial::Measured,
-        InitialName::Free => Initial::Free,
-    };
-    if let Some(threads) = args.threads
-        && !(1..=THREADS_MAX).contains(&threads)
-    {
-        let remedy = format!("Give 1 to {THREADS_MAX}, or leave it out for all.");
-        return Err(Error::usage(format!("--threads is {threads}"), remedy));
-    }
-    if args.time_origin.is_some_and(|t| !t.is_finite()) {
-        return Err(Error::usage("--time-origin is not finite", "Give seconds from the start of the recording."));
-    }
-    if args.noise.is_some() && scale != Scale::Noise {
-        return Err(Error::usage(
-            "--noise has no effect without --scale noise",
-            "Add --scale noise or leave --noise out.",
-        ));
-    }
-    if args.time_origin.is_some() && !matches!(norm, Norm::Itse | Norm::Itae) {
-        let message = "--time-origin has no effect without --criterion itse or itae";
-        return Err(Error::usage(message, "Choose one of them or leave --time-origin out."));
-    }
+    let spec = problem::spec(&args.problem, &args.device)?;
     Ok(IdentifySpec {
         method: method(args)?,
         polish: match args.polish {
@@ -120,17 +49,7 @@ fn spec(args: &IdentifyArgs) -> Result<IdentifySpec> {
         population: args.population,
         generations: args.generations,
         seed: args.seed,
-        criterion: Criterion { norm, scale, time_origin_s: args.time_origin, noise },
-        model: Model { discretization, initial },
-        space: Space::table2_with(&values::bounds(&args.bounds)?, &values::parameters(&args.fix, "--fix")?)?,
-        auto_bounds: values::auto_bounds(&args.bounds)?,
-        device: device(&args.device)?,
-        precision: match args.precision {
-            Precision::Auto => PrecisionSpec::Auto,
-            Precision::F32 => PrecisionSpec::F32,
-            Precision::F64 => PrecisionSpec::F64,
-        },
-        threads: args.threads,
+        ..spec
     })
 }
 

@@ -3,8 +3,8 @@
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use motorfit::Error;
 
-const COMMANDS: [&str; 4] = ["evaluate", "compare", "sweep", "bench"];
-const FLAGS: [&str; 6] = ["--with", "--validate", "--split", "--rate", "--crop", "--out"];
+const COMMANDS: [&str; 3] = ["compare", "sweep", "bench"];
+const FLAGS: [&str; 7] = ["--with", "--validate", "--split", "--rate", "--crop", "--out", "--slice"];
 
 /// The error for a command, flag or value that a later version brings; `None` when clap's own words fit.
 pub(super) fn planned(error: &clap::Error) -> Option<Error> {

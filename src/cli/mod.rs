@@ -2,11 +2,13 @@
 
 mod args;
 mod devices;
+mod evaluate;
 mod identify;
 mod inspect;
 mod interrupt;
 mod later;
 mod output;
+mod problem;
 mod progress;
 mod shell;
 mod simulate;
@@ -47,6 +49,7 @@ pub(crate) fn main() -> ExitCode {
 fn run(cli: &Cli, style: &Style) -> motorfit::Result<Outcome> {
     match &cli.command {
         Command::Identify(args) => identify::run(args, style),
+        Command::Evaluate(args) => evaluate::run(args, style),
         Command::Simulate(args) => simulate::run(args, style),
         Command::Inspect(args) => inspect::run(args, style),
         Command::Devices(args) => devices::run(args),

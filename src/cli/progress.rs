@@ -18,11 +18,17 @@ pub(crate) struct Reporter {
     bar: Option<ProgressBar>,
     started: Instant,
     last: Option<Instant>,
+    /// What is counted.
+    what: &'static str,
 }
 
 impl Reporter {
     pub(crate) fn new(style: &Style) -> Self {
-        Self { kind: style.progress, bar: None, started: Instant::now(), last: None }
+        Self::of(style, "generation")
+    }
+
+    pub(crate) fn of(style: &Style, what: &'static str) -> Self {
+        Self { kind: style.progress, bar: None, started: Instant::now(), last: None, what }
     }
 
     pub(crate) fn show(&mut self, progress: &Progress) {
@@ -40,7 +46,7 @@ impl Reporter {
         }
         self.last = Some(Instant::now());
         let line = serde_json::json!({
-            "generation": progress.generation, "generations": progress.generations,
+            self.what: progress.generation, format!("{}s", self.what): progress.generations,
             "evaluations": progress.evaluations, "cost": progress.cost,
         });
         let _ = writeln!(std::io::stderr(), "{line}");
@@ -51,8 +57,8 @@ impl Reporter {
             return;
         }
         let bar = self.bar.get_or_insert_with(|| {
-            let template = "{bar:40} generation {pos}/{len}  {msg}  {eta} left";
-            let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+            let template = format!("{{bar:40}} {} {{pos}}/{{len}}  {{msg}}  {{eta}} left", self.what);
+            let style = ProgressStyle::with_template(&template).unwrap_or_else(|_| ProgressStyle::default_bar());
             let target = ProgressDrawTarget::stderr_with_hz(10);
             ProgressBar::with_draw_target(Some(progress.generations as u64), target).with_style(style)
         });

@@ -5,6 +5,7 @@
 //! against a search of the whole box.
 
 mod checks;
+mod costs;
 mod device;
 mod figures;
 mod method;
@@ -14,6 +15,7 @@ mod spec;
 mod verify;
 mod warnings;
 
+pub use costs::Costs;
 pub use device::{DeviceSpec, PrecisionSpec};
 pub use method::{Method, Polish};
 pub use outlook::{Outlook, outlook};
@@ -52,12 +54,20 @@ pub fn identify_with(
     spec: &IdentifySpec,
     observe: &mut (dyn FnMut(&Progress) -> ControlFlow<()> + Send),
 ) -> Result<Identification> {
-    let pool = spec.threads.map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build()).transpose();
+    with_threads(spec.threads, || run(records, spec, observe))
+}
+
+/// Does `work` inside a pool of so many threads, `None` in that of the caller: its threads then need no waking between
+/// one batch and the next.
+///
+/// # Errors
+/// `Usage` when threads cannot be started, and those of `work`.
+pub fn with_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
+    let pool = threads.map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build()).transpose();
     let pool = pool.map_err(|e| Error::usage(format!("threads cannot be started: {e}"), "Give fewer --threads."))?;
-    // All of it runs inside the pool: its threads then need no waking between generations.
     match pool {
-        Some(pool) => pool.install(|| run(records, spec, observe)),
-        None => rayon::scope(|_| run(records, spec, observe)),
+        Some(pool) => pool.install(work),
+        None => rayon::scope(|_| work()),
     }
 }
 

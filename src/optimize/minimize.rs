@@ -3,6 +3,7 @@
 use super::Optimizer;
 use crate::Result;
 use crate::candidates::Candidates;
+use rayon::prelude::*;
 use std::ops::ControlFlow;
 
 /// Why a search ended.
@@ -115,21 +116,48 @@ pub fn minimize(
                 && observe(&Progress { generation: generation - 1, generations, evaluations, cost: best }).is_break();
         }
         before += done as u64;
-        let (mut rest, mut left) = (costs.as_slice(), done);
-        for (run, count) in runs.iter_mut().zip(counts) {
-            let (own, others) = rest.split_at(count);
-            run.optimizer.tell(own);
-            run.evaluations += count.min(left) as u64;
-            run.history.push(run.cost());
-            left -= count.min(left);
-            rest = others;
-        }
+        tell(runs, &counts, &costs, Told { done, more: generation < generations && !stopped });
         let cost = runs.iter().map(Run::cost).fold(f64::INFINITY, f64::min);
         if stopped || observe(&Progress { generation, generations, evaluations: before, cost }).is_break() {
             return Ok(Stop::Interrupted);
         }
     }
     Ok(Stop::BudgetSpent)
+}
+
+/// Where a generation stands.
+#[derive(Clone, Copy)]
+struct Told {
+    /// How many of all candidates were evaluated: the first.
+    done: usize,
+    /// Whether another generation follows.
+    more: bool,
+}
+
+/// Tells every run its costs; runs in parallel.
+fn tell(runs: &mut [Run], counts: &[usize], costs: &[f64], state: Told) {
+    let (mut rest, mut left) = (costs, state.done);
+    let mut told = Vec::with_capacity(runs.len());
+    for (run, &count) in runs.iter_mut().zip(counts) {
+        let (own, others) = rest.split_at(count);
+        told.push((run, own, count.min(left) as u64));
+        left -= count.min(left);
+        rest = others;
+    }
+    let tell = |(run, costs, evaluated): (&mut Run, &[f64], u64)| {
+        run.optimizer.tell(costs);
+        if state.more {
+            // The next population is made here, where the runs go side by side.
+            run.optimizer.ask();
+        }
+        run.evaluations += evaluated;
+        run.history.push(run.cost());
+    };
+    if told.len() == 1 {
+        told.into_iter().for_each(tell);
+    } else {
+        told.into_par_iter().for_each(tell);
+    }
 }
 
 /// Rows `from..to` of all populations taken as one table, as parts of each.

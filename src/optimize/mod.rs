@@ -9,6 +9,7 @@ mod jaya;
 mod minimize;
 mod population;
 mod random;
+mod sample;
 
 pub use genetic::{Genetic, GeneticOptions};
 pub use gwo::{Gwo, GwoOptions};
@@ -16,6 +17,7 @@ pub use jaya::{Jaya, JayaOptions, Sharing};
 pub use minimize::{Budget, Evaluate, Observe, Progress, Run, Stop, minimize};
 pub use population::Setup;
 pub use random::Random;
+pub use sample::{Sample, Sampling};
 
 use crate::candidates::Candidates;
 

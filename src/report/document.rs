@@ -3,7 +3,7 @@
 use crate::criterion::{mean, noise_sigma, rms, standard_deviation};
 use crate::estimate::{ReferenceKind, Uncertainty};
 use crate::evaluate::{Initial, Level, cpu_name};
-use crate::identify::{Identification, IdentifySpec, Outlook, Warning, outlook, record_warnings};
+use crate::identify::{Costs, Identification, IdentifySpec, Outlook, Warning, outlook, record_warnings};
 use crate::motor::{Parameter, Parameters, response};
 use crate::record::{Quantity, Record};
 use crate::text::is_unsafe;
@@ -98,6 +98,38 @@ impl IdentifyDocument {
             "evaluations": found.evaluations,
             "history": found.history,
             "seconds": found.seconds,
+        })
+    }
+}
+
+/// The document of `evaluate --json`.
+pub struct EvaluateDocument {
+    /// How many were evaluated.
+    pub candidates: u64,
+    /// In how many seconds, all in all.
+    pub seconds: f64,
+}
+
+impl EvaluateDocument {
+    /// The best candidates (cost, values of the free parameters), with what they were evaluated on.
+    #[must_use]
+    pub fn of<'a>(&self, records: &[Record], costs: &Costs, best: impl Iterator<Item = (f64, &'a [f64])>) -> Value {
+        let problem = costs.problem();
+        let (kind, name, precision) = costs.device();
+        let bounds = problem.space().free().iter().map(|a| (a.parameter.symbol().to_owned(), value!([a.min, a.max])));
+        let entry =
+            |(cost, values): (f64, &[f64])| value!({"cost": cost, "parameters": plain(&problem.parameters(values, 0))});
+        value!({
+            "motorfit": env!("CARGO_PKG_VERSION"),
+            "records": records.iter().map(record_head).collect::<Value>(),
+            "criterion": format!("{:?}", problem.criterion().norm).to_lowercase(),
+            "scale": format!("{:?}", problem.criterion().scale).to_lowercase(),
+            "bounds": bounds.collect::<Map<String, Value>>(),
+            "device": {"kind": kind, "name": name, "precision": precision},
+            "candidates": self.candidates,
+            "seconds": self.seconds,
+            "best": best.map(entry).collect::<Value>(),
+            "warnings": warnings(costs.warnings()),
         })
     }
 }

@@ -2,4 +2,4 @@
 
 mod document;
 
-pub use document::{Devices, IdentifyDocument, InspectDocument, Names, SignalFacts, json};
+pub use document::{Devices, EvaluateDocument, IdentifyDocument, InspectDocument, Names, SignalFacts, json};

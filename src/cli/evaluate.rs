@@ -1,0 +1,285 @@
+//! `evaluate`: costs of candidates, from a file or sampled, streamed.
+
+use super::args::EvaluateArgs;
+use super::output::{Style, data};
+use super::progress::Reporter;
+use super::{Outcome, inspect, interrupt, problem, values};
+use motorfit::candidates::Candidates;
+use motorfit::identify::{Costs, with_threads};
+use motorfit::motor::Axis;
+use motorfit::optimize::{Progress, Sample, Sampling};
+use motorfit::record::Record;
+use motorfit::report::{EvaluateDocument, json};
+use motorfit::text::{engineering, excerpt, significant};
+use motorfit::{Error, Result};
+use std::collections::BinaryHeap;
+use std::fmt::Write as _;
+use std::io::Read;
+use std::time::{Duration, Instant};
+
+/// Candidate-steps in one batch: some hundredths of a second, so that progress and Ctrl-C come in time…
+const BATCH_STEPS: usize = 100_000_000;
+/// …and candidates, so that memory does not depend on how many there are.
+const BATCH_MAX: usize = 1 << 17;
+
+/// Where candidates come from.
+enum Source {
+    Sample { sample: Sample, next: u64 },
+    File { reader: Box<csv::Reader<Box<dyn Read + Send>>>, name: String, places: Vec<(&'static str, usize)> },
+}
+
+pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
+    let mut spec = problem::spec(&args.problem, &args.device)?;
+    let sampled = args.sample.as_deref().map(sampling).transpose()?;
+    if args.top == Some(0) {
+        return Err(Error::usage("--top is 0", "Give how many of the best to print."));
+    }
+    // For the choice of a device: how many candidates come at once and in all.
+    let expected = sampled.map_or(1 << 20, |(_, number)| number);
+    spec.population = BATCH_MAX;
+    spec.generations = usize::try_from(expected).unwrap_or(usize::MAX).div_ceil(BATCH_MAX);
+    let records = inspect::read(&args.records, &args.columns)?;
+    interrupt::listen()?;
+    with_threads(spec.threads, || {
+        let costs = Costs::new(&records, &spec)?;
+        style.warnings(costs.warnings());
+        let axes = costs.problem().space().free().to_vec();
+        let source = match sampled {
+            Some((sampling, number)) => {
+                let sample = Sample::new(sampling, number, costs.problem().space().bounds(), args.seed)?;
+                Source::Sample { sample, next: 0 }
+            }
+            None => file(args, &axes)?,
+        };
+        Evaluation { args, style, axes, costs, source }.run(&records)
+    })
+}
+
+/// `uniform:N`, `lhs:N` or `grid:N`.
+fn sampling(text: &str) -> Result<(Sampling, u64)> {
+    let bad = || {
+        Error::usage(
+            format!("--sample: \"{}\" is no sample", excerpt(text)),
+            "Write uniform:N, lhs:N (N candidates) or grid:N (N values of each free parameter).",
+        )
+    };
+    let (kind, number) = text.split_once(':').ok_or_else(bad)?;
+    let kind = match kind {
+        "uniform" => Sampling::Uniform,
+        "lhs" => Sampling::LatinHypercube,
+        "grid" => Sampling::Grid,
+        _ => return Err(bad()),
+    };
+    // 1e8 is as good as 100000000.
+    let number = values::number(number, "--sample")?;
+    if !(1.0..=9e15).contains(&number) || number.fract() != 0.0 {
+        return Err(bad());
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number within 2^53")]
+    Ok((kind, number as u64))
+}
+
+/// Opens a file of candidates and finds the column of each axis.
+fn file(args: &EvaluateArgs, axes: &[Axis]) -> Result<Source> {
+    let path = args.candidates.as_deref().unwrap_or(std::path::Path::new("-"));
+    let name = path.display().to_string();
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
+        return Err(Error::usage(
+            format!("reading Parquet is planned but not in motorfit {}", env!("CARGO_PKG_VERSION")),
+            "Give the candidates as CSV.",
+        ));
+    }
+    let input: Box<dyn Read + Send> = if name == "-" {
+        Box::new(std::io::stdin())
+    } else {
+        let failed = |e: std::io::Error| Error::data(format!("cannot be read: {e}"), "Check the path.").in_file(path);
+        Box::new(std::fs::File::open(path).map_err(failed)?)
+    };
+    let mut reader = Box::new(csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(input));
+    let heading = reader.headers().map_err(|e| broken(&name, &e))?.clone();
+    let place = |axis: &Axis| {
+        let symbol = axis.parameter.symbol();
+        let position = heading.iter().position(|cell| cell.trim_start_matches('\u{feff}') == symbol);
+        position.map(|place| (symbol, place)).ok_or_else(|| {
+            let found: Vec<String> = heading.iter().map(|cell| format!("\"{}\"", excerpt(cell))).collect();
+            Error::data(
+                format!("{name}, line 1: no column {symbol}; the heading has {}", found.join(", ")),
+                "Name a column for each free parameter (R,L,K,B,J), or hold it with --fix.",
+            )
+        })
+    };
+    let places = axes.iter().map(place).collect::<Result<_>>()?;
+    Ok(Source::File { reader, name, places })
+}
+
+fn broken(name: &str, error: &csv::Error) -> Error {
+    Error::data(format!("{name}: {}", excerpt(&error.to_string())), "Give a CSV with a heading and numbers.")
+}
+
+impl Source {
+    /// How many there are, where that is known.
+    fn count(&self) -> Option<u64> {
+        match self {
+            Self::Sample { sample, .. } => Some(sample.count()),
+            Self::File { .. } => None,
+        }
+    }
+
+    /// The next candidates, at most `most`; none at the end.
+    fn next(&mut self, most: usize, width: usize, values: &mut Vec<f64>) -> Result<()> {
+        values.clear();
+        match self {
+            Self::Sample { sample, next } => {
+                let count = most.min(usize::try_from(sample.count() - *next).unwrap_or(usize::MAX));
+                values.resize(count * width, 0.0);
+                sample.fill(*next, values);
+                *next += count as u64;
+            }
+            Self::File { reader, name, places } => {
+                let mut row = csv::StringRecord::new();
+                while values.len() < most * width && reader.read_record(&mut row).map_err(|e| broken(name, &e))? {
+                    let line = row.position().map_or(0, csv::Position::line);
+                    for (symbol, place) in places.iter() {
+                        let cell = row.get(*place).unwrap_or_default();
+                        values.push(motorfit::record::parse_number(cell, false).map_err(|found| {
+                            let message = format!("{name}, line {line}, column {symbol}: {found}");
+                            Error::data(message, "Give a number in SI units.")
+                        })?);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A candidate among the best: the heap's top is the worst of them.
+struct Kept {
+    cost: f64,
+    /// Its number, which decides between equals.
+    number: u64,
+    values: Vec<f64>,
+}
+
+impl PartialEq for Kept {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Kept {}
+
+impl PartialOrd for Kept {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Kept {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.cost.total_cmp(&other.cost).then(self.number.cmp(&other.number))
+    }
+}
+
+struct Evaluation<'a> {
+    args: &'a EvaluateArgs,
+    style: &'a Style,
+    axes: Vec<Axis>,
+    costs: Costs,
+    source: Source,
+}
+
+impl Evaluation<'_> {
+    fn run(mut self, records: &[Record]) -> Result<Outcome> {
+        let width = self.axes.len();
+        let most = (BATCH_STEPS / self.costs.problem().active().max(1)).clamp(1, BATCH_MAX);
+        let top = self.args.top.or(self.args.json.then_some(10));
+        if top.is_none() {
+            data(&format!("{},cost\n", self.symbols().join(",")))?;
+        }
+        let (mut values, mut costs, mut best) = (Vec::new(), Vec::new(), BinaryHeap::new());
+        let (mut done, mut lowest, mut busy) = (0_u64, f64::INFINITY, Duration::ZERO);
+        let started = Instant::now();
+        let mut reporter = Reporter::of(self.style, "batch");
+        let batches = self.source.count().map_or(0, |count| count.div_ceil(most as u64));
+        let mut interrupted = false;
+        while !interrupted {
+            self.source.next(most, width, &mut values)?;
+            if values.is_empty() {
+                break;
+            }
+            costs.resize(values.len() / width, 0.0);
+            let begun = Instant::now();
+            self.costs.evaluate(&values, &mut costs)?;
+            busy += begun.elapsed();
+            match top {
+                Some(top) => keep(&mut best, top, done, Candidates::new(&values, width), &costs),
+                None => data(&rows(Candidates::new(&values, width), &costs))?,
+            }
+            lowest = costs.iter().copied().fold(lowest, f64::min);
+            done += costs.len() as u64;
+            if let Ok(generations) = usize::try_from(batches)
+                && batches > 0
+            {
+                let generation = usize::try_from(done.div_ceil(most as u64)).unwrap_or(generations);
+                reporter.show(&Progress { generation, generations, evaluations: done, cost: lowest });
+            }
+            interrupted = interrupt::pressed();
+        }
+        drop(reporter);
+        if done == 0 {
+            return Err(Error::data("there are no candidates", "Give a file with rows below its heading."));
+        }
+        let (_, device, precision) = self.costs.device();
+        #[expect(clippy::cast_precision_loss, reason = "for people")]
+        let rate = done as f64 / started.elapsed().as_secs_f64();
+        self.style.note(&format!(
+            "{done} candidates in {} ({} of it evaluating), {} a second, on {device}, {precision}; lowest cost {}",
+            engineering(started.elapsed().as_secs_f64(), "s", 3),
+            engineering(busy.as_secs_f64(), "s", 3),
+            significant(rate, 3),
+            significant(lowest, 6)
+        ));
+        let best = best.into_sorted_vec();
+        if self.args.json {
+            let best = best.iter().map(|kept| (kept.cost, kept.values.as_slice()));
+            let document = EvaluateDocument { candidates: done, seconds: started.elapsed().as_secs_f64() };
+            data(&json(&document.of(records, &self.costs, best)))?;
+        } else if top.is_some() {
+            let table: Vec<f64> = best.iter().flat_map(|kept| kept.values.iter().copied()).collect();
+            let costs: Vec<f64> = best.iter().map(|kept| kept.cost).collect();
+            let head = format!("{},cost\n", self.symbols().join(","));
+            data(&(head + &rows(Candidates::new(&table, width), &costs)))?;
+        }
+        Ok(if interrupted { Outcome::Interrupted } else { Outcome::Done })
+    }
+
+    fn symbols(&self) -> Vec<&'static str> {
+        self.axes.iter().map(|axis| axis.parameter.symbol()).collect()
+    }
+}
+
+/// Keeps the `top` lowest of what came so far.
+fn keep(best: &mut BinaryHeap<Kept>, top: usize, first: u64, candidates: Candidates<'_>, costs: &[f64]) {
+    for (row, &cost) in costs.iter().enumerate() {
+        if best.len() == top && best.peek().is_some_and(|worst| cost >= worst.cost) {
+            continue;
+        }
+        best.push(Kept { cost, number: first + row as u64, values: candidates.row(row).to_vec() });
+        if best.len() > top {
+            best.pop();
+        }
+    }
+}
+
+/// Lines of CSV: shortest decimals that read back as the same numbers.
+fn rows(candidates: Candidates<'_>, costs: &[f64]) -> String {
+    let mut text = String::with_capacity(costs.len() * (candidates.width() + 1) * 20);
+    for (row, cost) in costs.iter().enumerate() {
+        for value in candidates.row(row) {
+            let _ = write!(text, "{value},");
+        }
+        let _ = writeln!(text, "{cost}");
+    }
+    text
+}

@@ -1,0 +1,94 @@
+//! What `identify` and `evaluate` share: criterion, model, space and device, from their flags.
+
+use super::args::{CriterionName, DeviceArgs, DiscretizationName, InitialName, Precision, ProblemArgs, ScaleName};
+use super::values;
+use motorfit::criterion::{Criterion, Norm, Scale};
+use motorfit::evaluate::{Initial, Model};
+use motorfit::identify::{DeviceSpec, IdentifySpec, PrecisionSpec};
+use motorfit::motor::{Discretization, Space};
+use motorfit::text::excerpt;
+use motorfit::{Error, Result};
+
+/// More threads than any machine has cores help nobody.
+const THREADS_MAX: usize = 1024;
+
+fn which(text: &str) -> Result<DeviceSpec> {
+    match text {
+        "auto" => Ok(DeviceSpec::Auto),
+        "cpu" => Ok(DeviceSpec::Cpu),
+        "gpu" => Ok(DeviceSpec::Gpu),
+        other => match other.strip_prefix("gpu:").map(|which| (which, which.parse())) {
+            Some((_, Ok(index))) => Ok(DeviceSpec::GpuIndex(index)),
+            Some((name, Err(_))) if !name.is_empty() => Ok(DeviceSpec::GpuName(name.to_owned())),
+            _ => Err(Error::usage(
+                format!("--device: \"{}\" is no device", excerpt(other)),
+                "Give auto, cpu, gpu, gpu:INDEX or gpu:NAME; motorfit devices lists what is there.",
+            )),
+        },
+    }
+}
+
+/// The part of a spec that says what candidates are evaluated on, and by what.
+pub(super) fn spec(args: &ProblemArgs, device: &DeviceArgs) -> Result<IdentifySpec> {
+    let noise = args.noise.as_deref().map(values::noise).transpose()?.unwrap_or_default();
+    let norm = match args.criterion {
+        CriterionName::Euclidean => Norm::Euclidean,
+        CriterionName::Ise => Norm::Ise,
+        CriterionName::Iae => Norm::Iae,
+        CriterionName::Itse => Norm::Itse,
+        CriterionName::Itae => Norm::Itae,
+        CriterionName::Mse => Norm::Mse,
+        CriterionName::Nrmse => Norm::Nrmse,
+    };
+    let scale = match args.scale {
+        ScaleName::None => Scale::None,
+        ScaleName::Peak => Scale::Peak,
+        ScaleName::Std => Scale::Std,
+        ScaleName::Noise => Scale::Noise,
+    };
+    let discretization = match args.discretization {
+        DiscretizationName::Zoh => Discretization::Zoh,
+        DiscretizationName::Foh => Discretization::Foh,
+        DiscretizationName::Rk4 => Discretization::Rk4,
+        DiscretizationName::Euler => Discretization::Euler,
+    };
+    let initial = match args.initial {
+        InitialName::Auto => Initial::Auto,
+        InitialName::Zero => Initial::Zero,
+        InitialName::Measured => Initial::Measured,
+        InitialName::Free => Initial::Free,
+    };
+    if let Some(threads) = device.threads
+        && !(1..=THREADS_MAX).contains(&threads)
+    {
+        let remedy = format!("Give 1 to {THREADS_MAX}, or leave it out for all.");
+        return Err(Error::usage(format!("--threads is {threads}"), remedy));
+    }
+    if args.time_origin.is_some_and(|t| !t.is_finite()) {
+        return Err(Error::usage("--time-origin is not finite", "Give seconds from the start of the recording."));
+    }
+    if args.noise.is_some() && scale != Scale::Noise {
+        return Err(Error::usage(
+            "--noise has no effect without --scale noise",
+            "Add --scale noise or leave --noise out.",
+        ));
+    }
+    if args.time_origin.is_some() && !matches!(norm, Norm::Itse | Norm::Itae) {
+        let message = "--time-origin has no effect without --criterion itse or itae";
+        return Err(Error::usage(message, "Choose one of them or leave --time-origin out."));
+    }
+    Ok(IdentifySpec {
+        criterion: Criterion { norm, scale, time_origin_s: args.time_origin, noise },
+        model: Model { discretization, initial },
+        space: Space::table2_with(&values::bounds(&args.bounds)?, &values::parameters(&args.fix, "--fix")?)?,
+        auto_bounds: values::auto_bounds(&args.bounds)?,
+        device: which(&device.device)?,
+        precision: match device.precision {
+            Precision::Auto => PrecisionSpec::Auto,
+            Precision::F32 => PrecisionSpec::F32,
+            Precision::F64 => PrecisionSpec::F64,
+        },
+        threads: device.threads,
+        ..IdentifySpec::default()
+    })
+}
