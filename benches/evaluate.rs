@@ -6,8 +6,8 @@
 mod support;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use motorfit::evaluate::{Evaluator, Level, Scalar, Simd};
-use support::{candidates, evaluate, fma_loop, m2_problem, median, ratio, seconds};
+use motorfit::evaluate::{Evaluator, Level, Scalar, Simd, fma_loop};
+use support::{candidates, evaluate, m2_problem, median, ratio, seconds};
 
 /// Operations on the FMA ports for one candidate-step: see `evaluate/kernel.rs`.
 const OPERATIONS: f64 = 8.0;
@@ -64,13 +64,13 @@ fn ratios() {
             continue;
         }
         let rounds = 200_000;
-        let operations = fma_loop(level, rounds);
+        let operations = fma_loop(level, rounds).unwrap();
         let peak = pool(1).install(|| {
             ratio(
                 25,
                 || run(&mut Simd::at(level)),
                 || {
-                    fma_loop(level, rounds);
+                    let _ = fma_loop(level, rounds);
                 },
             )
         }) / operations
@@ -96,7 +96,7 @@ fn threads() {
         seconds(|| pool.install(|| evaluate(&mut Simd::default(), &problem, &values, &mut costs)))
     };
     let half = || {
-        fma_loop(level, 500_000);
+        let _ = fma_loop(level, 500_000);
     };
     let theirs = |pool: &rayon::ThreadPool| seconds(|| pool.install(|| rayon::join(half, half).0));
     let (mut gain, mut peak) = (Vec::new(), Vec::new());

@@ -5,7 +5,7 @@
 //! Steiglitz–McBride or a population search, whose generations are simulated at once, refined to the maximum-likelihood
 //! estimate, and held against a search of the whole box.
 //!
-//! Data flow one way: record → motor → criterion → evaluate → optimize → estimate → identify → report. A module uses those
+//! Data flow one way: record → motor → criterion → evaluate → optimize → estimate → identify → study → report. A module uses those
 //! before it only.
 //!
 //! ```
@@ -31,6 +31,7 @@ pub mod motor;
 pub mod optimize;
 pub mod record;
 pub mod report;
+pub mod study;
 pub mod text;
 
 pub use error::{Error, ErrorKind, Result};

@@ -350,6 +350,28 @@ fn evaluate_gives_costs_of_any_candidates() {
 }
 
 #[test]
+fn bench_names_what_it_measured() {
+    let args = ["bench", "--seconds", "0.3", "--populations", "1,50", "--samples", "10,20", "--no-gpu", "--json"];
+    let document = json(&args);
+    let contenders = document["contenders"].as_array().unwrap();
+    assert!(contenders.len() >= 2 && contenders.iter().all(|c| c["kind"] == "cpu"), "{contenders:?}");
+    assert!(contenders[0]["name"].as_str().unwrap().contains("scalar f64, 1 thread"));
+    let measurements = document["measurements"].as_array().unwrap();
+    assert_eq!(measurements.len(), 4 * contenders.len());
+    for m in measurements {
+        let steps = m["samples"].as_f64().unwrap() * m["population"].as_f64().unwrap();
+        let rate = steps / m["seconds"].as_f64().unwrap();
+        assert!((m["candidate_steps_per_second"].as_f64().unwrap() / rate - 1.0).abs() < 1e-12);
+        assert!(m["spread"].as_f64().unwrap() >= 0.0 && m["rounds"].as_u64().unwrap() >= 1);
+    }
+    let text = ok(&["bench", "--seconds", "0.2", "--populations", "10", "--samples", "10", "--no-gpu"]);
+    assert!(text.contains("10 samples") && text.contains("No GPU was measured"), "{text}");
+    for args in [["--populations", "0"], ["--samples", "1"], ["--seconds", "0"], ["--threads", "0"]] {
+        fails(&[&["bench"][..], &args].concat(), 2, "");
+    }
+}
+
+#[test]
 fn simulate_writes_what_identify_reads() {
     let folder = Folder::new();
     let file = folder.path("m2.csv");

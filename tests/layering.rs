@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Each module with those that it may use. Every module may use the ground: error, text, candidates.
-const ALLOWED: [(&str, &[&str]); 12] = [
+const ALLOWED: [(&str, &[&str]); 13] = [
     ("error", &[]),
     ("text", &[]),
     ("candidates", &[]),
@@ -19,7 +19,8 @@ const ALLOWED: [(&str, &[&str]); 12] = [
     ("evaluate", &["record", "motor", "criterion"]),
     ("estimate", &["record", "motor", "criterion", "evaluate"]),
     ("identify", &["record", "motor", "criterion", "evaluate", "optimize", "estimate"]),
-    ("report", &["record", "motor", "criterion", "evaluate", "optimize", "estimate", "identify"]),
+    ("study", &["record", "motor", "criterion", "experiment", "evaluate", "optimize", "estimate", "identify"]),
+    ("report", &["record", "motor", "criterion", "evaluate", "optimize", "estimate", "identify", "study"]),
 ];
 const GROUND: [&str; 6] = ["error", "text", "candidates", "Error", "ErrorKind", "Result"];
 

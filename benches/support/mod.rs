@@ -4,14 +4,12 @@
 
 use motorfit::candidates::Candidates;
 use motorfit::criterion::Criterion;
-use motorfit::evaluate::{Batch, Evaluator, Group, Level, Model, Problem};
+use motorfit::evaluate::{Batch, Evaluator, Group, Model, Problem};
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::motor::{Discretization, Parameters, Space};
 use motorfit::record::Record;
-use multiversion::multiversion;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -50,40 +48,6 @@ pub fn evaluate(evaluator: &mut dyn Evaluator, problem: &Arc<Problem>, values: &
     let candidates = Candidates::new(values, 5);
     let groups = [Group { problem, candidates, reference: None }];
     evaluator.evaluate(&Batch { groups: &groups }, costs).unwrap();
-}
-
-const CHAINS: usize = 10;
-
-/// Independent chains of multiply–adds, `N` lanes each, enough to hide their latency.
-#[inline(always)]
-fn chains<const N: usize>(rounds: usize) -> f64 {
-    let mut x = [[1.0_f64; N]; CHAINS];
-    let (a, b) = ([black_box(0.999); N], [black_box(1e-3); N]);
-    for _ in 0..rounds {
-        for k in 0..CHAINS {
-            for n in 0..N {
-                x[k][n] = x[k][n].mul_add(a[n], b[n]);
-            }
-        }
-    }
-    black_box(x)[0][0]
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma"))]
-fn chains_avx512(rounds: usize) -> f64 {
-    chains::<8>(rounds)
-}
-
-#[multiversion(targets("x86_64+avx2+fma"))]
-fn chains_avx2(rounds: usize) -> f64 {
-    chains::<4>(rounds)
-}
-
-/// Runs `rounds` of the FMA loop at a level and returns how many lane multiply–adds that were.
-pub fn fma_loop(level: Level, rounds: usize) -> f64 {
-    let lanes = if level == Level::Avx512 { 8 } else { 4 };
-    black_box(if level == Level::Avx512 { chains_avx512(rounds) } else { chains_avx2(rounds) });
-    (rounds * CHAINS * lanes) as f64
 }
 
 /// Seconds of one call.

@@ -60,6 +60,8 @@ pub(crate) enum Command {
     Simulate(SimulateArgs),
     /// Show what a recording holds and how it was understood
     Inspect(InspectArgs),
+    /// Measure CPU against GPU evaluation over population sizes
+    Bench(BenchArgs),
     /// List what can evaluate on this machine
     Devices(DevicesArgs),
     /// Print a completion script for a shell
@@ -231,6 +233,28 @@ pub(crate) struct InspectArgs {
     pub columns: Columns,
     #[command(flatten)]
     pub band: Band,
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct BenchArgs {
+    /// Candidates in a batch
+    #[arg(long, value_delimiter = ',', value_name = "LIST", default_value = "1,10,100,1000,10000,100000,1000000")]
+    pub populations: Vec<usize>,
+    /// Samples of the recordings
+    #[arg(long, value_delimiter = ',', value_name = "LIST", default_value = "300,3000")]
+    pub samples: Vec<usize>,
+    /// About how long measuring may take, in seconds
+    #[arg(long, default_value_t = 60.0, value_name = "S")]
+    pub seconds: f64,
+    /// Threads of the CPU contender that uses several [default: all]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub threads: Option<usize>,
+    /// Measure no adapters
+    #[arg(long)]
+    pub no_gpu: bool,
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,

@@ -3,7 +3,7 @@
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use motorfit::Error;
 
-const COMMANDS: [&str; 3] = ["compare", "sweep", "bench"];
+const COMMANDS: [&str; 2] = ["compare", "sweep"];
 const FLAGS: [&str; 7] = ["--with", "--validate", "--split", "--rate", "--crop", "--out", "--slice"];
 
 /// The error for a command, flag or value that a later version brings; `None` when clap's own words fit.

@@ -1,6 +1,7 @@
 //! The command line: reads arguments, calls the library, prints. One file a command; `args` alone knows clap.
 
 mod args;
+mod bench;
 mod devices;
 mod evaluate;
 mod identify;
@@ -52,6 +53,7 @@ fn run(cli: &Cli, style: &Style) -> motorfit::Result<Outcome> {
         Command::Evaluate(args) => evaluate::run(args, style),
         Command::Simulate(args) => simulate::run(args, style),
         Command::Inspect(args) => inspect::run(args, style),
+        Command::Bench(args) => bench::run(args, style),
         Command::Devices(args) => devices::run(args),
         Command::Completions { shell } => shell::completions(*shell),
         Command::Man => shell::man(),

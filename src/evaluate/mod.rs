@@ -8,6 +8,7 @@ mod cpu;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod kernel;
+mod peak;
 mod problem;
 mod scalar;
 mod signals;
@@ -15,6 +16,7 @@ mod simd;
 
 pub use cpu::{Level, cpu_name};
 pub(crate) use kernel::multiply_add;
+pub use peak::fma_loop;
 pub use problem::{Model, Problem};
 pub use scalar::Scalar;
 pub use signals::{Initial, Signals, Span};

@@ -1,0 +1,74 @@
+//! A population search end to end against the raw rate of its evaluator in the same process: a million agents, and a
+//! thousand runs of a hundred as one batch; on SIMD and on the best adapter.
+#![allow(missing_docs, reason = "a bench has no public interface")]
+#![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a bench prints and may stop")]
+#![allow(clippy::cast_precision_loss, reason = "small numbers")]
+
+mod support;
+
+use motorfit::candidates::Candidates;
+use motorfit::evaluate::{Batch, Evaluator, Group, Problem, Simd};
+use motorfit::motor::Space;
+use motorfit::optimize::{Budget, Gwo, GwoOptions, Jaya, JayaOptions, Optimizer, Run, Setup, minimize};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use support::{m2_problem, median, seconds};
+
+fn optimizer(name: &str, population: usize, generations: usize, run: u64) -> Box<dyn Optimizer> {
+    let setup = Setup { bounds: Space::table2().bounds(), population, generations, seed: 1, run };
+    match name {
+        "gwo" => Box::new(Gwo::new(setup, GwoOptions::default()).unwrap()),
+        _ => Box::new(Jaya::new(setup, JayaOptions::default()).unwrap()),
+    }
+}
+
+/// Seconds of a search of `runs` runs, and of evaluating as many candidates with nothing else.
+fn search(
+    evaluator: &mut dyn Evaluator,
+    problem: &Arc<Problem>,
+    [runs, population, generations]: [usize; 3],
+    name: &str,
+) -> [f64; 2] {
+    let mut all: Vec<Run> = (0..runs as u64).map(|n| Run::new(optimizer(name, population, generations, n))).collect();
+    let mut evaluate = |populations: &[Candidates<'_>], costs: &mut [f64]| {
+        let groups: Vec<Group<'_>> =
+            populations.iter().map(|&candidates| Group { problem, candidates, reference: None }).collect();
+        evaluator.evaluate(&Batch { groups: &groups }, costs)
+    };
+    let budget = Budget { generations, slice: usize::MAX };
+    let whole = seconds(|| {
+        minimize(&mut all, budget, &mut evaluate, &mut |_| ControlFlow::Continue(())).unwrap();
+    });
+    // Raw: the last populations again, as often.
+    let populations: Vec<Candidates<'_>> = all.iter_mut().map(|run| run.optimizer.ask()).collect();
+    let mut costs = vec![0.0; runs * population];
+    let raw =
+        median((0..generations.min(5)).map(|_| seconds(|| evaluate(&populations, &mut costs).unwrap())).collect());
+    [whole, raw * generations as f64]
+}
+
+fn report(device: &str, evaluator: &mut dyn Evaluator, problem: &Arc<Problem>) {
+    for name in ["gwo", "jaya"] {
+        for case in [[1, 1_000_000, 3], [1000, 100, 20]] {
+            let [whole, raw] = rayon::scope(|_| search(evaluator, problem, case, name));
+            let [runs, population, generations] = case;
+            println!(
+                "{device}, {name}: {runs} run(s) of {population} × {generations}: {:.0} % of the raw evaluator's rate",
+                100.0 * raw / whole
+            );
+        }
+    }
+}
+
+fn main() {
+    let problem = m2_problem();
+    report("SIMD", &mut Simd::default(), &problem);
+    #[cfg(feature = "gpu")]
+    match motorfit::evaluate::gpu::Gpu::open(&motorfit::evaluate::gpu::Selector::Best, None) {
+        Ok(mut gpu) => {
+            let name = gpu.facts().name.clone();
+            report(&name, &mut gpu, &problem);
+        }
+        Err(error) => println!("no adapter: {error}"),
+    }
+}
