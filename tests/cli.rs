@@ -334,7 +334,10 @@ fn evaluate_gives_costs_of_any_candidates() {
         (&["--sample", "uniform:0"], 2, "is no sample"),
         (&["--sample", "uniform:3", "--top", "0"], 2, "--top is 0"),
         (&["--sample", "grid:1e6"], 2, "too many"),
-        (&["--slice", "R,L"], 2, "planned"),
+        (&["--slice", "R"], 2, "two parameters"),
+        (&["--slice", "R,R"], 2, "two different"),
+        (&["--slice", "R,L", "--fix", "R=0.9"], 2, "R is held"),
+        (&["--slice", "R,L", "--sample", "lhs:9"], 2, "grid:N"),
         (&[], 2, "--candidates"),
         (&["--candidates", "nowhere.csv"], 3, "cannot be read"),
         (&["--candidates", "x.parquet"], 2, "planned"),
@@ -347,6 +350,21 @@ fn evaluate_gives_costs_of_any_candidates() {
     }
     let wrong = folder.file("wrong.csv", "R,L,K,B,J\n1,2,x,4,5\n");
     fails(&["evaluate", EXAMPLE, "--top", "1", "--candidates", &wrong], 3, "line 2, column K: found \"x\"");
+}
+
+#[test]
+fn a_slice_is_a_map_around_the_optimum() {
+    let folder = Folder::new();
+    let svg = folder.path("map.svg");
+    let args = ["-q", "evaluate", EXAMPLE, "--slice", "R,L", "--sample", "grid:21", "--svg", &svg];
+    let out = ok(&[&args[..], &["--scale", "noise"]].concat());
+    assert_eq!((out.lines().count(), out.lines().next()), (442, Some("R,L,cost")));
+    let rows: Vec<Vec<f64>> =
+        out.lines().skip(1).map(|l| l.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+    let lowest = rows.iter().min_by(|a, b| a[2].total_cmp(&b[2])).unwrap();
+    assert!((lowest[0] / 0.921 - 1.0).abs() < 2e-3 && (lowest[1] / 0.00776 - 1.0).abs() < 4e-3, "{lowest:?}");
+    let plot = std::fs::read_to_string(&svg).unwrap();
+    assert!(plot.starts_with("<svg") && plot.contains("R, resistance [ohm]") && plot.contains("log10 of nrmse"));
 }
 
 #[test]
@@ -364,6 +382,11 @@ fn bench_names_what_it_measured() {
         assert!((m["candidate_steps_per_second"].as_f64().unwrap() / rate - 1.0).abs() < 1e-12);
         assert!(m["spread"].as_f64().unwrap() >= 0.0 && m["rounds"].as_u64().unwrap() >= 1);
     }
+    let folder = Folder::new();
+    let plot = folder.path("rates.svg");
+    ok(&["bench", "--seconds", "0.2", "--populations", "1,10", "--samples", "10,20", "--no-gpu", "--svg", &plot]);
+    let plot = std::fs::read_to_string(folder.path("rates-20.svg")).unwrap();
+    assert!(plot.contains("20 samples, end to end") && plot.contains("scalar f64, 1 thread"));
     let text = ok(&["bench", "--seconds", "0.2", "--populations", "10", "--samples", "10", "--no-gpu"]);
     assert!(text.contains("10 samples") && text.contains("No GPU was measured"), "{text}");
     for args in [["--populations", "0"], ["--samples", "1"], ["--seconds", "0"], ["--threads", "0"]] {

@@ -168,11 +168,18 @@ pub(crate) struct EvaluateArgs {
     #[command(flatten)]
     pub columns: Columns,
     /// A CSV of candidates with a column for each free parameter (R,L,K,B,J; SI units); - reads stdin
-    #[arg(long, value_name = "FILE", required_unless_present = "sample", conflicts_with = "sample")]
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["sample", "slice"])]
+    #[arg(conflicts_with_all = ["sample", "slice"])]
     pub candidates: Option<PathBuf>,
     /// Candidates from the bounds: uniform:N, lhs:N (Latin hypercube), or grid:N (N an axis)
     #[arg(long, value_name = "SAMPLE")]
     pub sample: Option<String>,
+    /// The cost over two parameters around the identified optimum, as R,L; --sample grid:N sets the points a side
+    #[arg(long, value_name = "P,Q", conflicts_with_all = ["top", "json"])]
+    pub slice: Option<String>,
+    /// With --slice: a file for the heat map, with the optimum and its 95 % ellipse
+    #[arg(long, value_name = "FILE", requires = "slice")]
+    pub svg: Option<PathBuf>,
     /// Print the K best only, the lowest cost first [default with --json: 10]
     #[arg(long, value_name = "K")]
     pub top: Option<usize>,
@@ -252,6 +259,9 @@ pub(crate) struct BenchArgs {
     /// Threads of the CPU contender that uses several [default: all]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub threads: Option<usize>,
+    /// A file for a plot of rate against population; with several recordings one each, their samples in the name
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
     /// Measure no adapters
     #[arg(long)]
     pub no_gpu: bool,

@@ -3,15 +3,17 @@
 use super::args::BenchArgs;
 use super::output::{DIM, STRONG, Style, data};
 use super::progress::Reporter;
-use super::{Outcome, interrupt};
+use super::{Outcome, files, interrupt};
 use motorfit::evaluate::Level;
 use motorfit::optimize::Progress;
+use motorfit::report::plot::{Line, log_log};
 use motorfit::report::{BenchDocument, json};
 use motorfit::study::{Measurement, Throughput, ThroughputSpec, contenders, throughput};
 use motorfit::text::significant;
 use motorfit::{Error, Result};
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
+use std::path::Path;
 
 pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
     let threads = args.threads.unwrap_or_else(rayon::current_num_threads);
@@ -37,9 +39,36 @@ pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
     for refused in &result.refused {
         style.note(&format!("not measured: {refused}"));
     }
+    if let Some(path) = &args.svg {
+        plots(path, &spec, &result, style)?;
+    }
     let text = if args.json { json(&BenchDocument::of(&spec, &result)) } else { text(&spec, &result) };
     data(&text)?;
     Ok(if result.interrupted { Outcome::Interrupted } else { Outcome::Done })
+}
+
+/// A plot for each recording.
+fn plots(path: &Path, spec: &ThroughputSpec, result: &Throughput, style: &Style) -> Result<()> {
+    for &samples in &spec.samples {
+        let points = |n: usize| {
+            let of = |m: &&Measurement| m.contender == n && m.samples == samples;
+            #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+            let point = |m: &Measurement| m.rate().map(|rate| (m.population as f64, rate));
+            result.measurements.iter().filter(of).filter_map(point).collect()
+        };
+        let names = result.contenders.iter().enumerate();
+        let lines = names.map(|(n, contender)| Line { name: contender.name.clone(), points: points(n) }).collect();
+        let title = format!("{samples} samples, end to end");
+        let svg = log_log(&title, ["candidates in a batch", "candidate-steps a second [1/s]"], lines);
+        let mut file = path.to_path_buf();
+        if spec.samples.len() > 1 {
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            file.set_file_name(format!("{stem}-{samples}.svg"));
+        }
+        files::write(&file, &svg)?;
+        style.note(&format!("wrote {}", file.display()));
+    }
+    Ok(())
 }
 
 /// Tables: one for each recording, a column for each contender.

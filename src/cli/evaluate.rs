@@ -29,6 +29,9 @@ enum Source {
 }
 
 pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
+    if let Some(slice) = &args.slice {
+        return super::slice::run(args, slice, style);
+    }
     let mut spec = problem::spec(&args.problem, &args.device)?;
     let sampled = args.sample.as_deref().map(sampling).transpose()?;
     if args.top == Some(0) {

@@ -4,6 +4,7 @@ mod args;
 mod bench;
 mod devices;
 mod evaluate;
+mod files;
 mod identify;
 mod inspect;
 mod interrupt;
@@ -13,6 +14,7 @@ mod problem;
 mod progress;
 mod shell;
 mod simulate;
+mod slice;
 mod values;
 
 use args::{Cli, Command};

@@ -1,0 +1,75 @@
+//! `evaluate --slice`: a cost map as CSV, and as a heat map.
+
+use super::args::EvaluateArgs;
+use super::output::{Style, data};
+use super::{Outcome, files, inspect, problem};
+use motorfit::identify::with_threads;
+use motorfit::motor::Parameter;
+use motorfit::report::Names;
+use motorfit::report::plot::{Map, heat_map};
+use motorfit::study::{CostMap, cost_map};
+use motorfit::text::{excerpt, significant};
+use motorfit::{Error, Result};
+use std::fmt::Write as _;
+
+/// Points a side where nobody says how many.
+const SIDE: usize = 101;
+
+pub(super) fn run(args: &EvaluateArgs, slice: &str, style: &Style) -> Result<Outcome> {
+    let spec = problem::spec(&args.problem, &args.device)?;
+    let names: Vec<&str> = slice.split(',').map(str::trim).collect();
+    let [first, second] = names[..] else {
+        let message = format!("--slice: \"{}\" is not two parameters", excerpt(slice));
+        return Err(Error::usage(message, "Write --slice R,L."));
+    };
+    let parameters: [Parameter; 2] = [first.parse()?, second.parse()?];
+    let side = match args.sample.as_deref().map(|sample| (sample, sample.strip_prefix("grid:"))) {
+        None => SIDE,
+        Some((_, Some(number))) if number.parse::<usize>().is_ok() => number.parse().unwrap_or(SIDE),
+        Some((sample, _)) => {
+            let message = format!("--slice takes --sample grid:N, not \"{}\"", excerpt(sample));
+            return Err(Error::usage(message, "Leave --sample out, or give the points a side as grid:N."));
+        }
+    };
+    let records = inspect::read(&args.records, &args.columns)?;
+    let map = with_threads(spec.threads, || cost_map(&records, &spec, parameters, side))?;
+    style.warnings(&map.found.warnings);
+    let names = Names::of(&spec);
+    if let Some(path) = &args.svg {
+        files::write(path, &svg(&map, &names))?;
+        style.note(&format!("wrote {}", path.display()));
+    }
+    data(&csv(&map))?;
+    Ok(Outcome::Done)
+}
+
+fn csv(map: &CostMap) -> String {
+    let mut text = format!("{},{},cost\n", map.parameters[0].symbol(), map.parameters[1].symbol());
+    for (row, costs) in map.costs.iter().enumerate() {
+        for (column, cost) in costs.iter().enumerate() {
+            let _ = writeln!(text, "{},{},{cost}", map.value(0, column), map.value(1, row));
+        }
+    }
+    text
+}
+
+fn svg(map: &CostMap, names: &Names) -> String {
+    let [x, y] = map.parameters.map(|p| format!("{}, {} [{}]", p.symbol(), p.name(), p.unit()));
+    let [best_x, best_y] = map.optimum();
+    heat_map(Map {
+        title: &format!(
+            "log10 of {} ({}) around {} = {}, {} = {}; ellipse: 95 %",
+            names.criterion,
+            names.scale,
+            map.parameters[0].symbol(),
+            significant(best_x, 5),
+            map.parameters[1].symbol(),
+            significant(best_y, 5)
+        ),
+        labels: [&x, &y],
+        ranges: map.ranges,
+        values: map.costs.iter().map(|row| row.iter().map(|c| c.max(1e-300).min(1e30).log10()).collect()).collect(),
+        mark: [best_x, best_y],
+        curve: map.ellipse(),
+    })
+}
