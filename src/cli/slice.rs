@@ -68,7 +68,7 @@ fn svg(map: &CostMap, names: &Names) -> String {
         ),
         labels: [&x, &y],
         ranges: map.ranges,
-        values: map.costs.iter().map(|row| row.iter().map(|c| c.max(1e-300).min(1e30).log10()).collect()).collect(),
+        values: map.costs.iter().map(|row| row.iter().map(|c| c.clamp(1e-300, 1e30).log10()).collect()).collect(),
         mark: [best_x, best_y],
         curve: map.ellipse(),
     })
