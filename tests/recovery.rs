@@ -495,6 +495,17 @@ fn recordings_of_different_kinds_are_one_fit() {
 }
 
 #[test]
+fn few_samples_are_pointed_out() {
+    for (samples, expected) in [(8, true), (40, false)] {
+        let step = Excitation::step(10.5, 0.0, 0.01 * f64::from(samples - 1), 0.01).unwrap();
+        let clean = simulated(&M2, &step, Discretization::Zoh).unwrap();
+        let record = with_noise(&clean, noise_of(&clean, Noise::Decibels(60.0)), 1).unwrap();
+        let found = identify(&[record], &IdentifySpec::default()).unwrap();
+        assert_eq!(found.warnings.iter().any(|w| w.code == "few_samples"), expected, "{samples} samples");
+    }
+}
+
+#[test]
 fn what_the_data_cannot_tell_is_an_error_with_words() {
     // At constant speed under a constant voltage nothing tells L or J.
     let (current, speed): (Vec<f64>, Vec<f64>) = (vec![1.182_047; 500], vec![128.0935; 500]);

@@ -7,7 +7,7 @@
 //! `L = 1/β₁`, `B/J = β₀/β₁`, `R = L(α₁ − B/J)`, `K/J = γ₀/β₁`, `K²/J = α₀ L − R·B/J`.
 
 use super::steiglitz_mcbride::SmFailure;
-use crate::motor::{Discretization, Parameters, matrix_logarithm};
+use crate::motor::{Discretization, Parameters, inverse, matrix_logarithm, product, times};
 
 /// `A(z) = 1 + a₁ z⁻¹ + a₂ z⁻²` and the numerators of current and speed.
 pub(super) struct Sampled<'a> {
@@ -72,17 +72,4 @@ fn motor(a: [f64; 4], b: [f64; 2]) -> std::result::Result<Parameters, SmFailure>
     let j = k / k_over_j;
     let found = Parameters { r, l, k, b: j * b_over_j, j };
     if found.to_array().iter().all(|v| v.is_finite() && *v > 0.0) { Ok(found) } else { Err(SmFailure::NotAMotor) }
-}
-
-fn product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
-    [a[0] * b[0] + a[1] * b[2], a[0] * b[1] + a[1] * b[3], a[2] * b[0] + a[3] * b[2], a[2] * b[1] + a[3] * b[3]]
-}
-
-fn inverse([a, b, c, d]: [f64; 4]) -> [f64; 4] {
-    let determinant = a * d - b * c;
-    [d, -b, -c, a].map(|v| v / determinant)
-}
-
-fn times(m: [f64; 4], v: [f64; 2]) -> [f64; 2] {
-    [m[0] * v[0] + m[1] * v[1], m[2] * v[0] + m[3] * v[1]]
 }

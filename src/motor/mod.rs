@@ -6,6 +6,7 @@
 mod discretize;
 mod dual;
 mod logarithm;
+mod matrix;
 mod response;
 mod simulate;
 mod space;
@@ -13,6 +14,7 @@ mod space;
 pub use discretize::{Discretization, StepMap, StepMaps, step_maps};
 pub use dual::{Dual, Number};
 pub use logarithm::{LogarithmError, matrix_logarithm};
+pub use matrix::{Matrix2, inverse, product, times};
 pub use response::{Response, response};
 pub use simulate::{Drive, Trajectory, simulate, walk};
 pub use space::{Axis, Scope, Space};

@@ -4,7 +4,7 @@ use super::layout::Unit;
 use super::reference::ReferenceStep;
 use super::shader::{LANES, Precision};
 use crate::evaluate::Group;
-use crate::motor::{StepMaps, step_maps};
+use crate::motor::{StepMaps, product, step_maps};
 use rayon::prelude::*;
 
 /// Maps that one task makes.
@@ -126,8 +126,4 @@ fn put_map(
     }
     p.iter().for_each(&mut *put);
     rests.iter().flatten().for_each(put);
-}
-
-fn product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
-    [a[0] * b[0] + a[1] * b[2], a[0] * b[1] + a[1] * b[3], a[2] * b[0] + a[3] * b[2], a[2] * b[1] + a[3] * b[3]]
 }

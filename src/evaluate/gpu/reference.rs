@@ -1,7 +1,7 @@
 //! What deviations are taken from in f32.
 
 use crate::evaluate::{Group, Problem, Signals};
-use crate::motor::{Parameters, StepMap, walk};
+use crate::motor::{Parameters, StepMap, inverse, walk};
 
 /// D_r⁻¹ and the maps of one step of the reference; `None` for a reference that stays where it starts.
 pub(super) type ReferenceStep = Option<([f64; 4], StepMap)>;
@@ -44,9 +44,7 @@ impl Reference {
 }
 
 fn inverted(map: StepMap) -> ReferenceStep {
-    let [a, b, c, d] = map.d;
-    let determinant = a * d - b * c;
-    let inverse = [d, -b, -c, a].map(|v| v / determinant);
+    let inverse = inverse(map.d);
     inverse.iter().all(|v| v.is_finite()).then_some((inverse, map))
 }
 
