@@ -96,18 +96,16 @@ pub(super) fn plain() -> Criterion {
     Criterion { norm: Norm::Euclidean, scale: Scale::None, ..Criterion::default() }
 }
 
-/// σ to begin with: what each recording itself shows, but no less than a ten-thousandth of the signal.
-fn first_sigma(problem: &Problem) -> Sigma {
-    let of = |signals: &Signals| {
-        [0, 1].map(|channel| {
-            if !signals.has(channel) {
-                return 1.0;
-            }
-            let signal: Vec<f64> = signals.measured.iter().map(|y| y[channel]).collect();
-            noise_sigma(&signal).max(1e-4 * rms(&signal)).max(SMALLEST)
-        })
-    };
-    problem.signals().iter().map(|signals| of(signals)).collect()
+/// σ to begin with: what a recording itself shows, but no less than a ten-thousandth of the signal; 1 for a channel not
+/// measured.
+pub(super) fn first_sigma(signals: &Signals) -> [f64; 2] {
+    [0, 1].map(|channel| {
+        if !signals.has(channel) {
+            return 1.0;
+        }
+        let signal: Vec<f64> = signals.measured.iter().map(|y| y[channel]).collect();
+        noise_sigma(&signal).max(1e-4 * rms(&signal)).max(SMALLEST)
+    })
 }
 
 /// Like [`refine`]; without `thorough` it stops at a hundredth of a standard error under the weights it begins with.
@@ -123,7 +121,11 @@ pub(super) fn refine_problem(
         let message = format!("{} starting values for {} free parameters", start.len(), axes.len());
         return Err(Error::usage(message, "Give one positive value per free parameter."));
     }
-    let mut search = Search::new(&fit, start, sigma.cloned().unwrap_or_else(|| first_sigma(problem)))?;
+    let mut search = Search::new(
+        &fit,
+        start,
+        sigma.cloned().unwrap_or_else(|| problem.signals().iter().map(|s| first_sigma(s)).collect()),
+    )?;
     let mut converged = search.run(if thorough && sigma.is_some() { STEP_MAX } else { STEP_MAX_ROUND });
     if thorough && sigma.is_none() {
         for _ in 0..ROUNDS_MAX {

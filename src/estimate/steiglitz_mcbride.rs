@@ -7,8 +7,8 @@
 //! [`super::recover`].
 
 use super::recover::{Sampled, recover};
+use super::refine::{first_sigma, plain};
 use super::triangle::{COLUMNS_MAX, Triangle, solve};
-use crate::criterion::{noise_sigma, rms};
 use crate::evaluate::{Model, Signals};
 use crate::motor::{Discretization, Parameters};
 use crate::record::Record;
@@ -114,7 +114,7 @@ pub fn steiglitz_mcbride(record: &Record, options: &SmOptions) -> Result<Estimat
 /// # Errors
 /// As for preparing a recording.
 pub fn try_steiglitz_mcbride(record: &Record, options: &SmOptions) -> Result<std::result::Result<Estimate, SmFailure>> {
-    let criterion = super::refine::plain();
+    let criterion = plain();
     let Model { discretization, initial } = options.model;
     let signals = Signals::new(record, &criterion, initial, discretization)?;
     Ok(estimate(&signals, discretization, options.sigma))
@@ -159,18 +159,12 @@ pub(super) fn estimate(
         return Err(SmFailure::Irregular);
     }
     let foh = method.uses_next_input();
-    let own = || {
-        [0, 1].map(|channel| {
-            let signal: Vec<f64> = signals.measured.iter().map(|y| y[channel]).collect();
-            noise_sigma(&signal).max(1e-4 * rms(&signal)).max(f64::MIN_POSITIVE)
-        })
-    };
     let columns = Columns {
         signals,
         first_tap: usize::from(!foh),
         torque: signals.torque.iter().any(|t| *t != 0.0),
         moving: !signals.starts_at_rest() || (foh && signals.voltage[0] != 0.0),
-        sigma: sigma.unwrap_or_else(own),
+        sigma: sigma.unwrap_or_else(|| first_sigma(signals)),
     };
     let mut filter = [0.0; 2];
     let mut last: Option<([f64; 2], f64)> = None;

@@ -126,7 +126,7 @@ struct Attempt {
 }
 
 impl Attempt {
-    /// Whether its simulation explains less than half of what some channel does, although that is not noise.
+    /// Whether it stands at a bound, or its simulation explains less than half of what some channel does.
     fn is_poor(&self, records: &[Record]) -> Result<bool> {
         let problem = Problem::new(records, *self.problem.model(), self.space.clone(), *self.problem.criterion())?;
         let problem = problem.starting_from(&self.refined.initial);

@@ -4,7 +4,7 @@ use super::layout::Unit;
 use super::reference::ReferenceStep;
 use super::shader::{LANES, Precision};
 use crate::evaluate::Group;
-use crate::motor::{StepMaps, product, step_maps};
+use crate::motor::{StepMaps, inverse, product, step_maps, times};
 use rayon::prelude::*;
 
 /// Maps that one task makes.
@@ -107,21 +107,22 @@ fn put_map(
     let mut rests = gains.map(|gain| *gain);
     for n in 0..LANES {
         let d = maps.d.map(|entry| entry[n]);
-        if let Some((inverse, map)) = reference {
-            let m = product(d, *inverse);
+        if let Some((undone, map)) = reference {
+            let m = product(d, *undone);
             for entry in 0..4 {
                 p[entry][n] = m[entry] - if entry % 3 == 0 { 1.0 } else { 0.0 };
             }
             for (rest, of) in rests.iter_mut().zip([map.taps[0], map.taps[1], map.torque]) {
-                rest[0][n] -= m[0] * of[0] + m[1] * of[1];
-                rest[1][n] -= m[2] * of[0] + m[3] * of[1];
+                let turned = times(m, of);
+                rest[0][n] -= turned[0];
+                rest[1][n] -= turned[1];
             }
         }
-        let determinant = d[0] * d[3] - d[1] * d[2];
+        let back = inverse(d);
         for rest in &mut rests {
-            let [i, w] = rest.map(|axis| axis[n]);
-            rest[0][n] = -(d[3] * i - d[1] * w) / determinant;
-            rest[1][n] = -(d[0] * w - d[2] * i) / determinant;
+            let turned = times(back, rest.map(|axis| axis[n]));
+            rest[0][n] = -turned[0];
+            rest[1][n] = -turned[1];
         }
     }
     p.iter().for_each(&mut *put);
