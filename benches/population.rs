@@ -8,6 +8,7 @@ mod support;
 
 use motorfit::candidates::Candidates;
 use motorfit::evaluate::{Batch, Evaluator, Group, Problem, Simd};
+use motorfit::identify::Lockstep;
 use motorfit::motor::Space;
 use motorfit::optimize::{Budget, Gwo, GwoOptions, Jaya, JayaOptions, Optimizer, Run, Setup, minimize};
 use std::ops::ControlFlow;
@@ -24,30 +25,31 @@ fn optimizer(name: &str, population: usize, generations: usize, run: u64) -> Box
 
 /// Seconds of a search of `runs` runs, and of evaluating as many candidates with nothing else.
 fn search(
-    evaluator: &mut dyn Evaluator,
+    evaluator: &dyn Fn() -> Box<dyn Evaluator>,
     problem: &Arc<Problem>,
     [runs, population, generations]: [usize; 3],
     name: &str,
 ) -> [f64; 2] {
     let mut all: Vec<Run> = (0..runs as u64).map(|n| Run::new(optimizer(name, population, generations, n))).collect();
-    let mut evaluate = |populations: &[Candidates<'_>], costs: &mut [f64]| {
-        let groups: Vec<Group<'_>> =
-            populations.iter().map(|&candidates| Group { problem, candidates, reference: None }).collect();
-        evaluator.evaluate(&Batch { groups: &groups }, costs)
-    };
+    let mut searches = Lockstep::new(evaluator(), vec![problem.clone()]);
     let budget = Budget { generations, slice: usize::MAX };
     let whole = seconds(|| {
-        minimize(&mut all, budget, &mut evaluate, &mut |_| ControlFlow::Continue(())).unwrap();
+        minimize(&mut all, budget, &mut searches, &mut |_| ControlFlow::Continue(())).unwrap();
     });
     // Raw: the last populations again, as often.
-    let populations: Vec<Candidates<'_>> = all.iter_mut().map(|run| run.optimizer.ask()).collect();
+    let candidates: Vec<Candidates<'_>> = all.iter_mut().map(|run| run.optimizer.ask()).collect();
+    let groups: Vec<Group<'_>> =
+        candidates.iter().map(|&candidates| Group { problem, candidates, reference: None }).collect();
     let mut costs = vec![0.0; runs * population];
-    let raw =
-        median((0..generations.min(5)).map(|_| seconds(|| evaluate(&populations, &mut costs).unwrap())).collect());
+    let mut evaluator = evaluator();
+    let mut evaluate = || evaluator.evaluate(&Batch { groups: &groups }, &mut costs).unwrap();
+    // The first makes buffers.
+    evaluate();
+    let raw = median((0..generations.min(5)).map(|_| seconds(&mut evaluate)).collect());
     [whole, raw * generations as f64]
 }
 
-fn report(device: &str, evaluator: &mut dyn Evaluator, problem: &Arc<Problem>) {
+fn report(device: &str, evaluator: &dyn Fn() -> Box<dyn Evaluator>, problem: &Arc<Problem>) {
     for name in ["gwo", "jaya"] {
         for case in [[1, 1_000_000, 3], [1000, 100, 20]] {
             let [whole, raw] = rayon::scope(|_| search(evaluator, problem, case, name));
@@ -62,13 +64,13 @@ fn report(device: &str, evaluator: &mut dyn Evaluator, problem: &Arc<Problem>) {
 
 fn main() {
     let problem = m2_problem();
-    report("SIMD", &mut Simd::default(), &problem);
+    report("SIMD", &|| Box::new(Simd::default()), &problem);
     #[cfg(feature = "gpu")]
-    match motorfit::evaluate::gpu::Gpu::open(&motorfit::evaluate::gpu::Selector::Best, None) {
-        Ok(mut gpu) => {
-            let name = gpu.facts().name.clone();
-            report(&name, &mut gpu, &problem);
+    {
+        use motorfit::evaluate::gpu::{Gpu, Selector};
+        match Gpu::open(&Selector::Best, None).map(|gpu| gpu.facts().name.clone()) {
+            Ok(name) => report(&name, &|| Box::new(Gpu::open(&Selector::Best, None).unwrap()), &problem),
+            Err(error) => println!("no adapter: {error}"),
         }
-        Err(error) => println!("no adapter: {error}"),
     }
 }

@@ -5,10 +5,10 @@
 //! ```
 #![allow(clippy::print_stdout, reason = "an example prints")]
 
-use motorfit::candidates::Candidates;
 use motorfit::criterion::Criterion;
-use motorfit::evaluate::{Batch, Evaluator, Group, Model, Problem, Simd};
+use motorfit::evaluate::{Model, Problem, Simd};
 use motorfit::experiment::{Excitation, simulated};
+use motorfit::identify::Lockstep;
 use motorfit::motor::{Discretization, Parameters, Space};
 use motorfit::optimize::{Budget, Gwo, GwoOptions, Run, Setup, minimize};
 use std::ops::ControlFlow;
@@ -31,14 +31,9 @@ fn main() -> motorfit::Result<()> {
         Ok(Run::new(Box::new(Gwo::new(setup, GwoOptions::default())?)))
     };
     let mut runs: Vec<Run> = (0..32).map(run).collect::<Result<_, _>>()?;
-    let mut simd = Simd::default();
-    let mut evaluate = |populations: &[Candidates<'_>], costs: &mut [f64]| {
-        let group = |(problem, candidates)| Group { problem, candidates, reference: None };
-        let groups: Vec<Group<'_>> = problems.iter().zip(populations.iter().copied()).map(group).collect();
-        simd.evaluate(&Batch { groups: &groups }, costs)
-    };
+    let mut searches = Lockstep::new(Box::new(Simd::default()), problems);
     let budget = Budget { generations: 80, slice: usize::MAX };
-    minimize(&mut runs, budget, &mut evaluate, &mut |_| ControlFlow::Continue(()))?;
+    minimize(&mut runs, budget, &mut searches, &mut |_| ControlFlow::Continue(()))?;
     let worst = runs.iter().map(Run::cost).fold(0.0, f64::max);
     let best = runs[31].optimizer.best().map(|best| best.values[0]);
     println!("32 motors: highest cost {worst:.4}; the last has R = {best:.4?} ohm for {:.4}", motors[31].r);

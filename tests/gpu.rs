@@ -219,3 +219,16 @@ fn unknown_adapters_are_errors() {
         assert!(!error.remedy().is_empty());
     }
 }
+
+#[test]
+fn plain_f32_is_good_far_from_the_optimum_only() {
+    let Some(mut gpu) = open(Precision::F32Plain) else { return };
+    let problem = problem(&[m2_record()], Model::default(), Criterion::default());
+    let worst = |gpu: &mut Gpu, values: &[f64]| {
+        let (ours, oracle) = (costs(gpu, &problem, values), costs(&mut Scalar, &problem, values));
+        ours.iter().zip(&oracle).map(|(a, b)| (a - b).abs() / b).fold(0.0, f64::max)
+    };
+    // Rounding 6e-8 of a signal, grown by 3000 steps, of costs of about the signal.
+    assert!(worst(&mut gpu, &uniform(500, 7)) < 1e-4);
+    assert!(worst(&mut gpu, &near(500, 1e-4, 3)) > 1e-2, "where deviations are within 1e-3");
+}

@@ -200,20 +200,22 @@ impl Evaluation<'_> {
         if top.is_none() {
             data(&format!("{},cost\n", self.symbols().join(",")))?;
         }
-        let (mut values, mut costs, mut best) = (Vec::new(), Vec::new(), BinaryHeap::new());
+        // While one batch is evaluated by a device, the next is made.
+        let (mut values, mut next, mut costs) = (Vec::new(), Vec::new(), Vec::new());
+        let mut best = BinaryHeap::new();
         let (mut done, mut lowest, mut busy) = (0_u64, f64::INFINITY, Duration::ZERO);
         let started = Instant::now();
         let mut reporter = Reporter::of(self.style, "batch");
         let batches = self.source.count().map_or(0, |count| count.div_ceil(most as u64));
         let mut interrupted = false;
-        while !interrupted {
-            self.source.next(most, width, &mut values)?;
-            if values.is_empty() {
-                break;
-            }
+        self.source.next(most, width, &mut values)?;
+        self.costs.begin(&values)?;
+        while !interrupted && !values.is_empty() {
+            self.source.next(most, width, &mut next)?;
             costs.resize(values.len() / width, 0.0);
             let begun = Instant::now();
-            self.costs.evaluate(&values, &mut costs)?;
+            self.costs.begin(&next)?;
+            self.costs.finish(&values, &mut costs)?;
             busy += begun.elapsed();
             match top {
                 Some(top) => keep(&mut best, top, done, Candidates::new(&values, width), &costs),
@@ -228,6 +230,7 @@ impl Evaluation<'_> {
                 reporter.show(&Progress { generation, generations, evaluations: done, cost: lowest });
             }
             interrupted = interrupt::pressed();
+            std::mem::swap(&mut values, &mut next);
         }
         drop(reporter);
         if done == 0 {

@@ -24,6 +24,7 @@ pub use simd::Simd;
 
 use crate::candidates::Candidates;
 use crate::{Error, Result};
+use std::any::Any;
 use std::sync::Arc;
 
 /// Candidates that are evaluated on one problem.
@@ -80,6 +81,24 @@ impl Batch<'_> {
     }
 }
 
+/// A batch that has begun, for the evaluator that began it.
+#[must_use = "what it holds is in use until it is finished"]
+#[derive(Default)]
+pub struct Pending(Option<Box<dyn Any + Send>>);
+
+impl Pending {
+    /// With what the evaluator needs to finish it.
+    pub fn of(state: impl Any + Send) -> Self {
+        Self(Some(Box::new(state)))
+    }
+
+    /// What the evaluator kept; `None` where another one began it.
+    #[must_use]
+    pub fn take<T: Any>(self) -> Option<T> {
+        self.0.and_then(|state| state.downcast().ok()).map(|state| *state)
+    }
+}
+
 /// Evaluates batches of candidates.
 ///
 /// A cost is finite and at most 1e30, or +∞ for a candidate that diverges; never NaN. It depends on the candidate
@@ -90,6 +109,42 @@ pub trait Evaluator: Send {
     /// # Errors
     /// `Usage` when lengths do not fit; `Device` when the device fails.
     fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()>;
+
+    /// Begins a batch. An evaluator with a device of its own computes while the caller goes on; others do all the work
+    /// in `finish`.
+    ///
+    /// # Errors
+    /// As for [`Evaluator::evaluate`].
+    fn begin(&mut self, batch: &Batch<'_>) -> Result<Pending> {
+        batch.check_candidates().map(|()| Pending::default())
+    }
+
+    /// Waits for the same batch and writes its costs.
+    ///
+    /// # Errors
+    /// As for [`Evaluator::evaluate`].
+    fn finish(&mut self, batch: &Batch<'_>, pending: Pending, costs: &mut [f64]) -> Result<()> {
+        drop(pending);
+        self.evaluate(batch, costs)
+    }
+
+    /// Whether something is gained by beginning a batch before the last is finished.
+    fn overlaps(&self) -> bool {
+        false
+    }
+
+    /// Whether costs are those of f64. Where they are not, searches evaluate their leaders again on the CPU.
+    fn is_exact(&self) -> bool {
+        true
+    }
+
+    /// Evaluates, and returns the seconds that its device computed by the device's own clock; `None` without one.
+    ///
+    /// # Errors
+    /// As for [`Evaluator::evaluate`].
+    fn evaluate_timed(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<Option<f64>> {
+        self.evaluate(batch, costs).map(|()| None)
+    }
 
     /// What it evaluates on, in words.
     fn name(&self) -> String {

@@ -1,19 +1,21 @@
 //! Costs of candidates from anywhere, on the device that a spec asks for.
 
-use super::device::Evaluation;
+use super::device::Opened;
+use super::lockstep::Lockstep;
 use super::search::{around, steiglitz_mcbride};
 use super::spec::IdentifySpec;
 use super::warnings::Warning;
 use crate::Result;
 use crate::candidates::Candidates;
 use crate::evaluate::Problem;
+use crate::optimize::Evaluate as _;
 use crate::record::Record;
 use std::sync::Arc;
 
 /// Evaluates tables of candidates, one after the other.
 pub struct Costs {
     problem: Arc<Problem>,
-    evaluation: Evaluation,
+    evaluation: Lockstep,
 }
 
 impl Costs {
@@ -28,7 +30,7 @@ impl Costs {
             _ => spec.space.clone(),
         };
         let problem = Arc::new(Problem::new(records, spec.model, space, spec.criterion)?);
-        let evaluation = Evaluation::new(spec, &problem)?;
+        let evaluation = Lockstep::on(Opened::for_search(spec, &problem)?, vec![problem.clone()]);
         Ok(Self { problem, evaluation })
     }
 
@@ -43,23 +45,50 @@ impl Costs {
     /// # Errors
     /// `Usage` when lengths do not fit; `Device` when the device fails.
     pub fn evaluate(&mut self, values: &[f64], costs: &mut [f64]) -> Result<()> {
+        self.begin(values)?;
+        self.finish(values, costs)
+    }
+
+    /// Begins the same: a device of its own computes while the caller goes on. What is begun first is finished first; two
+    /// at a time are enough.
+    ///
+    /// # Errors
+    /// As for [`Costs::evaluate`].
+    pub fn begin(&mut self, values: &[f64]) -> Result<()> {
+        let candidates = self.candidates(values)?;
+        self.evaluation.begin(&[candidates])
+    }
+
+    /// Waits for the costs of what was begun first.
+    ///
+    /// # Errors
+    /// As for [`Costs::evaluate`].
+    pub fn finish(&mut self, values: &[f64], costs: &mut [f64]) -> Result<()> {
+        let candidates = self.candidates(values)?;
+        self.evaluation.finish(&[candidates], costs)
+    }
+
+    fn candidates<'a>(&self, values: &'a [f64]) -> Result<Candidates<'a>> {
         let width = self.problem.space().free().len();
         if !values.len().is_multiple_of(width) {
             let message = format!("{} values are not whole rows of {width}", values.len());
             return Err(crate::Error::usage(message, "Give one value per free parameter."));
         }
-        self.evaluation.evaluate(&self.problem, &[Candidates::new(values, width)], costs)
+        Ok(Candidates::new(values, width))
     }
 
     /// What evaluates: cpu or gpu, its name, its numbers.
     #[must_use]
     pub fn device(&self) -> (&'static str, String, &'static str) {
-        (self.evaluation.kind(), self.evaluation.name(), self.evaluation.precision())
+        {
+            let device = self.evaluation.device();
+            (device.kind, device.evaluator.name(), device.precision())
+        }
     }
 
     /// What the reader should know.
     #[must_use]
     pub fn warnings(&self) -> &[Warning] {
-        &self.evaluation.warnings
+        &self.evaluation.device().warnings
     }
 }

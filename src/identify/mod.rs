@@ -8,6 +8,7 @@ mod checks;
 mod costs;
 mod device;
 mod figures;
+mod lockstep;
 mod method;
 mod outlook;
 mod search;
@@ -17,6 +18,7 @@ mod warnings;
 
 pub use costs::Costs;
 pub use device::{DeviceSpec, PrecisionSpec};
+pub use lockstep::Lockstep;
 pub use method::{Method, Polish};
 pub use outlook::{Outlook, outlook};
 pub use spec::{Identification, IdentifySpec, Searched};

@@ -1,11 +1,11 @@
 //! The two ways to a first optimum: Steiglitz–McBride and a population search.
 
-use super::device::Evaluation;
+use super::device::Opened;
+use super::lockstep::Lockstep;
 use super::not_identified;
 use super::spec::IdentifySpec;
 use super::warnings::Warning;
 use crate::Result;
-use crate::candidates::Candidates;
 use crate::estimate::{Estimate, SmFailure, SmOptions, try_steiglitz_mcbride};
 use crate::evaluate::{Problem, Scalar};
 use crate::motor::{Axis, Space};
@@ -69,17 +69,17 @@ pub(super) fn around(spec: &IdentifySpec, estimate: &Estimate) -> Result<Space> 
 pub(super) fn taken(estimate: &Estimate, spec: &IdentifySpec, problem: &Arc<Problem>) -> Result<Found> {
     let inside = |axis: &Axis| estimate.parameters.get(axis.parameter).clamp(axis.min, axis.max);
     let values: Vec<f64> = problem.space().free().iter().map(inside).collect();
-    let mut evaluation = Evaluation::asked_for(spec, problem)?;
+    let mut evaluation = Lockstep::on(Opened::for_check(spec, problem)?, vec![problem.clone()]);
     Ok(Found {
         method: "sm",
         stop: Stop::Converged,
         evaluations: estimate.iterations as u64,
         history: Vec::new(),
-        cost_difference: evaluation.cost_difference(problem, &values),
-        device_kind: evaluation.kind(),
-        device: evaluation.name(),
-        precision: evaluation.precision(),
-        warnings: std::mem::take(&mut evaluation.warnings),
+        cost_difference: evaluation.cost_difference(0, &values),
+        device_kind: evaluation.device().kind,
+        device: evaluation.device().evaluator.name(),
+        precision: evaluation.device().precision(),
+        warnings: evaluation.take_warnings(),
         values,
     })
 }
@@ -98,11 +98,9 @@ pub(super) fn population(
 ) -> Result<Found> {
     let generations = spec.generations;
     let mut runs = [Run::new(spec.method.optimizer(setup(spec, problem.space()))?)];
-    let mut evaluation = Evaluation::new(spec, problem)?;
-    let slice = (evaluation.slice_steps() / problem.active().max(1)).max(1);
-    let mut evaluate =
-        |populations: &[Candidates<'_>], costs: &mut [f64]| evaluation.evaluate(problem, populations, costs);
-    let stop = minimize(&mut runs, Budget { generations, slice }, &mut evaluate, observe)?;
+    let mut evaluation = Lockstep::on(Opened::for_search(spec, problem)?, vec![problem.clone()]);
+    let slice = (evaluation.device().slice_steps / problem.active().max(1)).max(1);
+    let stop = minimize(&mut runs, Budget { generations, slice }, &mut evaluation, observe)?;
     let [run] = runs;
     let best = run.optimizer.best().filter(|best| Scalar::cost(problem, best.values).is_finite());
     let Some(best) = best else {
@@ -111,17 +109,17 @@ pub(super) fn population(
             "Check the units of the recording and --bounds; --discretization zoh cannot diverge by itself.",
         ));
     };
-    let cost_difference = evaluation.cost_difference(problem, best.values);
+    let cost_difference = evaluation.cost_difference(0, best.values);
     Ok(Found {
         method: if spec.method.is_search() { spec.method.name() } else { "gwo" },
         values: best.values.to_vec(),
         stop,
         evaluations: run.evaluations,
         history: run.history,
-        device_kind: evaluation.kind(),
-        device: evaluation.name(),
-        precision: evaluation.precision(),
+        device_kind: evaluation.device().kind,
+        device: evaluation.device().evaluator.name(),
+        precision: evaluation.device().precision(),
         cost_difference,
-        warnings: std::mem::take(&mut evaluation.warnings),
+        warnings: evaluation.take_warnings(),
     })
 }

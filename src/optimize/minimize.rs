@@ -1,75 +1,43 @@
 //! The one loop that drives searches: ask, evaluate, tell, any number of runs in lock step.
+//!
+//! Where the evaluator has a device of its own, two pieces of work are in flight: the runs are two halves, and while one
+//! is evaluated the other is told its costs and makes its next populations. A run's result does not depend on that.
 
-use super::Optimizer;
+use super::{Progress, Run, Stop};
 use crate::Result;
 use crate::candidates::Candidates;
 use rayon::prelude::*;
+use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
-/// Why a search ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Stop {
-    /// All generations were evaluated.
-    BudgetSpent,
-    /// The observer ended it.
-    Interrupted,
-    /// An iteration came to its end.
-    Converged,
-}
+/// What evaluates populations, one for each run (empty where a run has none in this call). A closure that writes the
+/// costs, run after run, is one.
+pub trait Evaluate {
+    /// Begins populations. They are finished in the order in which they were begun.
+    ///
+    /// # Errors
+    /// Ends the search.
+    fn begin(&mut self, _populations: &[Candidates<'_>]) -> Result<()> {
+        Ok(())
+    }
 
-impl Stop {
-    /// Its name in results.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::BudgetSpent => "budget_spent",
-            Self::Interrupted => "interrupted",
-            Self::Converged => "converged",
-        }
+    /// Writes the costs of the populations that were begun first, run after run.
+    ///
+    /// # Errors
+    /// Ends the search.
+    fn finish(&mut self, populations: &[Candidates<'_>], costs: &mut [f64]) -> Result<()>;
+
+    /// Whether something is gained by beginning populations before others are finished.
+    fn overlaps(&self) -> bool {
+        false
     }
 }
 
-/// What an observer sees after each generation.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
-    /// Generations done.
-    pub generation: usize,
-    /// Generations in all.
-    pub generations: usize,
-    /// Evaluations so far, over all runs.
-    pub evaluations: u64,
-    /// Lowest cost so far over all runs; +∞ before there is one.
-    pub cost: f64,
-}
-
-/// One run of a search.
-pub struct Run {
-    /// The search.
-    pub optimizer: Box<dyn Optimizer>,
-    /// Lowest cost after each generation.
-    pub history: Vec<f64>,
-    /// Candidates evaluated.
-    pub evaluations: u64,
-}
-
-impl Run {
-    /// A run that has not begun.
-    #[must_use]
-    pub fn new(optimizer: Box<dyn Optimizer>) -> Self {
-        Self { optimizer, history: Vec::new(), evaluations: 0 }
-    }
-
-    /// Lowest cost so far; +∞ before there is one.
-    #[must_use]
-    pub fn cost(&self) -> f64 {
-        self.optimizer.best().map_or(f64::INFINITY, |best| best.cost)
+impl<F: FnMut(&[Candidates<'_>], &mut [f64]) -> Result<()>> Evaluate for F {
+    fn finish(&mut self, populations: &[Candidates<'_>], costs: &mut [f64]) -> Result<()> {
+        self(populations, costs)
     }
 }
-
-/// Evaluates populations, one for each run (empty where a run has none in this call), and writes their costs, run
-/// after run.
-pub type Evaluate<'a> = dyn FnMut(&[Candidates<'_>], &mut [f64]) -> Result<()> + 'a;
 
 /// Sees every finished generation and may end the search.
 pub type Observe<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + 'a;
@@ -79,10 +47,13 @@ pub type Observe<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + 'a;
 pub struct Budget {
     /// Generations, the first population included.
     pub generations: usize,
-    /// Most candidates in one call of `evaluate`; `observe` is asked after each, so that a search can be ended
-    /// within a generation.
+    /// Most candidates in one piece of work; `observe` is asked after each, so that a search can be ended within a
+    /// generation.
     pub slice: usize,
 }
+
+/// Pieces of work in flight where that pays.
+const FLIGHTS: usize = 2;
 
 /// Takes all runs through the generations of `budget`.
 ///
@@ -93,81 +64,279 @@ pub struct Budget {
 pub fn minimize(
     runs: &mut [Run],
     budget: Budget,
-    evaluate: &mut Evaluate<'_>,
+    evaluate: &mut dyn Evaluate,
     observe: &mut Observe<'_>,
 ) -> Result<Stop> {
-    let generations = budget.generations;
-    let (mut costs, mut before) = (Vec::new(), 0);
-    for generation in 1..=generations {
-        let populations: Vec<Candidates<'_>> = runs.iter_mut().map(|run| run.optimizer.ask()).collect();
-        let counts: Vec<usize> = populations.iter().map(Candidates::count).collect();
-        let total: usize = counts.iter().sum();
-        costs.clear();
-        costs.resize(total, f64::INFINITY);
-        let (mut done, mut stopped, mut best) = (0, false, f64::INFINITY);
-        while done < total && !stopped {
-            let end = total.min(done + budget.slice.max(1));
-            evaluate(&rows(&populations, done, end), &mut costs[done..end])?;
-            best = costs[done..end].iter().copied().fold(best, f64::min);
-            done = end;
-            let evaluations = before + done as u64;
-            // The last slice is reported with the generation that it ends.
-            stopped = done < total
-                && observe(&Progress { generation: generation - 1, generations, evaluations, cost: best }).is_break();
-        }
-        before += done as u64;
-        tell(runs, &counts, &costs, Told { done, more: generation < generations && !stopped });
-        let cost = runs.iter().map(Run::cost).fold(f64::INFINITY, f64::min);
-        if stopped || observe(&Progress { generation, generations, evaluations: before, cost }).is_break() {
-            return Ok(Stop::Interrupted);
-        }
+    if budget.generations == 0 || runs.is_empty() {
+        return Ok(Stop::BudgetSpent);
     }
-    Ok(Stop::BudgetSpent)
+    let flights = if evaluate.overlaps() { FLIGHTS } else { 1 };
+    let mut search = Search::new(runs, budget, flights);
+    let mut in_flight: VecDeque<Piece> = VecDeque::new();
+    let mut stopped = false;
+    loop {
+        while !stopped
+            && in_flight.len() < flights
+            && let Some(piece) = search.next()
+        {
+            search.with_rows(piece, |populations, _| evaluate.begin(populations))?;
+            in_flight.push_back(piece);
+        }
+        let Some(piece) = in_flight.pop_front() else { break };
+        search.with_rows(piece, |populations, costs| evaluate.finish(populations, costs))?;
+        let progress = search.finished(piece, stopped);
+        stopped = stopped || observe(&progress).is_break();
+    }
+    if stopped {
+        search.tell_unfinished();
+    }
+    Ok(if stopped { Stop::Interrupted } else { Stop::BudgetSpent })
 }
 
-/// Where a generation stands.
+/// Rows of the populations of a part of the runs, taken as one table.
 #[derive(Clone, Copy)]
-struct Told {
-    /// How many of all candidates were evaluated: the first.
+struct Piece {
+    part: usize,
+    from: usize,
+    to: usize,
+}
+
+/// Runs that are evaluated and told together.
+struct Part {
+    /// The first of its runs, and how many.
+    first: usize,
+    count: usize,
+    /// The generation that is under way, from 1 on.
+    generation: usize,
+    /// Candidates of each run.
+    counts: Vec<usize>,
+    costs: Vec<f64>,
+    /// Rows that have been begun and finished.
+    begun: usize,
     done: usize,
-    /// Whether another generation follows.
-    more: bool,
+    /// Whether the generation has any piece begun: one without candidates has a piece too.
+    open: bool,
 }
 
-/// Tells every run its costs; runs in parallel.
-fn tell(runs: &mut [Run], counts: &[usize], costs: &[f64], state: Told) {
-    let (mut rest, mut left) = (costs, state.done);
-    let mut told = Vec::with_capacity(runs.len());
-    for (run, &count) in runs.iter_mut().zip(counts) {
-        let (own, others) = rest.split_at(count);
-        told.push((run, own, count.min(left) as u64));
-        left -= count.min(left);
-        rest = others;
-    }
-    let tell = |(run, costs, evaluated): (&mut Run, &[f64], u64)| {
-        run.optimizer.tell(costs);
-        if state.more {
-            // The next population is made here, where the runs go side by side.
-            run.optimizer.ask();
+struct Search<'r> {
+    runs: &'r mut [Run],
+    /// Values of a candidate of each run.
+    widths: Vec<usize>,
+    budget: Budget,
+    parts: Vec<Part>,
+    evaluations: u64,
+}
+
+impl<'r> Search<'r> {
+    fn new(runs: &'r mut [Run], budget: Budget, parts: usize) -> Self {
+        let parts = parts.min(runs.len());
+        let widths = runs.iter_mut().map(|run| run.optimizer.ask().width()).collect();
+        let mut search = Self { runs, widths, budget, parts: Vec::new(), evaluations: 0 };
+        for part in 0..parts {
+            let [first, end] = [part, part + 1].map(|n| n * search.runs.len() / parts);
+            let (counts, costs) = (Vec::new(), Vec::new());
+            let count = end - first;
+            let part = Part { first, count, generation: 0, counts, costs, begun: 0, done: 0, open: false };
+            search.parts.push(part);
+            search.open(search.parts.len() - 1);
         }
-        run.evaluations += evaluated;
-        run.history.push(run.cost());
-    };
-    if told.len() == 1 {
-        told.into_iter().for_each(tell);
-    } else {
-        told.into_par_iter().for_each(tell);
+        search
+    }
+
+    /// Begins the next generation of a part.
+    fn open(&mut self, part: usize) {
+        let part = &mut self.parts[part];
+        let runs = &mut self.runs[part.first..part.first + part.count];
+        part.counts.clear();
+        part.counts.extend(runs.iter_mut().map(|run| run.optimizer.ask().count()));
+        part.costs.clear();
+        part.costs.resize(part.counts.iter().sum(), f64::INFINITY);
+        (part.begun, part.done, part.open) = (0, 0, true);
+        part.generation += 1;
+    }
+
+    /// The next piece, of the part that is behind; `None` while all wait for costs or are at the end.
+    fn next(&mut self) -> Option<Piece> {
+        let waiting = |(_, part): &(usize, &mut Part)| part.open;
+        let (n, part) = self.parts.iter_mut().enumerate().filter(waiting).min_by_key(|(_, part)| part.generation)?;
+        let from = part.begun;
+        part.begun = part.costs.len().min(from.saturating_add(self.budget.slice.max(1)));
+        part.open = part.begun < part.costs.len();
+        Some(Piece { part: n, from, to: part.begun })
+    }
+
+    /// Does `work` with the rows of a piece, one table for every run, and with their costs.
+    fn with_rows<T>(&mut self, piece: Piece, work: impl FnOnce(&[Candidates<'_>], &mut [f64]) -> T) -> T {
+        let Piece { part, from, to } = piece;
+        let Part { first: first_run, count, costs, .. } = &mut self.parts[part];
+        let mut first = 0;
+        let mut tables = Vec::with_capacity(self.runs.len());
+        for (n, run) in self.runs.iter_mut().enumerate() {
+            if n < *first_run || n >= *first_run + *count {
+                tables.push(Candidates::new(&[], self.widths[n]));
+                continue;
+            }
+            let population = run.optimizer.ask();
+            let (start, end) = (from.max(first), to.min(first + population.count()));
+            tables.push(if start < end { population.rows(start - first, end - first) } else { population.rows(0, 0) });
+            first += population.count();
+        }
+        work(&tables, &mut costs[from..to])
+    }
+
+    /// Takes the costs of a piece. A generation that is complete is told.
+    fn finished(&mut self, piece: Piece, stopped: bool) -> Progress {
+        let part = &mut self.parts[piece.part];
+        let lowest = part.costs[piece.from..piece.to].iter().copied().fold(f64::INFINITY, f64::min);
+        part.done += piece.to - piece.from;
+        self.evaluations += (piece.to - piece.from) as u64;
+        if part.done == part.costs.len() {
+            let more = part.generation < self.budget.generations && !stopped;
+            self.tell(piece.part, more);
+            if more {
+                self.open(piece.part);
+            } else {
+                let part = &mut self.parts[piece.part];
+                part.generation += 1;
+                (part.done, part.open) = (0, false);
+            }
+        }
+        // Generations that all parts have done.
+        let generation = self.parts.iter().map(|part| part.generation).min().unwrap_or(1) - 1;
+        let best = self.runs.iter().map(Run::cost).fold(f64::INFINITY, f64::min);
+        let cost = best.min(lowest);
+        Progress { generation, generations: self.budget.generations, evaluations: self.evaluations, cost }
+    }
+
+    /// Tells the runs of a part their costs, side by side.
+    fn tell(&mut self, part: usize, more: bool) {
+        let part = &self.parts[part];
+        let (mut rest, mut left) = (part.costs.as_slice(), part.done);
+        let mut told = Vec::with_capacity(part.count);
+        for (run, &count) in self.runs[part.first..part.first + part.count].iter_mut().zip(&part.counts) {
+            let (own, others) = rest.split_at(count);
+            told.push((run, own, count.min(left) as u64));
+            left -= count.min(left);
+            rest = others;
+        }
+        let tell = |(run, costs, evaluated): (&mut Run, &[f64], u64)| {
+            run.optimizer.tell(costs);
+            if more {
+                // The next population is made here, where the runs go side by side.
+                run.optimizer.ask();
+            }
+            run.evaluations += evaluated;
+            run.history.push(run.cost());
+        };
+        if told.len() == 1 {
+            told.into_iter().for_each(tell);
+        } else {
+            told.into_par_iter().for_each(tell);
+        }
+    }
+
+    /// Tells what was evaluated of unfinished generations.
+    fn tell_unfinished(&mut self) {
+        for part in 0..self.parts.len() {
+            if self.parts[part].done > 0 {
+                self.tell(part, false);
+            }
+        }
     }
 }
 
-/// Rows `from..to` of all populations taken as one table, as parts of each.
-fn rows<'a>(populations: &[Candidates<'a>], from: usize, to: usize) -> Vec<Candidates<'a>> {
-    let mut first = 0;
-    let mut parts = Vec::with_capacity(populations.len());
-    for population in populations {
-        let (start, end) = (from.max(first), to.min(first + population.count()));
-        parts.push(if start < end { population.rows(start - first, end - first) } else { population.rows(0, 0) });
-        first += population.count();
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optimize::{Jaya, JayaOptions, Setup};
+
+    fn runs() -> Vec<Run> {
+        let run = |run: u64| {
+            let population = 5 + usize::try_from(run).unwrap();
+            let setup = Setup { bounds: vec![(-1.0, 2.0); 3], population, generations: 12, seed: 1, run };
+            Run::new(Box::new(Jaya::new(setup, JayaOptions::default()).unwrap()))
+        };
+        (0..7).map(run).collect()
     }
-    parts
+
+    fn sphere(populations: &[Candidates<'_>], costs: &mut [f64]) {
+        let rows = populations.iter().flat_map(|p| (0..p.count()).map(|row| p.row(row)));
+        for (cost, row) in costs.iter_mut().zip(rows) {
+            *cost = row.iter().map(|v| v * v).sum();
+        }
+    }
+
+    /// A device that computes what was begun, in order, and counts what is in flight.
+    #[derive(Default)]
+    struct Device {
+        begun: VecDeque<Vec<Vec<f64>>>,
+        most: usize,
+    }
+
+    impl Evaluate for Device {
+        fn begin(&mut self, populations: &[Candidates<'_>]) -> Result<()> {
+            assert_eq!(populations.len(), 7, "one for each run");
+            self.begun.push_back(populations.iter().map(|p| p.values().to_vec()).collect());
+            self.most = self.most.max(self.begun.len());
+            Ok(())
+        }
+
+        fn finish(&mut self, populations: &[Candidates<'_>], costs: &mut [f64]) -> Result<()> {
+            let begun = self.begun.pop_front().unwrap();
+            assert!(begun.iter().zip(populations).all(|(begun, now)| begun == now.values()), "in their order");
+            sphere(populations, costs);
+            Ok(())
+        }
+
+        fn overlaps(&self) -> bool {
+            true
+        }
+    }
+
+    fn results(runs: &[Run]) -> Vec<(Vec<f64>, u64, Vec<f64>)> {
+        let values = |run: &Run| run.optimizer.best().map_or(Vec::new(), |best| best.values.to_vec());
+        runs.iter().map(|run| (run.history.clone(), run.evaluations, values(run))).collect()
+    }
+
+    #[test]
+    fn runs_do_not_depend_on_what_is_in_flight() {
+        let mut plain = runs();
+        let mut closure = |populations: &[Candidates<'_>], costs: &mut [f64]| {
+            sphere(populations, costs);
+            Ok(())
+        };
+        let budget = Budget { generations: 12, slice: usize::MAX };
+        minimize(&mut plain, budget, &mut closure, &mut |_| ControlFlow::Continue(())).unwrap();
+        assert_eq!(plain[3].evaluations, 12 * 8);
+        for slice in [usize::MAX, 11, 1] {
+            let (mut device, mut overlapped, mut seen) = (Device::default(), runs(), Vec::new());
+            let budget = Budget { slice, ..budget };
+            let stop = minimize(&mut overlapped, budget, &mut device, &mut |progress| {
+                seen.push((progress.generation, progress.evaluations));
+                ControlFlow::Continue(())
+            });
+            assert_eq!(stop.unwrap(), Stop::BudgetSpent);
+            assert_eq!(results(&overlapped), results(&plain), "slices of {slice}");
+            assert_eq!((device.most, device.begun.len()), (2, 0));
+            assert_eq!(seen.last(), Some(&(12, 12 * 56)));
+            assert!(seen.is_sorted());
+        }
+    }
+
+    #[test]
+    fn an_interruption_waits_for_what_is_in_flight_and_keeps_it() {
+        for after in [1, 2, 7, 20] {
+            let (mut device, mut some, mut asked, mut by_then) = (Device::default(), runs(), 0, 0);
+            let budget = Budget { generations: 12, slice: 9 };
+            let stop = minimize(&mut some, budget, &mut device, &mut |progress| {
+                (asked, by_then) = (asked + 1, progress.evaluations);
+                if asked == after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            });
+            assert_eq!(stop.unwrap(), Stop::Interrupted);
+            assert_eq!((asked, device.begun.len()), (after, 0), "nothing is left in flight, and nobody is asked again");
+            let evaluated: u64 = some.iter().map(|run| run.evaluations).sum();
+            assert!((by_then + 1..=by_then + 9).contains(&evaluated), "{evaluated}, {by_then} when asked");
+            assert!(some[0].cost().is_finite());
+        }
+    }
 }

@@ -9,14 +9,16 @@ mod jaya;
 mod minimize;
 mod population;
 mod random;
+mod run;
 mod sample;
 
 pub use genetic::{Genetic, GeneticOptions};
 pub use gwo::{Gwo, GwoOptions};
 pub use jaya::{Jaya, JayaOptions, Sharing};
-pub use minimize::{Budget, Evaluate, Observe, Progress, Run, Stop, minimize};
+pub use minimize::{Budget, Evaluate, Observe, minimize};
 pub use population::Setup;
 pub use random::Random;
+pub use run::{Progress, Run, Stop};
 pub use sample::{Sample, Sampling};
 
 use crate::candidates::Candidates;

@@ -43,7 +43,11 @@ pub(super) fn compare(
     costs: &[f64],
 ) -> Result<()> {
     // Ten times what the suite of tests allows.
-    let allowed = if precision == Precision::F64 { 1e-11 } else { 2e-4 };
+    let allowed = match precision {
+        Precision::F64 => 1e-11,
+        Precision::F32 => 2e-4,
+        Precision::F32Plain => 1e-3,
+    };
     for (row, cost) in values.chunks(5).zip(costs) {
         let oracle = Scalar::cost(problem, row);
         let error = (cost - oracle).abs() / oracle;

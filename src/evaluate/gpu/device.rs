@@ -102,6 +102,8 @@ pub(super) struct Device {
     fault: Arc<Mutex<Option<String>>>,
     /// How long any submission may take.
     pub patience: Duration,
+    /// Whether submissions are timed by the device's clock.
+    pub timed: bool,
     /// Buffers made so far.
     pub buffers_made: AtomicUsize,
 }
@@ -113,7 +115,8 @@ impl Device {
         let index = choose(&list, selector, f64)?;
         let (adapter, facts) = (adapters.swap_remove(index), list[index].clone());
         let subgroup = adapter.get_info().subgroup_min_size;
-        let features = adapter.features() & (wgpu::Features::SHADER_F64 | wgpu::Features::SUBGROUP);
+        let wanted = wgpu::Features::SHADER_F64 | wgpu::Features::SUBGROUP | wgpu::Features::TIMESTAMP_QUERY;
+        let features = adapter.features() & wanted;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("motorfit"),
             required_features: features,
@@ -135,7 +138,7 @@ impl Device {
             }
         });
         let (patience, buffers_made) = (PATIENCE, AtomicUsize::new(0));
-        Ok(Self { facts, device, queue, subgroup, fault, patience, buffers_made })
+        Ok(Self { facts, device, queue, subgroup, fault, patience, timed: false, buffers_made })
     }
 
     /// The first error since the last check, if any.

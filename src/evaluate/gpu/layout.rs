@@ -26,10 +26,11 @@ impl Numbers {
     }
 
     fn push(&mut self, values: &[f64]) {
-        match self.precision {
-            #[expect(clippy::cast_possible_truncation, reason = "deviations are stored in f32")]
-            Precision::F32 => values.iter().for_each(|&v| self.bytes.extend_from_slice(&(v as f32).to_ne_bytes())),
-            Precision::F64 => values.iter().for_each(|v| self.bytes.extend_from_slice(&v.to_ne_bytes())),
+        if self.precision.bytes() == 8 {
+            values.iter().for_each(|v| self.bytes.extend_from_slice(&v.to_ne_bytes()));
+        } else {
+            #[expect(clippy::cast_possible_truncation, reason = "they are stored in f32")]
+            values.iter().for_each(|&v| self.bytes.extend_from_slice(&(v as f32).to_ne_bytes()));
         }
     }
 
@@ -107,11 +108,10 @@ impl Scene {
         for (index, group) in groups.iter().enumerate() {
             let values = reference_values(group);
             for (recording, signals) in group.problem.signals().iter().enumerate() {
-                let reference = match variant.precision {
-                    Precision::F32 => {
-                        Reference::new(group.problem, signals, &group.problem.parameters(&values, recording))
-                    }
-                    Precision::F64 => Reference::none(signals),
+                let reference = if variant.precision.is_deviation() {
+                    Reference::new(group.problem, signals, &group.problem.parameters(&values, recording))
+                } else {
+                    Reference::none(signals)
                 };
                 scene.add(Place { group: index, recording }, group, reference);
             }
@@ -132,7 +132,7 @@ impl Scene {
         let same = |key: &Key, group: &Group<'_>| {
             Arc::ptr_eq(&key.problem, group.problem)
                 && key.count == group.candidates.count()
-                && (variant.precision == Precision::F64 || key.reference.as_deref() == group.reference)
+                && (!variant.precision.is_deviation() || key.reference.as_deref() == group.reference)
         };
         Variant { uniform: self.variant.uniform, ..variant } == self.variant
             && self.key.len() == groups.len()
@@ -141,7 +141,7 @@ impl Scene {
 }
 
 fn key(group: &Group<'_>, precision: Precision) -> Key {
-    let reference = if precision == Precision::F64 { None } else { group.reference.map(<[f64]>::to_vec) };
+    let reference = group.reference.filter(|_| precision.is_deviation()).map(<[f64]>::to_vec);
     Key { problem: group.problem.clone(), reference, count: group.candidates.count() }
 }
 
@@ -192,11 +192,12 @@ impl Scene {
         for n in active..signals.len() {
             let y = signals.measured[n];
             match self.samples.precision {
-                Precision::F64 => self.samples.push(&y),
                 Precision::F32 => {
                     let (x, drive) = (reference.trajectory[n], reference.drive[n]);
                     self.samples.push(&[y[0] - x[0], y[1] - x[1], drive[0], drive[1]]);
                 }
+                Precision::F32Plain => self.samples.push(&[y[0], y[1], 0.0, 0.0]),
+                Precision::F64 => self.samples.push(&y),
             }
         }
         if self.variant.weighted {
@@ -208,7 +209,7 @@ impl Scene {
 
     /// The initial state, then spans cut into segments; the bounds of rounds. Returns the number of rounds.
     fn add_segments(&mut self, signals: &Signals) -> usize {
-        let initial = if self.inputs.precision == Precision::F32 { [0.0; 2] } else { signals.initial };
+        let initial = if self.inputs.precision.is_deviation() { [0.0; 2] } else { signals.initial };
         self.segments.push([0; 4]);
         self.inputs.push(&[initial[0], initial[1], 0.0, 0.0]);
         self.bounds.push(word(self.segments.len()));

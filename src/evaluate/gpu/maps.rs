@@ -15,11 +15,15 @@ type Bytes<'a> = wgpu::WriteOnly<'a, [u8]>;
 
 /// Writes the maps of `units` one after the other: per block and distinct step FIELDS entries of LANES numbers.
 pub(super) fn write_maps(groups: &[Group<'_>], units: &[Unit], precision: Precision, bytes: Bytes<'_>) {
-    const NUMBERS: usize = TASK * LANES;
     match precision {
-        Precision::F32 => write::<{ NUMBERS * Precision::F32.fields() * 4 }>(groups, units, precision, bytes),
-        Precision::F64 => write::<{ NUMBERS * Precision::F64.fields() * 8 }>(groups, units, precision, bytes),
+        Precision::F32 => write::<{ task_bytes(Precision::F32) }>(groups, units, precision, bytes),
+        Precision::F32Plain => write::<{ task_bytes(Precision::F32Plain) }>(groups, units, precision, bytes),
+        Precision::F64 => write::<{ task_bytes(Precision::F64) }>(groups, units, precision, bytes),
     }
+}
+
+const fn task_bytes(precision: Precision) -> usize {
+    TASK * LANES * precision.fields() * precision.bytes()
 }
 
 /// `BYTES`: those of a task.
@@ -66,8 +70,8 @@ fn write_map(
     let signals = &group.problem.signals()[unit.place.recording];
     let parameters = parameters_of(group, unit.place.recording, block);
     let mut put = |values: &[f64; LANES]| match precision {
-        #[expect(clippy::cast_possible_truncation, reason = "deviations are stored in f32")]
-        Precision::F32 => push(bytes, bytemuck::cast_slice(&values.map(|v| v as f32))),
+        #[expect(clippy::cast_possible_truncation, reason = "they are stored in f32")]
+        Precision::F32 | Precision::F32Plain => push(bytes, bytemuck::cast_slice(&values.map(|v| v as f32))),
         Precision::F64 => push(bytes, bytemuck::cast_slice(values)),
     };
     let maps = step_maps(&parameters, signals.step_s[step], group.problem.model().discretization);
@@ -89,7 +93,7 @@ fn parameters_of(group: &Group<'_>, recording: usize, block: usize) -> [[f64; LA
     std::array::from_fn(|p| lanes.map(|values| values[p]))
 }
 
-/// A step map as the shader reads it: in f64 D and gains, in f32 D, the matrix of the force and where the deviation
+/// A step map as the shader reads it: D and gains, or in deviations D, the matrix of the force and where the deviation
 /// comes to rest under each input, `−D⁻¹ (Γ − M Γ_r)`.
 fn put_map(
     put: &mut dyn FnMut(&[f64; LANES]),
@@ -99,7 +103,7 @@ fn put_map(
 ) {
     let gains = [&maps.taps[0], &maps.taps[1], &maps.torque];
     maps.d.iter().for_each(&mut *put);
-    if precision == Precision::F64 {
+    if !precision.is_deviation() {
         gains.iter().flat_map(|gain| gain.iter()).for_each(put);
         return;
     }

@@ -5,9 +5,10 @@
 //! deviations from a reference, so that rounding is relative to the deviation.
 //!
 //! A batch is one submission unless it is larger than the budget; then it is cut, and two parts are in flight. Callers
-//! with two batches can overlap them too: [`Gpu::begin`] the second before [`Gpu::finish`] of the first.
+//! with two batches can overlap them too: [`Evaluator::begin`] the second before [`Evaluator::finish`] of the first.
 
 mod check;
+mod clock;
 mod device;
 mod layout;
 mod maps;
@@ -20,9 +21,10 @@ mod shader;
 pub use device::{AdapterFacts, Selector, list};
 pub use shader::{Fetch, LANES, Precision, UNIFORM_BYTES, Variant, assemble};
 
-use super::{Batch, Evaluator, Group, Problem};
+use super::{Batch, Evaluator, Group, Pending, Problem};
 use crate::candidates::Candidates;
 use crate::{Error, ErrorKind, Result};
+use clock::Kernel;
 use device::Device;
 use layout::{Scene, Unit};
 use parts::{Part, split};
@@ -49,6 +51,8 @@ pub struct Gpu {
     sets: Vec<Set>,
     /// The set that is given up next.
     next: usize,
+    /// What the device computed while it was timed.
+    kernel: Kernel,
 }
 
 /// A part of the batch in flight.
@@ -58,9 +62,8 @@ struct Flight {
     set: usize,
 }
 
-/// A batch that has begun: hand it, with that batch, to [`Gpu::finish`].
-#[must_use = "its buffers are in use until it is finished"]
-pub struct Pending {
+/// A batch that has begun.
+struct Begun {
     flights: VecDeque<Flight>,
     waiting: VecDeque<Vec<Part>>,
     /// Where the costs of each group begin.
@@ -85,7 +88,16 @@ impl Gpu {
         let precision = precision.unwrap_or(if has_f64 { Precision::F64 } else { Precision::F32 });
         let budget = usize::try_from(BUDGET.min(device.facts.binding_bytes_max)).unwrap_or(usize::MAX);
         let (pipelines, checked) = (Pipelines::default(), HashSet::new());
-        let mut gpu = Self { device, precision, budget, pipelines, checked, sets: Vec::new(), next: 0 };
+        let mut gpu = Self {
+            device,
+            precision,
+            budget,
+            pipelines,
+            checked,
+            sets: Vec::new(),
+            next: 0,
+            kernel: Kernel::default(),
+        };
         let uniform = gpu.device.has_uniform(UNIFORM_BYTES);
         let usual = Variant { precision, absolute: false, weighted: false, uniform, fetch: gpu.device.fetch() };
         gpu.guard(|gpu| gpu.check_shader(usual))?;
@@ -123,44 +135,6 @@ impl Gpu {
         costs.iter_mut().for_each(|cost| *cost = problem.cost(*cost));
         check::compare(&self.device.facts, self.precision, &problem, &values, &costs)?;
         self.checked.insert(variant);
-        Ok(())
-    }
-
-    /// Begins a batch: its first submissions are on their way when this returns.
-    ///
-    /// # Errors
-    /// `Usage` when candidates do not fit their problems or too many batches are pending; `Device` when the device fails.
-    pub fn begin(&mut self, batch: &Batch<'_>) -> Result<Pending> {
-        batch.check_candidates()?;
-        self.guard(|gpu| {
-            let mut at = 0;
-            let first = |group: &Group<'_>| {
-                at += group.candidates.count();
-                at - group.candidates.count()
-            };
-            let offsets = batch.groups.iter().map(first).collect();
-            let uniform = gpu.device.has_uniform(UNIFORM_BYTES);
-            let waiting = split(batch, gpu.precision, gpu.budget, |group| gpu.variant(group, uniform)).into();
-            let mut pending = Pending { flights: VecDeque::new(), waiting, offsets };
-            gpu.launch(batch, &mut pending)?;
-            Ok(pending)
-        })
-    }
-
-    /// Waits for a batch that has begun and writes its costs, group after group.
-    ///
-    /// # Errors
-    /// `Usage` when `costs` is not one per candidate; `Device` when the device fails.
-    pub fn finish(&mut self, batch: &Batch<'_>, pending: Pending, costs: &mut [f64]) -> Result<()> {
-        batch.check(costs)?;
-        costs.fill(0.0);
-        let offsets = self.guard(|gpu| gpu.land(batch, pending, costs))?;
-        for (group, from) in batch.groups.iter().zip(offsets) {
-            for (row, cost) in costs[from..from + group.candidates.count()].iter_mut().enumerate() {
-                let is_nan = group.candidates.row(row).iter().any(|v| v.is_nan());
-                *cost = if is_nan { f64::INFINITY } else { group.problem.cost(*cost) };
-            }
-        }
         Ok(())
     }
 
@@ -208,7 +182,7 @@ impl Gpu {
     }
 
     /// Submits waiting parts until enough are in flight.
-    fn launch(&mut self, batch: &Batch<'_>, pending: &mut Pending) -> Result<()> {
+    fn launch(&mut self, batch: &Batch<'_>, pending: &mut Begun) -> Result<()> {
         while pending.flights.len() < FLIGHTS
             && let Some(parts) = pending.waiting.front()
         {
@@ -231,7 +205,7 @@ impl Gpu {
     }
 
     /// Waits for all parts and adds their sums to the totals of their candidates. Returns where groups begin.
-    fn land(&mut self, batch: &Batch<'_>, mut pending: Pending, totals: &mut [f64]) -> Result<Vec<usize>> {
+    fn land(&mut self, batch: &Batch<'_>, mut pending: Begun, totals: &mut [f64]) -> Result<Vec<usize>> {
         loop {
             self.launch(batch, &mut pending)?;
             let Some(Flight { parts, ticket, set }) = pending.flights.pop_front() else { break };
@@ -252,7 +226,9 @@ impl Gpu {
                 }
             });
             set.scene = scene;
-            collected?;
+            if let Some(stamps) = collected? {
+                self.kernel.add(stamps);
+            }
         }
         Ok(pending.offsets)
     }
@@ -272,6 +248,55 @@ impl Evaluator for Gpu {
         batch.check(costs)?;
         let pending = self.begin(batch)?;
         self.finish(batch, pending, costs)
+    }
+
+    fn begin(&mut self, batch: &Batch<'_>) -> Result<Pending> {
+        batch.check_candidates()?;
+        self.guard(|gpu| {
+            let mut at = 0;
+            let first = |group: &Group<'_>| {
+                at += group.candidates.count();
+                at - group.candidates.count()
+            };
+            let offsets = batch.groups.iter().map(first).collect();
+            let uniform = gpu.device.has_uniform(UNIFORM_BYTES);
+            let waiting = split(batch, gpu.precision, gpu.budget, |group| gpu.variant(group, uniform)).into();
+            let mut begun = Begun { flights: VecDeque::new(), waiting, offsets };
+            gpu.launch(batch, &mut begun)?;
+            Ok(Pending::of(begun))
+        })
+    }
+
+    fn finish(&mut self, batch: &Batch<'_>, pending: Pending, costs: &mut [f64]) -> Result<()> {
+        batch.check(costs)?;
+        let Some(begun) = pending.take::<Begun>() else {
+            return Err(Error::usage("this batch was begun by another evaluator", "Finish it where it was begun."));
+        };
+        costs.fill(0.0);
+        let offsets = self.guard(|gpu| gpu.land(batch, begun, costs))?;
+        for (group, from) in batch.groups.iter().zip(offsets) {
+            for (row, cost) in costs[from..from + group.candidates.count()].iter_mut().enumerate() {
+                let is_nan = group.candidates.row(row).iter().any(|v| v.is_nan());
+                *cost = if is_nan { f64::INFINITY } else { group.problem.cost(*cost) };
+            }
+        }
+        Ok(())
+    }
+
+    fn overlaps(&self) -> bool {
+        true
+    }
+
+    fn is_exact(&self) -> bool {
+        self.precision == Precision::F64
+    }
+
+    fn evaluate_timed(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<Option<f64>> {
+        (self.device.timed, self.kernel) = (true, Kernel::default());
+        let done = self.evaluate(batch, costs);
+        self.device.timed = false;
+        done?;
+        Ok(self.kernel.seconds(self.device.queue.get_timestamp_period()))
     }
 
     fn name(&self) -> String {

@@ -1,6 +1,7 @@
 //! The buffers of a submission, from its upload to its sums. Buffers are kept and grow; a submission is one encoder
 //! with the copies to and from the device in it.
 
+use super::clock::{BYTES as STAMPS, Clock};
 use super::device::Device;
 use super::layout::Scene;
 use super::maps::write_maps;
@@ -29,6 +30,8 @@ pub(super) struct Set {
     upload: Option<wgpu::Buffer>,
     read_back: Option<wgpu::Buffer>,
     bind_group: Option<(Variant, wgpu::BindGroup)>,
+    /// Made when a submission is first timed.
+    clock: Option<Clock>,
     /// Whether the sums can be read.
     arrived: Arc<AtomicBool>,
 }
@@ -39,6 +42,7 @@ pub(super) struct Ticket {
     bytes: u64,
     precision: Precision,
     steps: u64,
+    timed: bool,
 }
 
 /// The sums that came back.
@@ -51,9 +55,10 @@ impl Sums<'_> {
     /// One number.
     #[inline]
     pub(super) fn get(&self, at: usize) -> f64 {
-        match self.precision {
-            Precision::F32 => f64::from(bytemuck::pod_read_unaligned::<f32>(&self.bytes[4 * at..4 * at + 4])),
-            Precision::F64 => bytemuck::pod_read_unaligned(&self.bytes[8 * at..8 * at + 8]),
+        if self.precision.bytes() == 8 {
+            bytemuck::pod_read_unaligned(&self.bytes[8 * at..8 * at + 8])
+        } else {
+            f64::from(bytemuck::pod_read_unaligned::<f32>(&self.bytes[4 * at..4 * at + 4]))
         }
     }
 }
@@ -81,17 +86,21 @@ impl Set {
         let result = scene.blocks * 2 * LANES * precision.bytes();
         self.ensure(device, 7, result, wgpu::BufferUsages::STORAGE)?;
         self.ensure(device, 8, result, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC)?;
-        if self.read_back.as_ref().is_none_or(|b| b.size() < result as u64) {
+        if self.read_back.as_ref().is_none_or(|b| b.size() < (result + STAMPS) as u64) {
             let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-            self.read_back = Some(buffer(device, result, usage)?);
+            self.read_back = Some(buffer(device, result + STAMPS, usage)?);
         }
+        if device.timed && self.clock.is_none() {
+            self.clock = Clock::of(device);
+        }
+        let timed = device.timed && self.clock.is_some();
         let (layout, pipeline) = pipelines.get(device, scene.variant)?;
         self.bind(device, layout, scene.variant);
         let submission = self.start(device, pipeline, &scene, [maps as u64, result as u64])?;
         device.check()?;
         let steps = scene.steps;
         (self.scene, self.busy) = (Some(scene), true);
-        Ok(Ticket { submission, bytes: result as u64, precision, steps })
+        Ok(Ticket { submission, bytes: result as u64, precision, steps, timed })
     }
 
     fn put_scene(&mut self, device: &Device, scene: &Scene) -> Result<()> {
@@ -155,9 +164,11 @@ impl Set {
         else {
             return Err(lost());
         };
+        let clock = self.clock.as_ref().filter(|_| device.timed);
         encoder.copy_buffer_to_buffer(upload, 0, maps, 0, maps_bytes);
         for round in 0..scene.rounds {
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            let timestamp_writes = clock.and_then(|clock| clock.stamps(round, scene.rounds));
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: None, timestamp_writes });
             pass.set_pipeline(pipeline);
             #[expect(clippy::cast_possible_truncation, reason = "256")]
             pass.set_bind_group(0, bind_group, &[round * ROUND_BYTES as u32]);
@@ -165,24 +176,37 @@ impl Set {
             pass.dispatch_workgroups(x, scene.job_count.div_ceil(x.max(1)), 1);
         }
         encoder.copy_buffer_to_buffer(sums, 0, read_back, 0, bytes);
+        if let Some(clock) = clock {
+            clock.resolve(&mut encoder, read_back, bytes);
+        }
         let submission = device.queue.submit([encoder.finish()]);
         self.arrived.store(false, Ordering::Release);
         let arrived = self.arrived.clone();
-        read_back.slice(..bytes).map_async(wgpu::MapMode::Read, move |_| arrived.store(true, Ordering::Release));
+        read_back
+            .slice(..bytes + STAMPS as u64)
+            .map_async(wgpu::MapMode::Read, move |_| arrived.store(true, Ordering::Release));
         upload.slice(..).map_async(wgpu::MapMode::Write, |_| {});
         Ok(submission)
     }
 
-    /// Waits for a submission and hands its sums to `read`: per block those of current, then those of speed.
-    pub(super) fn collect(&mut self, device: &Device, ticket: Ticket, read: &mut dyn FnMut(&Sums<'_>)) -> Result<()> {
+    /// Waits for a submission and hands its sums to `read`: per block those of current, then those of speed. Returns
+    /// when it began and ended by the device's clock, where that was asked for.
+    pub(super) fn collect(
+        &mut self,
+        device: &Device,
+        ticket: Ticket,
+        read: &mut dyn FnMut(&Sums<'_>),
+    ) -> Result<Option<[u64; 2]>> {
         device.wait(ticket.submission, ticket.steps, &self.arrived)?;
         let buffer = self.read_back.as_ref().ok_or_else(lost)?;
-        let view = buffer.slice(..ticket.bytes).get_mapped_range().map_err(|e| unmapped(device, &e))?;
+        let view = buffer.slice(..ticket.bytes + STAMPS as u64).get_mapped_range().map_err(|e| unmapped(device, &e))?;
         read(&Sums { precision: ticket.precision, bytes: &view });
+        let behind = view.len() - STAMPS;
+        let stamps = ticket.timed.then(|| bytemuck::pod_read_unaligned(&view[behind..]));
         drop(view);
         buffer.unmap();
         self.busy = false;
-        Ok(())
+        Ok(stamps)
     }
 
     /// A buffer of at least `size` bytes; a new one ends the bind group.

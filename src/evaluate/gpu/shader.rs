@@ -5,6 +5,8 @@
 pub enum Precision {
     /// f32 in deviations from a reference.
     F32,
+    /// f32 as it comes: faster, and within some 1e-3 of the optimum mostly rounding. For benches.
+    F32Plain,
     /// f64, where the device has it.
     F64,
 }
@@ -15,22 +17,33 @@ impl Precision {
     pub fn name(self) -> &'static str {
         match self {
             Self::F32 => "f32",
+            Self::F32Plain => "f32-plain",
             Self::F64 => "f64",
         }
     }
 
+    /// Whether states are deviations from those of a reference.
+    pub(super) fn is_deviation(self) -> bool {
+        self == Self::F32
+    }
+
+    /// The type of a number.
+    fn scalar(self) -> &'static str {
+        if self.bytes() == 8 { "f64" } else { "f32" }
+    }
+
     /// Bytes of a number.
-    pub(super) fn bytes(self) -> usize {
+    pub(super) const fn bytes(self) -> usize {
         match self {
-            Self::F32 => 4,
+            Self::F32 | Self::F32Plain => 4,
             Self::F64 => 8,
         }
     }
 
-    /// Numbers of a sample: what is measured, and in f32 the reference's state.
+    /// Numbers of a sample: what is measured, and for deviations the reference's increment. Uniform buffers want 16 bytes.
     pub(super) fn sample(self) -> usize {
         match self {
-            Self::F32 => 4,
+            Self::F32 | Self::F32Plain => 4,
             Self::F64 => 2,
         }
     }
@@ -39,7 +52,7 @@ impl Precision {
     pub(super) const fn fields(self) -> usize {
         match self {
             Self::F32 => 14,
-            Self::F64 => 10,
+            Self::F32Plain | Self::F64 => 10,
         }
     }
 }
@@ -71,7 +84,7 @@ pub struct Variant {
 impl Variant {
     /// All of them.
     pub fn all() -> impl Iterator<Item = Self> {
-        [Precision::F32, Precision::F64].into_iter().flat_map(|precision| {
+        [Precision::F32, Precision::F32Plain, Precision::F64].into_iter().flat_map(|precision| {
             (0..16_u8).map(move |bits| Self {
                 precision,
                 absolute: bits & 1 != 0,
@@ -96,7 +109,7 @@ pub const UNIFORM_BYTES: usize = 64 << 10;
 #[must_use]
 pub fn assemble(variant: Variant) -> String {
     let Variant { precision, absolute, weighted, uniform, fetch } = variant;
-    let (scalar, fields, sample) = (precision.name(), precision.fields(), precision.sample());
+    let (scalar, fields, sample) = (precision.scalar(), precision.fields(), precision.sample());
     let samples = if uniform {
         format!("var<uniform> samples: array<Sample, {}>", UNIFORM_BYTES / (sample * precision.bytes()))
     } else {
@@ -114,7 +127,7 @@ pub fn assemble(variant: Variant) -> String {
         include_str!("../../../shaders/input.wgsl"),
         match precision {
             Precision::F32 => include_str!("../../../shaders/step_deviation.wgsl"),
-            Precision::F64 => include_str!("../../../shaders/step_plain.wgsl"),
+            Precision::F32Plain | Precision::F64 => include_str!("../../../shaders/step_plain.wgsl"),
         },
         include_str!("../../../shaders/sensor.wgsl"),
         include_str!("../../../shaders/accumulate.wgsl"),

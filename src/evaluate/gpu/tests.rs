@@ -119,3 +119,26 @@ fn the_steady_state_makes_no_buffers_and_two_batches_overlap() {
         assert_eq!(costs[..7], whole[..7]);
     }
 }
+
+#[test]
+fn the_device_says_how_long_it_computed() {
+    let Some(mut gpu) = open() else { return };
+    let (problem, values) = specimen(&gpu);
+    let many: Vec<f64> = values.iter().copied().cycle().take(5 * 20_000).collect();
+    let groups = [Group { problem: &problem, candidates: Candidates::new(&many, 5), reference: None }];
+    let (mut plain, mut timed) = (vec![0.0; 20_000], vec![0.0; 20_000]);
+    // The second is not the first to need its buffers.
+    for _ in 0..2 {
+        gpu.evaluate(&Batch { groups: &groups }, &mut plain).unwrap();
+    }
+    let begun = std::time::Instant::now();
+    let kernel = gpu.evaluate_timed(&Batch { groups: &groups }, &mut timed).unwrap();
+    let whole = begun.elapsed().as_secs_f64();
+    assert_eq!(plain, timed);
+    if gpu.device.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+        let kernel = kernel.unwrap();
+        assert!(kernel > 0.0 && kernel < whole, "{kernel} s of {whole} s");
+    } else {
+        assert_eq!(kernel, None);
+    }
+}

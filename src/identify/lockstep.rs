@@ -1,0 +1,212 @@
+//! Searches in lock step on one evaluator: what [`minimize`](crate::optimize::minimize) drives.
+
+use super::Warning;
+use super::device::{Opened, taken_over};
+use crate::Result;
+use crate::candidates::Candidates;
+use crate::evaluate::{Batch, Evaluator, Group, Pending, Problem, Scalar, Simd};
+use crate::optimize::Evaluate;
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// How many of the lowest costs of a call in f32 are evaluated again in f64 at least: the leaders of every search.
+const LEADERS: usize = 3;
+
+/// Evaluates the populations of any number of runs as one batch, each run on its own problem.
+///
+/// Where the evaluator is not exact, each run has its own reference, its best so far, and its leaders are evaluated again
+/// in f64 until the lowest of all is one of them. A run therefore depends on no other.
+pub struct Lockstep {
+    opened: Opened,
+    /// One for each run, or one for all.
+    problems: Vec<Arc<Problem>>,
+    /// Lowest cost so far of each run, and its candidate.
+    references: Vec<Option<(f64, Vec<f64>)>>,
+    pending: VecDeque<Pending>,
+}
+
+impl Lockstep {
+    /// With an evaluator of the caller. `problems`: one for each run, or one for all.
+    #[must_use]
+    pub fn new(evaluator: Box<dyn Evaluator>, problems: Vec<Arc<Problem>>) -> Self {
+        Self::on(Opened::given(evaluator), problems)
+    }
+
+    pub(super) fn on(opened: Opened, problems: Vec<Arc<Problem>>) -> Self {
+        Self { opened, problems, references: Vec::new(), pending: VecDeque::new() }
+    }
+
+    /// What evaluates.
+    pub(super) fn device(&self) -> &Opened {
+        &self.opened
+    }
+
+    /// What the reader should know of the device.
+    pub(super) fn take_warnings(&mut self) -> Vec<Warning> {
+        std::mem::take(&mut self.opened.warnings)
+    }
+
+    /// What a run is evaluated on.
+    fn problem(&self, run: usize) -> &Arc<Problem> {
+        &self.problems[if self.problems.len() == 1 { 0 } else { run }]
+    }
+
+    fn groups<'a>(&'a self, populations: &[Candidates<'a>]) -> Vec<Group<'a>> {
+        let group = |(run, &candidates): (usize, &Candidates<'a>)| {
+            let reference = self.references.get(run).and_then(Option::as_ref).map(|(_, values)| values.as_slice());
+            (candidates.count() > 0).then(|| Group { problem: self.problem(run), candidates, reference })
+        };
+        populations.iter().enumerate().filter_map(group).collect()
+    }
+
+    /// Does `work` with the evaluator. Where `auto` chose the device and it fails, the CPU carries on.
+    fn with_evaluator<T>(
+        &mut self,
+        populations: &[Candidates<'_>],
+        mut work: impl FnMut(&mut dyn Evaluator, &Batch<'_>) -> Result<T>,
+    ) -> Result<T> {
+        // Taken out, because the groups borrow the problems beside it.
+        let mut evaluator = std::mem::replace(&mut self.opened.evaluator, Box::new(Simd::default()));
+        let groups = self.groups(populations);
+        let batch = Batch { groups: &groups };
+        let mut done = work(evaluator.as_mut(), &batch);
+        let failed = match &done {
+            Err(error) if self.opened.auto => Some(taken_over(error)),
+            _ => None,
+        };
+        if failed.is_some() {
+            evaluator = Box::new(Simd::default());
+            done = work(evaluator.as_mut(), &batch);
+        }
+        drop(groups);
+        if let Some(warning) = failed {
+            self.opened =
+                Opened { evaluator, ..Opened::cpu(self.opened.warnings.drain(..).chain([warning]).collect()) };
+        } else {
+            self.opened.evaluator = evaluator;
+        }
+        done
+    }
+
+    /// Replaces the lowest costs of a run by those of the oracle until the lowest of all is one of them.
+    fn check_leaders(&mut self, run: usize, population: Candidates<'_>, costs: &mut [f64]) {
+        let problem = self.problem(run).clone();
+        let mut order: Vec<usize> = (0..costs.len()).collect();
+        order.sort_by(|a, b| costs[*a].total_cmp(&costs[*b]));
+        let mut lowest = f64::INFINITY;
+        for (place, row) in order.into_iter().enumerate() {
+            if place >= LEADERS && costs[row] >= lowest {
+                break;
+            }
+            costs[row] = Scalar::cost(&problem, population.row(row));
+            lowest = lowest.min(costs[row]);
+            if costs[row] < self.references[run].as_ref().map_or(f64::INFINITY, |(cost, _)| *cost) {
+                self.references[run] = Some((costs[row], population.row(row).to_vec()));
+            }
+        }
+    }
+
+    /// The device's cost of a candidate less the oracle's; `None` on the CPU, and where the device fails at the end.
+    /// In f32 the deviations are taken from elsewhere in the box, not from the candidate itself, where they are zero.
+    pub(super) fn cost_difference(&mut self, run: usize, values: &[f64]) -> Option<f64> {
+        if self.opened.kind == "cpu" {
+            return None;
+        }
+        let reference: Vec<f64> = values.iter().map(|v| 1.02 * v).collect();
+        let problem = self.problem(run).clone();
+        let candidates = Candidates::new(values, values.len());
+        let groups = [Group { problem: &problem, candidates, reference: Some(&reference) }];
+        let mut cost = [0.0];
+        match self.opened.evaluator.evaluate(&Batch { groups: &groups }, &mut cost) {
+            Ok(()) => Some(cost[0] - Scalar::cost(&problem, values)),
+            Err(error) => {
+                let message = format!("{error}; the result itself is the oracle's");
+                self.opened.warnings.push(Warning { code: "gpu_failed", message });
+                None
+            }
+        }
+    }
+}
+
+impl Evaluate for Lockstep {
+    fn begin(&mut self, populations: &[Candidates<'_>]) -> Result<()> {
+        let pending = self.with_evaluator(populations, |evaluator, batch| evaluator.begin(batch))?;
+        self.pending.push_back(pending);
+        Ok(())
+    }
+
+    fn finish(&mut self, populations: &[Candidates<'_>], costs: &mut [f64]) -> Result<()> {
+        let mut pending = self.pending.pop_front();
+        self.with_evaluator(populations, |evaluator, batch| match pending.take() {
+            Some(pending) => evaluator.finish(batch, pending, costs),
+            None => evaluator.evaluate(batch, costs),
+        })?;
+        if !self.opened.evaluator.is_exact() {
+            self.references.resize(self.references.len().max(populations.len()), None);
+            let mut rest = costs;
+            for (run, population) in populations.iter().enumerate() {
+                let (own, others) = rest.split_at_mut(population.count());
+                self.check_leaders(run, *population, own);
+                rest = others;
+            }
+        }
+        Ok(())
+    }
+
+    fn overlaps(&self) -> bool {
+        self.opened.evaluator.overlaps()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::criterion::Criterion;
+    use crate::evaluate::Model;
+    use crate::motor::Space;
+    use crate::record::{Record, Samples};
+
+    /// A device that is lost.
+    struct Broken;
+
+    impl Evaluator for Broken {
+        fn evaluate(&mut self, _: &Batch<'_>, _: &mut [f64]) -> Result<()> {
+            Err(crate::Error::new(crate::ErrorKind::Device, "lost", "Run again."))
+        }
+    }
+
+    #[test]
+    fn auto_carries_on_with_the_cpu_and_a_device_asked_for_does_not() {
+        let ramp: Vec<f64> = (0..50).map(f64::from).collect();
+        let samples = Samples {
+            time_s: ramp.iter().map(|n| 0.001 * n).collect(),
+            voltage: ramp.clone(),
+            torque: None,
+            current: Some(ramp.clone()),
+            speed: Some(ramp),
+        };
+        let record = Record::new(samples).unwrap();
+        let problem = Problem::new(&[record], Model::default(), Space::table2(), Criterion::default()).unwrap();
+        let problem = Arc::new(problem);
+        let values = [0.5, 0.01, 0.05, 1e-4, 1e-4];
+        let populations = [Candidates::new(&values, 5)];
+        let mut costs = [0.0];
+        for auto in [true, false] {
+            let opened = Opened { kind: "gpu", auto, ..Opened::given(Box::new(Broken)) };
+            let mut searches = Lockstep::on(opened, vec![problem.clone()]);
+            // Two are in flight when the device is lost.
+            searches.begin(&populations).unwrap();
+            searches.begin(&populations).unwrap();
+            let done = searches.finish(&populations, &mut costs);
+            assert_eq!(done.is_ok(), auto);
+            if auto {
+                searches.finish(&populations, &mut costs).unwrap();
+                assert_eq!((searches.device().kind, searches.device().precision()), ("cpu", "f64"));
+                assert_eq!(searches.device().warnings.len(), 1);
+                assert_eq!(searches.device().warnings[0].code, "gpu_failed");
+                assert!((costs[0] / Scalar::cost(&problem, &values) - 1.0).abs() < 1e-12);
+                assert_eq!(searches.cost_difference(0, &values), None);
+            }
+        }
+    }
+}

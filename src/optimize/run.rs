@@ -1,0 +1,64 @@
+//! A run of a search, and what is said of it on the way.
+
+use super::Optimizer;
+
+/// Why a search ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Stop {
+    /// All generations were evaluated.
+    BudgetSpent,
+    /// The observer ended it.
+    Interrupted,
+    /// An iteration came to its end.
+    Converged,
+}
+
+impl Stop {
+    /// Its name in results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::BudgetSpent => "budget_spent",
+            Self::Interrupted => "interrupted",
+            Self::Converged => "converged",
+        }
+    }
+}
+
+/// What an observer sees after each generation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Generations done.
+    pub generation: usize,
+    /// Generations in all.
+    pub generations: usize,
+    /// Evaluations so far, over all runs.
+    pub evaluations: u64,
+    /// Lowest cost so far over all runs; +∞ before there is one.
+    pub cost: f64,
+}
+
+/// One run of a search.
+pub struct Run {
+    /// The search.
+    pub optimizer: Box<dyn Optimizer>,
+    /// Lowest cost after each generation.
+    pub history: Vec<f64>,
+    /// Candidates evaluated.
+    pub evaluations: u64,
+}
+
+impl Run {
+    /// A run that has not begun.
+    #[must_use]
+    pub fn new(optimizer: Box<dyn Optimizer>) -> Self {
+        Self { optimizer, history: Vec::new(), evaluations: 0 }
+    }
+
+    /// Lowest cost so far; +∞ before there is one.
+    #[must_use]
+    pub fn cost(&self) -> f64 {
+        self.optimizer.best().map_or(f64::INFINITY, |best| best.cost)
+    }
+}
