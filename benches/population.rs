@@ -25,7 +25,7 @@ fn optimizer(name: &str, population: usize, generations: usize, run: u64) -> Box
 
 /// Seconds of a search of `runs` runs, and of evaluating as many candidates with nothing else.
 fn search(
-    evaluator: &dyn Fn() -> Box<dyn Evaluator>,
+    evaluator: &(dyn Fn() -> Box<dyn Evaluator> + Sync),
     problem: &Arc<Problem>,
     [runs, population, generations]: [usize; 3],
     name: &str,
@@ -49,7 +49,7 @@ fn search(
     [whole, raw * generations as f64]
 }
 
-fn report(device: &str, evaluator: &dyn Fn() -> Box<dyn Evaluator>, problem: &Arc<Problem>) {
+fn report(device: &str, evaluator: &(dyn Fn() -> Box<dyn Evaluator> + Sync), problem: &Arc<Problem>) {
     for name in ["gwo", "jaya"] {
         for case in [[1, 1_000_000, 3], [1000, 100, 20]] {
             let [whole, raw] = rayon::scope(|_| search(evaluator, problem, case, name));

@@ -12,7 +12,10 @@ const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/m2-step.csv
 const M2: &str = "R=0.921042,L=0.007759,K=0.073472,B=0.000678,J=0.000136";
 
 fn motorfit() -> Command {
-    Command::new(assert_cmd::cargo::cargo_bin!("motorfit"))
+    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("motorfit"));
+    // What the user has measured is neither used nor changed.
+    command.env("XDG_CACHE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"));
+    command
 }
 
 fn run(args: &[&str]) -> Output {
@@ -381,7 +384,12 @@ fn bench_names_what_it_measured() {
         let rate = steps / m["seconds"].as_f64().unwrap();
         assert!((m["candidate_steps_per_second"].as_f64().unwrap() / rate - 1.0).abs() < 1e-12);
         assert!(m["spread"].as_f64().unwrap() >= 0.0 && m["rounds"].as_u64().unwrap() >= 1);
+        let interval = [0, 1].map(|n| m["interval95"][n].as_f64().unwrap());
+        assert!((interval[0]..=interval[1]).contains(&m["seconds"].as_f64().unwrap()));
     }
+    let control = &document["control"];
+    assert_eq!(control["contender"], contenders[contenders.len() - 1]["name"]);
+    assert!(control["apart"].as_u64().unwrap() <= control["cases"].as_u64().unwrap());
     let folder = Folder::new();
     let plot = folder.path("rates.svg");
     ok(&["bench", "--seconds", "0.2", "--populations", "1,10", "--samples", "10,20", "--no-gpu", "--svg", &plot]);
@@ -391,6 +399,42 @@ fn bench_names_what_it_measured() {
     assert!(text.contains("10 samples") && text.contains("No GPU was measured"), "{text}");
     for args in [["--populations", "0"], ["--samples", "1"], ["--seconds", "0"], ["--threads", "0"]] {
         fails(&[&["bench"][..], &args].concat(), 2, "");
+    }
+}
+
+#[test]
+fn bench_keeps_what_it_measured_and_auto_reads_it() {
+    let folder = Folder::new();
+    let with_cache = |args: &[&str]| {
+        let output = motorfit().args(args).env("XDG_CACHE_HOME", folder.path("cache")).output().unwrap();
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stderr)
+    };
+    let kept = folder.path("cache/motorfit/bench.json");
+    let bench = ["bench", "--seconds", "0.5", "--populations", "1,70", "--samples", "10"];
+    with_cache(&[&bench[..], &["--no-gpu"]].concat());
+    with_cache(&[&bench[..], &["--no-keep"]].concat());
+    assert!(!Path::new(&kept).exists(), "not without adapters, and not where it is declined");
+    let said = with_cache(&bench);
+    if Path::new(&kept).exists() {
+        assert!(said.contains(&kept), "{said}");
+        let file: Value = serde_json::from_str(&std::fs::read_to_string(&kept).unwrap()).unwrap();
+        assert_eq!(file["motorfit"], env!("CARGO_PKG_VERSION"));
+        assert_eq!(file["pace"]["points"].as_array().unwrap().len(), 2);
+        for adapter in file["adapters"].as_array().unwrap() {
+            assert!(adapter["opening_s"].as_f64().unwrap() > 0.0, "{adapter}");
+            assert!(["name", "kind", "backend", "driver"].iter().all(|key| adapter[key].is_string()), "{adapter}");
+        }
+    } else {
+        assert!(std::env::var_os("MOTORFIT_NO_SKIP").is_none(), "no adapter: {said}");
+    }
+    let identify = ["identify", EXAMPLE, "--method", "jaya", "--population", "9", "--generations", "3"];
+    assert!(!with_cache(&identify).contains("bench.json"));
+    std::fs::create_dir_all(folder.path("cache/motorfit")).unwrap();
+    for broken in ["{", "[]", "{\"motorfit\": 1}", ""] {
+        std::fs::write(&kept, broken).unwrap();
+        assert!(with_cache(&identify).contains("bench.json"), "{broken}: it is said, and does no harm");
+        assert!(!with_cache(&[&identify[..], &["--device", "cpu"]].concat()).contains("bench.json"));
     }
 }
 

@@ -265,6 +265,12 @@ pub(crate) struct BenchArgs {
     /// Measure no adapters
     #[arg(long)]
     pub no_gpu: bool,
+    /// Measure adapters in f32 without deviations too: the fastest there is, and wrong near the optimum
+    #[arg(long)]
+    pub plain: bool,
+    /// Do not keep what was measured for --device auto
+    #[arg(long)]
+    pub no_keep: bool,
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,

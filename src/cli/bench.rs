@@ -3,7 +3,7 @@
 use super::args::BenchArgs;
 use super::output::{DIM, STRONG, Style, data};
 use super::progress::Reporter;
-use super::{Outcome, files, interrupt};
+use super::{Outcome, cache, files, interrupt};
 use motorfit::evaluate::Level;
 use motorfit::optimize::Progress;
 use motorfit::report::plot::{Line, log_log};
@@ -20,17 +20,12 @@ pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
     if !(1..=1024).contains(&threads) {
         return Err(Error::usage(format!("--threads is {threads}"), "Give 1 to 1024, or leave it out for all."));
     }
-    let spec = ThroughputSpec {
-        populations: args.populations.clone(),
-        samples: args.samples.clone(),
-        budget_s: args.seconds,
-        threads,
-        gpus: !args.no_gpu,
-    };
+    let spec =
+        ThroughputSpec { populations: args.populations.clone(), samples: args.samples.clone(), budget_s: args.seconds };
     interrupt::listen()?;
-    let (contenders, refused) = contenders(&spec)?;
+    let contenders = contenders(threads, !args.no_gpu, args.plain)?;
     let mut reporter = Reporter::of(style, "case");
-    let result = throughput(&spec, contenders, refused, &mut |done, all| {
+    let result = throughput(&spec, contenders, &mut |done, all| {
         reporter.show(&Progress { generation: done, generations: all, evaluations: done as u64, cost: f64::NAN });
         if interrupt::pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
@@ -42,19 +37,31 @@ pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
     if let Some(path) = &args.svg {
         plots(path, &spec, &result, style)?;
     }
+    if !args.no_gpu && !args.no_keep && !result.interrupted {
+        keep(&result, style);
+    }
     let text = if args.json { json(&BenchDocument::of(&spec, &result)) } else { text(&spec, &result) };
     data(&text)?;
     Ok(if result.interrupted { Outcome::Interrupted } else { Outcome::Done })
+}
+
+/// Keeps what `--device auto` chooses by. That it cannot be kept spoils nothing.
+fn keep(result: &Throughput, style: &Style) {
+    let Some(paces) = result.paces().filter(|paces| !paces.adapters.is_empty()) else { return };
+    match cache::keep(&paces) {
+        Ok(Some(path)) => style.note(&format!("kept for --device auto: {}", path.display())),
+        Ok(None) => style.note("there is no home folder to keep this in: --device auto will not know of it"),
+        Err(error) => style.note(&format!("not kept for --device auto: {error}")),
+    }
 }
 
 /// A plot for each recording.
 fn plots(path: &Path, spec: &ThroughputSpec, result: &Throughput, style: &Style) -> Result<()> {
     for &samples in &spec.samples {
         let points = |n: usize| {
-            let of = |m: &&Measurement| m.contender == n && m.samples == samples;
             #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
             let point = |m: &Measurement| m.rate().map(|rate| (m.population as f64, rate));
-            result.measurements.iter().filter(of).filter_map(point).collect()
+            result.of(n).filter(|m| m.samples == samples).filter_map(point).collect()
         };
         let names = result.contenders.iter().enumerate();
         let lines = names.map(|(n, contender)| Line { name: contender.name.clone(), points: points(n) }).collect();
@@ -88,16 +95,22 @@ fn text(spec: &ThroughputSpec, result: &Throughput) -> String {
     for &samples in &spec.samples {
         let _ = writeln!(
             text,
-            "\n{STRONG}{samples} samples{STRONG:#}: candidate-steps a second, end to end {DIM}(± spread of the rounds; \
-             \u{2013} too slow for the time given){DIM:#}"
+            "\n{STRONG}{samples} samples{STRONG:#}: candidate-steps a second, end to end {DIM}(± half the 95 % interval of \
+             the median;\n\u{2013} too slow for the time given){DIM:#}"
         );
         text.push_str(&table(spec, result, samples));
+        kernels(&mut text, spec, result, samples);
         crossovers(&mut text, result, samples);
     }
+    control(&mut text, result);
     if result.contenders.iter().all(|c| matches!(c.kind, "cpu" | "software")) {
-        text.push_str("\nNo GPU was measured: a software adapter runs on the CPU.\n");
+        text.push_str("No GPU was measured: a software adapter runs on the CPU.\n");
     }
     text
+}
+
+fn everyone(result: &Throughput) -> Vec<usize> {
+    (0..result.contenders.len()).collect()
 }
 
 fn letter(n: usize) -> char {
@@ -105,51 +118,88 @@ fn letter(n: usize) -> char {
 }
 
 fn table(spec: &ThroughputSpec, result: &Throughput, samples: usize) -> String {
+    let cell = |n: usize, population: usize| {
+        let measured = result.case(n, population, samples).and_then(|m| Some((m.rate()?, m)));
+        match measured.map(|(rate, m)| (rate, m.rounds, m.spread().unwrap_or(0.0))) {
+            Some((rate, 1, _)) => format!("{rate:.2e}  once"),
+            Some((rate, _, spread)) => format!("{rate:.2e} ±{:>2.0} %", 100.0 * spread),
+            None => "\u{2013}".to_owned(),
+        }
+    };
+    laid_out(spec, &everyone(result), &cell)
+}
+
+/// What adapters do by their own clocks.
+fn kernels(text: &mut String, spec: &ThroughputSpec, result: &Throughput, samples: usize) {
+    let has_clock = |n: &usize| result.of(*n).any(|m| m.samples == samples && m.kernel.is_some());
+    let timed: Vec<usize> = everyone(result).into_iter().filter(has_clock).collect();
+    if timed.is_empty() {
+        return;
+    }
+    let _ = writeln!(text, "computing alone, by the adapter's clock {DIM}(and its share of the whole){DIM:#}");
+    let cell = |n: usize, population: usize| {
+        let share = |m: &Measurement| Some((m.kernel_rate()?, m.kernel.map(|[kernel, whole]| 100.0 * kernel / whole)?));
+        let known = result.case(n, population, samples).and_then(share);
+        known.map_or("\u{2013}".to_owned(), |(rate, share)| format!("{rate:.2e} {share:>3.0} %"))
+    };
+    text.push_str(&laid_out(spec, &timed, &cell));
+}
+
+/// A row for each population, a column for each contender.
+fn laid_out(spec: &ThroughputSpec, contenders: &[usize], cell: &dyn Fn(usize, usize) -> String) -> String {
     let mut table = comfy_table::Table::new();
     table.load_style(comfy_table::presets::NOTHING);
-    let letters = (0..result.contenders.len()).map(|n| letter(n).to_string());
+    let letters = contenders.iter().map(|&n| letter(n).to_string());
     table.set_header(std::iter::once("candidates".to_owned()).chain(letters));
     for &population in &spec.populations {
-        let cell = |n: usize| {
-            let of = |m: &&Measurement| m.contender == n && m.population == population && m.samples == samples;
-            match result.measurements.iter().find(of).and_then(|m| Some((m.rate()?, m))) {
-                Some((rate, m)) if m.rounds > 1 => format!("{rate:.2e} ±{:>2.0} %", 100.0 * m.spread),
-                Some((rate, _)) => format!("{rate:.2e}  once"),
-                None => "\u{2013}".to_owned(),
-            }
-        };
-        table.add_row(std::iter::once(population.to_string()).chain((0..result.contenders.len()).map(cell)));
+        let cells = contenders.iter().map(|&n| cell(n, population));
+        table.add_row(std::iter::once(population.to_string()).chain(cells));
     }
     for column in table.column_iter_mut() {
         column.set_cell_alignment(comfy_table::CellAlignment::Right);
+        column.set_padding((1, 0));
     }
     format!("{table}\n")
 }
 
 /// What fraction of the peak the best CPU reaches, and from where on adapters win.
 fn crossovers(text: &mut String, result: &Throughput, samples: usize) {
-    let Some(baseline) = result.contenders.iter().rposition(|c| c.kind == "cpu") else { return };
-    let rates = |n: usize| result.measurements.iter().filter(move |m| m.contender == n && m.samples == samples);
-    let best = |n: usize| rates(n).filter_map(Measurement::rate).fold(0.0, f64::max);
-    if let Some(peak) = result.fma_peak {
-        for (n, contender) in result.contenders.iter().enumerate().skip(1).filter(|(_, c)| c.kind == "cpu") {
+    let Some(baseline) = result.baseline() else { return };
+    let rates = |n: usize| result.of(n).filter(|m| m.samples == samples).filter_map(Measurement::rate);
+    for (n, contender) in result.contenders.iter().enumerate() {
+        if contender.driver.is_some() {
+            let against = match result.crossover(n, baseline, samples) {
+                Some(population) => format!("faster than {} from {population} candidates on", letter(baseline)),
+                None => format!("never faster than {}", letter(baseline)),
+            };
+            let _ = writeln!(text, "  {}: {against}", letter(n));
+        } else if let Some(peak) = result.fma_peak.filter(|_| n > 0) {
             #[expect(clippy::cast_precision_loss, reason = "small")]
-            let share = 100.0 * best(n) * BenchDocument::OPERATIONS / (peak * contender.threads as f64);
+            let share = rates(n).fold(0.0, f64::max) * BenchDocument::OPERATIONS / (peak * contender.threads as f64);
             let _ = writeln!(
                 text,
-                "  {}: {share:.0} % of the peak of {} core{} ({} operations a step)",
+                "  {}: {:.0} % of the peak of {} core{} ({} operations a step)",
                 letter(n),
+                100.0 * share,
                 contender.threads,
                 if contender.threads == 1 { "" } else { "s" },
                 BenchDocument::OPERATIONS
             );
         }
     }
-    for n in (0..result.contenders.len()).filter(|n| result.contenders[*n].kind != "cpu") {
-        let against = match result.crossover(n, baseline, samples) {
-            Some(population) => format!("faster than {} from {population} candidates on", letter(baseline)),
-            None => format!("never faster than {}", letter(baseline)),
-        };
-        let _ = writeln!(text, "  {}: {against}", letter(n));
-    }
+}
+
+/// How honest the intervals are.
+fn control(text: &mut String, result: &Throughput) {
+    let Some(control) = result.control() else { return };
+    let _ = writeln!(
+        text,
+        "\nControl: {} measured a second time in the same rounds is {:.1} % off in the median case, {:.1} % at most; in \
+         {} of {}\ncases by more than both intervals. Smaller differences than these mean nothing.",
+        letter(control.contender),
+        100.0 * control.difference[0],
+        100.0 * control.difference[1],
+        control.apart,
+        control.cases
+    );
 }

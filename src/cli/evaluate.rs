@@ -32,7 +32,7 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     if let Some(slice) = &args.slice {
         return super::slice::run(args, slice, style);
     }
-    let mut spec = problem::spec(&args.problem, &args.device)?;
+    let mut spec = problem::spec(&args.problem, &args.device, style)?;
     let sampled = args.sample.as_deref().map(sampling).transpose()?;
     if args.top == Some(0) {
         return Err(Error::usage("--top is 0", "Give how many of the best to print."));

@@ -16,7 +16,7 @@ use std::fmt::Write as _;
 use std::ops::ControlFlow;
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
-    let spec = spec(args)?;
+    let spec = spec(args, style)?;
     let records = inspect::read(&args.records, &args.columns)?;
     interrupt::listen()?;
     let mut reporter = Reporter::new(style);
@@ -38,8 +38,8 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     Ok(if found.stop == Stop::Interrupted { Outcome::Interrupted } else { Outcome::Done })
 }
 
-fn spec(args: &IdentifyArgs) -> Result<IdentifySpec> {
-    let spec = problem::spec(&args.problem, &args.device)?;
+fn spec(args: &IdentifyArgs, style: &Style) -> Result<IdentifySpec> {
+    let spec = problem::spec(&args.problem, &args.device, style)?;
     Ok(IdentifySpec {
         method: method(args)?,
         polish: match args.polish {

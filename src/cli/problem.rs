@@ -1,7 +1,8 @@
 //! What `identify` and `evaluate` share: criterion, model, space and device, from their flags.
 
 use super::args::{CriterionName, DeviceArgs, DiscretizationName, InitialName, Precision, ProblemArgs, ScaleName};
-use super::values;
+use super::output::Style;
+use super::{cache, values};
 use motorfit::criterion::{Criterion, Norm, Scale};
 use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::{DeviceSpec, IdentifySpec, PrecisionSpec};
@@ -29,7 +30,7 @@ fn which(text: &str) -> Result<DeviceSpec> {
 }
 
 /// The part of a spec that says what candidates are evaluated on, and by what.
-pub(super) fn spec(args: &ProblemArgs, device: &DeviceArgs) -> Result<IdentifySpec> {
+pub(super) fn spec(args: &ProblemArgs, device: &DeviceArgs, style: &Style) -> Result<IdentifySpec> {
     let noise = args.noise.as_deref().map(values::noise).transpose()?.unwrap_or_default();
     let norm = match args.criterion {
         CriterionName::Euclidean => Norm::Euclidean,
@@ -77,12 +78,14 @@ pub(super) fn spec(args: &ProblemArgs, device: &DeviceArgs) -> Result<IdentifySp
         let message = "--time-origin has no effect without --criterion itse or itae";
         return Err(Error::usage(message, "Choose one of them or leave --time-origin out."));
     }
+    let chosen = which(&device.device)?;
     Ok(IdentifySpec {
         criterion: Criterion { norm, scale, time_origin_s: args.time_origin, noise },
         model: Model { discretization, initial },
         space: Space::table2_with(&values::bounds(&args.bounds)?, &values::parameters(&args.fix, "--fix")?)?,
         auto_bounds: values::auto_bounds(&args.bounds)?,
-        device: which(&device.device)?,
+        paces: if chosen == DeviceSpec::Auto { cache::paces(style) } else { None },
+        device: chosen,
         precision: match device.precision {
             Precision::Auto => PrecisionSpec::Auto,
             Precision::F32 => PrecisionSpec::F32,

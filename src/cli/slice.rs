@@ -16,7 +16,7 @@ use std::fmt::Write as _;
 const SIDE: usize = 101;
 
 pub(super) fn run(args: &EvaluateArgs, slice: &str, style: &Style) -> Result<Outcome> {
-    let spec = problem::spec(&args.problem, &args.device)?;
+    let spec = problem::spec(&args.problem, &args.device, style)?;
     let names: Vec<&str> = slice.split(',').map(str::trim).collect();
     let [first, second] = names[..] else {
         let message = format!("--slice: \"{}\" is not two parameters", excerpt(slice));

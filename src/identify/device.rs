@@ -1,5 +1,7 @@
 //! What evaluates a search: the CPU, or a GPU where it is asked for or the work is large enough for one to win.
 
+#[cfg(feature = "gpu")]
+use super::pace::{AdapterPace, Work};
 use super::{IdentifySpec, Warning};
 use crate::Result;
 use crate::evaluate::{Evaluator, Problem, Simd};
@@ -100,17 +102,15 @@ fn open(spec: &IdentifySpec, problem: &Problem) -> Result<Opened> {
         DeviceSpec::Gpu => gpu::Selector::Best,
         DeviceSpec::GpuIndex(index) => gpu::Selector::Index(*index),
         DeviceSpec::GpuName(name) => gpu::Selector::Name(name.clone()),
-        DeviceSpec::Auto if is_large(spec, problem) => {
-            // A real adapter only; one that fails is said, and the CPU takes over.
-            let real = gpu::list().into_iter().find(|a| a.kind != "software");
-            let Some(real) = real else { return Ok(Opened::cpu(Vec::new())) };
-            let opened = open_gpu(&gpu::Selector::Index(real.index), spec.precision);
-            return Ok(match opened {
+        DeviceSpec::Auto => {
+            let Some(index) = worth_opening(spec, problem) else { return Ok(Opened::cpu(Vec::new())) };
+            // One that fails is said, and the CPU takes over.
+            return Ok(match open_gpu(&gpu::Selector::Index(index), spec.precision) {
                 Ok(opened) => Opened { auto: true, ..opened },
                 Err(error) => Opened::cpu(vec![taken_over(&error)]),
             });
         }
-        DeviceSpec::Auto | DeviceSpec::Cpu => return Ok(Opened::cpu(Vec::new())),
+        DeviceSpec::Cpu => return Ok(Opened::cpu(Vec::new())),
     };
     open_gpu(&selector, spec.precision)
 }
@@ -147,9 +147,35 @@ pub(super) fn taken_over(error: &crate::Error) -> Warning {
     Warning { code: "gpu_failed", message: format!("{error}; the CPU evaluates instead") }
 }
 
-/// Whether a search is large enough for a GPU to win.
+/// The place of a real adapter that will win; `None` where the work is too small for that to be looked for. Adapters that
+/// a bench has measured are judged by that, others by the size of the work.
 #[cfg(feature = "gpu")]
-fn is_large(spec: &IdentifySpec, problem: &Problem) -> bool {
-    let generation = (spec.population as u64).saturating_mul(problem.active() as u64);
-    generation >= GPU_GENERATION_STEPS && generation.saturating_mul(spec.generations as u64) >= GPU_SEARCH_STEPS
+fn worth_opening(spec: &IdentifySpec, problem: &Problem) -> Option<usize> {
+    let work = Work {
+        samples: problem.active() as u64,
+        population: spec.population as u64,
+        generations: spec.generations as u64,
+        threads: rayon::current_num_threads(),
+    };
+    let paces = spec.paces.as_ref().filter(|paces| paces.are_current());
+    let precision = (spec.precision == PrecisionSpec::F64).then_some("f64");
+    let faster = paces.and_then(|paces| paces.faster(work, precision));
+    if faster.is_none() && !is_large(work) {
+        return None;
+    }
+    let is = |a: &gpu::AdapterFacts, known: &AdapterPace| {
+        a.name == known.name && a.driver == known.driver && a.backend == known.backend
+    };
+    let real: Vec<gpu::AdapterFacts> = gpu::list().into_iter().filter(|a| a.kind != "software").collect();
+    let measured = |a: &&gpu::AdapterFacts| paces.is_some_and(|p| p.adapters.iter().any(|known| is(a, known)));
+    let chosen = faster.and_then(|faster| real.iter().find(|a| is(a, faster)));
+    let unknown = || real.iter().filter(|_| is_large(work)).find(|a| !measured(a));
+    chosen.or_else(unknown).map(|a| a.index)
+}
+
+/// Whether a search is large enough for a GPU to win where nothing was measured.
+#[cfg(feature = "gpu")]
+fn is_large(work: Work) -> bool {
+    let generation = work.population.saturating_mul(work.samples);
+    generation >= GPU_GENERATION_STEPS && generation.saturating_mul(work.generations) >= GPU_SEARCH_STEPS
 }

@@ -2,6 +2,7 @@
 
 use super::device::{DeviceSpec, PrecisionSpec};
 use super::method::{Method, Polish};
+use super::pace::Paces;
 use super::verify::Verification;
 use super::warnings::Warning;
 use crate::criterion::Criterion;
@@ -35,6 +36,8 @@ pub struct IdentifySpec {
     pub device: DeviceSpec,
     /// With which numbers.
     pub precision: PrecisionSpec,
+    /// What was measured of this machine, for `auto`; `None` takes conservative limits.
+    pub paces: Option<Paces>,
     /// Threads; `None` takes the rayon pool of the caller.
     pub threads: Option<usize>,
 }
@@ -53,6 +56,7 @@ impl Default for IdentifySpec {
             auto_bounds: Parameter::ALL.to_vec(),
             device: DeviceSpec::default(),
             precision: PrecisionSpec::default(),
+            paces: None,
             threads: None,
         }
     }

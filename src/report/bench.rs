@@ -18,12 +18,14 @@ impl BenchDocument {
         let measurement = |m: &Measurement| {
             value!({
                 "contender": contender(m.contender).name, "samples": m.samples, "population": m.population,
-                "seconds": m.seconds, "spread": m.seconds.map(|_| m.spread), "rounds": m.rounds,
-                "candidate_steps_per_second": m.rate(),
+                "seconds": m.seconds, "interval95": m.seconds.map(|_| m.interval), "spread": m.spread(),
+                "rounds": m.rounds, "candidate_steps_per_second": m.rate(), "kernel_seconds": m.kernel.map(|k| k[0]),
+                "kernel_share": m.kernel.map(|k| k[0] / k[1]),
+                "kernel_candidate_steps_per_second": m.kernel_rate(),
             })
         };
-        let baseline = result.contenders.iter().rposition(|c| c.kind == "cpu");
-        let adapters = (0..result.contenders.len()).filter(|n| contender(*n).kind != "cpu");
+        let baseline = result.baseline();
+        let adapters = (0..result.contenders.len()).filter(|n| contender(*n).driver.is_some());
         let crossover = |n: usize| {
             let list = spec.samples.iter().map(|&samples| {
                 value!({"samples": samples, "population": baseline.and_then(|b| result.crossover(n, b, samples))})
@@ -36,13 +38,23 @@ impl BenchDocument {
         value!({
             "motorfit": env!("CARGO_PKG_VERSION"),
             "contenders": result.contenders.iter().map(|c| {
-                value!({"name": c.name, "kind": c.kind, "precision": c.precision, "threads": c.threads})
+                value!({
+                    "name": c.name, "kind": c.kind, "precision": c.precision, "threads": c.threads,
+                    "backend": c.driver.as_ref().map(|d| &d.0), "driver": c.driver.as_ref().map(|d| &d.1),
+                    "opening_s": c.driver.as_ref().map(|_| c.opening_s),
+                })
             }).collect::<Value>(),
             "level": Level::best().name(),
             "fma_per_second_one_core": result.fma_peak,
             "operations_per_candidate_step": Self::OPERATIONS,
             "measurements": result.measurements.iter().map(measurement).collect::<Value>(),
             "crossover": adapters.map(crossover).collect::<Value>(),
+            "control": result.control().map(|c| {
+                value!({
+                    "contender": contender(c.contender).name, "cases": c.cases, "apart": c.apart,
+                    "median_difference": c.difference[0], "largest_difference": c.difference[1],
+                })
+            }),
             "not_measured": result.refused,
             "interrupted": result.interrupted,
         })

@@ -1,0 +1,208 @@
+//! How long evaluators of this machine take, as a bench measured it: what `auto` chooses by.
+
+use crate::evaluate::{Level, cpu_name};
+use serde::{Deserialize, Serialize};
+
+/// Measured times of one evaluator.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Pace {
+    /// Samples of the recordings, candidates in a batch, and the seconds that a batch took.
+    pub points: Vec<(u64, u64, f64)>,
+}
+
+impl Pace {
+    /// Seconds that a batch of so many candidates will take: between measurements on straight lines in logarithms, above
+    /// them in proportion, below them the least that was measured. `None` without measurements.
+    #[must_use]
+    pub fn seconds(&self, samples: u64, population: u64) -> Option<f64> {
+        let mut lengths: Vec<u64> = self.points.iter().map(|point| point.0).collect();
+        lengths.sort_unstable();
+        lengths.dedup();
+        let at = |length: u64| {
+            let of = self.points.iter().filter(|point| point.0 == length);
+            interpolated(of.map(|point| (point.1, point.2)).collect(), population)
+        };
+        let known = lengths.iter().filter_map(|&length| Some((length, at(length)?))).collect();
+        interpolated(known, samples)
+    }
+}
+
+/// The value at `x` of a function known at some places, in logarithms.
+fn interpolated(mut known: Vec<(u64, f64)>, x: u64) -> Option<f64> {
+    known.retain(|(at, value)| *at > 0 && value.is_finite() && *value > 0.0);
+    known.sort_by_key(|(at, _)| *at);
+    let (&first, &last) = (known.first()?, known.last()?);
+    #[expect(clippy::cast_precision_loss, reason = "counts")]
+    let real = |n: u64| n as f64;
+    if x <= first.0 {
+        return Some(first.1);
+    }
+    if x >= last.0 {
+        return Some(last.1 * real(x) / real(last.0));
+    }
+    let above = known.iter().position(|(at, _)| *at >= x)?;
+    let ((x0, y0), (x1, y1)) = (known[above - 1], known[above]);
+    let share = (real(x) / real(x0)).ln() / (real(x1) / real(x0)).ln();
+    Some(y0 * (y1 / y0).powf(share))
+}
+
+/// An adapter that was measured. It is known again by its name, kind, interface and driver.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AdapterPace {
+    /// Its name.
+    pub name: String,
+    /// discrete, integrated, virtual, software or other.
+    pub kind: String,
+    /// The interface it is reached through.
+    pub backend: String,
+    /// Driver and its version.
+    pub driver: String,
+    /// The numbers: f32 or f64.
+    pub precision: String,
+    /// Seconds until it is open and has been checked.
+    pub opening_s: f64,
+    /// What its batches took.
+    pub pace: Pace,
+}
+
+/// What was measured of a machine.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Paces {
+    /// The version that measured; another one may be faster or slower.
+    pub motorfit: String,
+    /// The processor and its SIMD level.
+    pub cpu: String,
+    /// Threads that its pace is of.
+    pub threads: usize,
+    /// The pace of the CPU on these threads.
+    pub pace: Pace,
+    /// The adapters.
+    pub adapters: Vec<AdapterPace>,
+}
+
+/// A search to be placed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Work {
+    /// Samples of all recordings.
+    pub samples: u64,
+    /// Candidates of a generation.
+    pub population: u64,
+    /// Generations.
+    pub generations: u64,
+    /// Threads of the CPU.
+    pub threads: usize,
+}
+
+impl Paces {
+    /// The name under which this machine's processor is kept.
+    #[must_use]
+    pub fn this_cpu() -> String {
+        format!("{}, {}", cpu_name(), Level::best().name())
+    }
+
+    /// Whether they are of this processor and this version of the program.
+    #[must_use]
+    pub fn are_current(&self) -> bool {
+        self.motorfit == env!("CARGO_PKG_VERSION") && self.cpu == Self::this_cpu()
+    }
+
+    /// The real adapter that takes least time for the work, opening included, with numbers of this `precision` (any, if
+    /// `None`, with f64 where it was measured), if it takes less than the CPU.
+    #[must_use]
+    pub fn faster(&self, work: Work, precision: Option<&str>) -> Option<&AdapterPace> {
+        let Work { samples, population, generations, threads } = work;
+        #[expect(clippy::cast_precision_loss, reason = "counts")]
+        let (rounds, cores) = (generations as f64, threads.max(1) as f64 / self.threads.max(1) as f64);
+        let cpu = rounds * self.pace.seconds(samples, population)? / cores;
+        let fits = |adapter: &&AdapterPace| {
+            let wanted = precision.unwrap_or(if self.has_f64(adapter) { "f64" } else { "f32" });
+            adapter.kind != "software" && adapter.precision == wanted
+        };
+        let time = |adapter: &AdapterPace| {
+            Some(adapter.opening_s + rounds * adapter.pace.seconds(samples, population)?).filter(|time| *time < cpu)
+        };
+        let timed = self.adapters.iter().filter(fits).filter_map(|adapter| Some((adapter, time(adapter)?)));
+        timed.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(adapter, _)| adapter)
+    }
+
+    /// Whether an adapter was measured in f64 too.
+    fn has_f64(&self, of: &AdapterPace) -> bool {
+        let same = |a: &AdapterPace| a.name == of.name && a.driver == of.driver && a.backend == of.backend;
+        self.adapters.iter().any(|a| same(a) && a.precision == "f64")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn close(a: Option<f64>, b: f64) -> bool {
+        a.is_some_and(|a| (a / b - 1.0).abs() < 1e-12)
+    }
+
+    #[test]
+    fn times_are_between_and_beyond_the_measured_ones() {
+        let pace = Pace {
+            points: vec![(300, 1, 1e-4), (300, 100, 1e-3), (3000, 1, 1e-4), (3000, 100, 1e-2), (9, 9, f64::NAN)],
+        };
+        assert!(close(pace.seconds(300, 1), 1e-4) && close(pace.seconds(300, 100), 1e-3));
+        assert!(close(pace.seconds(300, 10), (1e-4_f64 * 1e-3).sqrt()), "between populations");
+        assert!(close(pace.seconds(300, 1000), 1e-2), "above: in proportion");
+        assert!(close(pace.seconds(10, 0), 1e-4), "below: the least");
+        assert!(close(pace.seconds(30_000, 1000), 1.0), "both");
+        assert!(close(pace.seconds(949, 100), 1e-3 * 10_f64.powf((949.0 / 300.0_f64).log10())), "between lengths");
+        assert_eq!(Pace::default().seconds(1, 1), None);
+    }
+
+    /// A CPU of 1e9 candidate-steps a second and an adapter a hundred times faster that takes 1 ms a batch and half a
+    /// second to open.
+    fn paces() -> Paces {
+        let points = |rate: f64, least: f64| {
+            let at = |population: u64| {
+                #[expect(clippy::cast_precision_loss, reason = "small")]
+                let seconds = (1000.0 * population as f64 / rate).max(least);
+                (1000, population, seconds)
+            };
+            Pace { points: [1, 100, 10_000, 1_000_000].map(at).to_vec() }
+        };
+        let adapter = |kind: &str, precision: &str, rate: f64| AdapterPace {
+            name: kind.to_owned(),
+            kind: kind.to_owned(),
+            backend: "Vulkan".to_owned(),
+            driver: "1.0".to_owned(),
+            precision: precision.to_owned(),
+            opening_s: 0.5,
+            pace: points(rate, 1e-3),
+        };
+        Paces {
+            motorfit: env!("CARGO_PKG_VERSION").to_owned(),
+            cpu: Paces::this_cpu(),
+            threads: 2,
+            pace: points(1e9, 1e-5),
+            adapters: vec![
+                adapter("software", "f64", 1e12),
+                adapter("discrete", "f32", 2e11),
+                adapter("discrete", "f64", 1e11),
+                adapter("integrated", "f32", 2e9),
+            ],
+        }
+    }
+
+    #[test]
+    fn an_adapter_is_taken_where_it_pays_and_only_there() {
+        let paces = paces();
+        let work = |population, generations| Work { samples: 1000, population, generations, threads: 2 };
+        let taken = |work, precision| paces.faster(work, precision).map(|a| (a.kind.as_str(), a.precision.as_str()));
+        // 100 × 1000 at 1e9/s is 0.1 ms a generation: the adapter's 1 ms never pays.
+        assert_eq!(taken(work(100, 1_000_000), None), None);
+        // 1e5 × 1000: 0.1 s on the CPU, 1 ms on the adapter; half a second to open pays from six generations on.
+        assert_eq!(taken(work(100_000, 5), None), None);
+        assert_eq!(taken(work(100_000, 6), None), Some(("discrete", "f64")));
+        // Twice the threads halve what is gained.
+        assert_eq!(paces.faster(Work { threads: 4, ..work(100_000, 6) }, None), None);
+        assert_eq!(taken(work(1_000_000, 100), Some("f32")), Some(("discrete", "f32")));
+        assert!(paces.are_current());
+        assert!(!Paces { motorfit: "0.0.0".to_owned(), ..paces.clone() }.are_current());
+        assert!(!Paces { cpu: "another".to_owned(), ..paces }.are_current());
+    }
+}

@@ -1,0 +1,126 @@
+//! The evaluators of this machine, each under its full name.
+
+use crate::evaluate::{Batch, Evaluator, Group, Level, Scalar, Simd, cpu_name};
+use crate::{Error, Result};
+use std::time::Instant;
+
+/// An evaluator under its full name.
+pub struct Contender {
+    /// Device, numbers, and for a CPU level and threads.
+    pub name: String,
+    /// The device alone.
+    pub device: String,
+    /// cpu, or the kind of adapter: discrete, integrated, virtual, software, other.
+    pub kind: &'static str,
+    /// f32, f32-plain or f64.
+    pub precision: &'static str,
+    /// Threads; 0 for a GPU.
+    pub threads: usize,
+    /// Interface and driver of an adapter.
+    pub driver: Option<(String, String)>,
+    /// Seconds until it was open and checked.
+    pub opening_s: f64,
+    evaluator: Box<dyn Evaluator>,
+    pool: Option<rayon::ThreadPool>,
+}
+
+impl Contender {
+    /// An evaluator that runs on so many threads of the CPU, under a name.
+    ///
+    /// # Errors
+    /// `Usage` when threads cannot be started.
+    pub fn on_cpu(name: String, evaluator: Box<dyn Evaluator>, threads: usize) -> Result<Self> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool =
+            pool.map_err(|e| Error::usage(format!("threads cannot be started: {e}"), "Give fewer --threads."))?;
+        let (kind, precision, pool) = ("cpu", "f64", Some(pool));
+        let (device, driver) = (cpu_name(), None);
+        Ok(Self { name, device, kind, precision, threads, driver, opening_s: 0.0, evaluator, pool })
+    }
+
+    /// Seconds of one evaluation of `repeats`.
+    pub(super) fn seconds(&mut self, groups: &[Group<'_>], costs: &mut [f64], repeats: usize) -> Result<f64> {
+        self.run(|evaluator| {
+            let begun = Instant::now();
+            for _ in 0..repeats {
+                evaluator.evaluate(&Batch { groups }, costs)?;
+            }
+            #[expect(clippy::cast_precision_loss, reason = "small")]
+            Ok(begun.elapsed().as_secs_f64() / repeats as f64)
+        })
+    }
+
+    /// Seconds that its device computes in one evaluation, and those of the whole; `None` without a clock of its own.
+    pub(super) fn kernel_seconds(&mut self, groups: &[Group<'_>], costs: &mut [f64]) -> Result<Option<[f64; 2]>> {
+        self.run(|evaluator| {
+            let begun = Instant::now();
+            let kernel = evaluator.evaluate_timed(&Batch { groups }, costs)?;
+            Ok(kernel.map(|kernel| [kernel, begun.elapsed().as_secs_f64()]))
+        })
+    }
+
+    fn run<T: Send>(&mut self, work: impl FnOnce(&mut dyn Evaluator) -> Result<T> + Send) -> Result<T> {
+        let Self { evaluator, pool, .. } = self;
+        match pool {
+            Some(pool) => pool.install(|| work(evaluator.as_mut())),
+            None => work(evaluator.as_mut()),
+        }
+    }
+}
+
+/// Who takes part in a bench, and the adapters that could not, with the reason.
+pub type Contenders = (Vec<Contender>, Vec<String>);
+
+/// The evaluators of this machine: scalar, SIMD on one thread, on `threads`, and every adapter in all its
+/// numbers, with `plain` also f32 without deviations.
+///
+/// # Errors
+/// `Usage` when threads cannot be started.
+pub fn contenders(threads: usize, adapters: bool, plain: bool) -> Result<Contenders> {
+    let (cpu, level) = (cpu_name(), Level::best());
+    let simd = |threads: usize| {
+        let plural = if threads == 1 { "" } else { "s" };
+        let name = format!("{cpu}, {} f64, {threads} thread{plural}", level.name());
+        Contender::on_cpu(name, Box::new(Simd::default()), threads)
+    };
+    let mut list = vec![Contender::on_cpu(format!("{cpu}, scalar f64, 1 thread"), Box::new(Scalar), 1)?, simd(1)?];
+    if threads > 1 {
+        list.push(simd(threads)?);
+    }
+    let mut refused = Vec::new();
+    if adapters {
+        gpus(&mut list, &mut refused, plain);
+    }
+    Ok((list, refused))
+}
+
+#[cfg(feature = "gpu")]
+fn gpus(list: &mut Vec<Contender>, refused: &mut Vec<String>, plain: bool) {
+    use crate::evaluate::gpu::{Gpu, Precision, Selector};
+    for adapter in crate::evaluate::gpu::list() {
+        let precisions =
+            [plain.then_some(Precision::F32Plain), Some(Precision::F32), adapter.f64.then_some(Precision::F64)];
+        for precision in precisions.into_iter().flatten() {
+            let begun = Instant::now();
+            match Gpu::open(&Selector::Index(adapter.index), Some(precision)) {
+                Ok(gpu) => list.push(Contender {
+                    name: format!("{}, {} adapter, {}", adapter.name, adapter.kind, precision.name()),
+                    device: adapter.name.clone(),
+                    kind: adapter.kind,
+                    precision: precision.name(),
+                    threads: 0,
+                    driver: Some((adapter.backend.clone(), adapter.driver.clone())),
+                    opening_s: begun.elapsed().as_secs_f64(),
+                    evaluator: Box::new(gpu),
+                    pool: None,
+                }),
+                Err(error) => refused.push(error.to_string()),
+            }
+        }
+    }
+}
+
+#[cfg(not(feature = "gpu"))]
+fn gpus(_: &mut Vec<Contender>, refused: &mut Vec<String>, _: bool) {
+    refused.push("this build has no GPU evaluation".to_owned());
+}

@@ -1,0 +1,268 @@
+//! What a bench measured, and what follows from it.
+//!
+//! A figure is the median over rounds with its interval of 95 % by order statistics, which supposes nothing about how
+//! times are distributed. One contender is measured twice, as a control: where the two differ by more than their
+//! intervals, those are too narrow for this machine.
+
+use super::contender::Contender;
+use crate::identify::{AdapterPace, Pace, Paces};
+
+/// A contender at one population and recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measurement {
+    /// Which contender.
+    pub contender: usize,
+    /// Candidates.
+    pub population: usize,
+    /// Samples.
+    pub samples: usize,
+    /// Median seconds of a batch; `None` where the budget does not allow one.
+    pub seconds: Option<f64>,
+    /// An interval that covers the median with 95 %; below six rounds all that was seen.
+    pub interval: [f64; 2],
+    /// Rounds.
+    pub rounds: usize,
+    /// Seconds that the device computed in an evaluation, by its own clock, and those of that evaluation from end to end;
+    /// `None` without a clock.
+    pub kernel: Option<[f64; 2]>,
+    /// Median and interval of the same once more, as a control; of the baseline only.
+    pub again: Option<(f64, [f64; 2])>,
+}
+
+impl Measurement {
+    pub(super) fn of(place: [usize; 3], mut times: Vec<f64>) -> Self {
+        let [contender, population, samples] = place;
+        times.sort_by(f64::total_cmp);
+        let rounds = times.len();
+        let seconds = (rounds > 0).then(|| 0.5 * (times[(rounds - 1) / 2] + times[rounds / 2]));
+        let interval = if rounds == 0 {
+            [f64::NAN; 2]
+        } else {
+            let outside = outside(rounds);
+            [times[outside], times[rounds - 1 - outside]]
+        };
+        Self { contender, population, samples, seconds, interval, rounds, kernel: None, again: None }
+    }
+
+    /// Candidate-steps a second.
+    #[must_use]
+    pub fn rate(&self) -> Option<f64> {
+        self.seconds.map(|seconds| self.steps() / seconds)
+    }
+
+    /// Candidate-steps a second of the device's own time.
+    #[must_use]
+    pub fn kernel_rate(&self) -> Option<f64> {
+        self.kernel.map(|[seconds, _]| self.steps() / seconds)
+    }
+
+    /// Half the interval, relative to the median.
+    #[must_use]
+    pub fn spread(&self) -> Option<f64> {
+        self.seconds.map(|median| 0.5 * (self.interval[1] - self.interval[0]) / median)
+    }
+
+    fn steps(&self) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+        let steps = (self.population * self.samples) as f64;
+        steps
+    }
+}
+
+/// How many of `n` sorted values lie outside an interval that covers the median with 95 % on each side: as many as n
+/// coins show heads at most with a chance of 2.5 %.
+fn outside(n: usize) -> usize {
+    #[expect(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_possible_wrap,
+        reason = "small"
+    )]
+    let mut chance = 0.5_f64.powi(n as i32);
+    let (mut sum, mut count) = (chance, 0);
+    while sum <= 0.025 {
+        count += 1;
+        #[expect(clippy::cast_precision_loss, reason = "small")]
+        let next = chance * (n - count + 1) as f64 / count as f64;
+        chance = next;
+        sum += chance;
+    }
+    count.saturating_sub(1).min((n - 1) / 2)
+}
+
+/// The CPU at its best: what adapters are held against.
+pub(super) fn baseline(contenders: &[Contender]) -> Option<usize> {
+    contenders.iter().rposition(|c| c.kind == "cpu")
+}
+
+/// A contender against its control, over all cases.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Control {
+    /// The contender that was measured twice.
+    pub contender: usize,
+    /// Cases.
+    pub cases: usize,
+    /// Those where the two intervals do not meet.
+    pub apart: usize,
+    /// The median and the largest difference of the two, relative.
+    pub difference: [f64; 2],
+}
+
+/// The result of a bench.
+pub struct Throughput {
+    /// Who took part.
+    pub contenders: Vec<Contender>,
+    /// Adapters that could not take part, and why.
+    pub refused: Vec<String>,
+    /// Every case of every contender.
+    pub measurements: Vec<Measurement>,
+    /// Multiply–adds a second of one core, measured in the same run; `None` without FMA.
+    pub fma_peak: Option<f64>,
+    /// Whether the observer ended it early.
+    pub interrupted: bool,
+}
+
+impl Throughput {
+    /// Measurements of a contender.
+    pub fn of(&self, contender: usize) -> impl Iterator<Item = &Measurement> {
+        self.measurements.iter().filter(move |m| m.contender == contender)
+    }
+
+    /// A case of a contender.
+    #[must_use]
+    pub fn case(&self, contender: usize, population: usize, samples: usize) -> Option<&Measurement> {
+        self.of(contender).find(|m| m.population == population && m.samples == samples)
+    }
+
+    /// The CPU at its best: what adapters are held against.
+    #[must_use]
+    pub fn baseline(&self) -> Option<usize> {
+        baseline(&self.contenders)
+    }
+
+    /// From which population on a contender is faster than another on recordings of so many samples, by more than both
+    /// intervals; `None` if never.
+    #[must_use]
+    pub fn crossover(&self, contender: usize, baseline: usize, samples: usize) -> Option<usize> {
+        let mut populations: Vec<usize> = self.measurements.iter().map(|m| m.population).collect();
+        populations.sort_unstable();
+        populations.dedup();
+        let interval = |who: usize, population: usize| {
+            self.case(who, population, samples).filter(|m| m.seconds.is_some()).map(|m| m.interval)
+        };
+        let wins = |p: &usize| {
+            interval(contender, *p).zip(interval(baseline, *p)).is_some_and(|(ours, theirs)| ours[1] < theirs[0])
+        };
+        // From there on: not a lucky case among losses.
+        let last_loss = populations.iter().rposition(|p| interval(contender, *p).is_some() && !wins(p));
+        let first = last_loss.map_or(0, |n| n + 1);
+        populations[first..].iter().find(|p| wins(p)).copied()
+    }
+
+    /// How far the two measurements of the same evaluator are apart.
+    #[must_use]
+    pub fn control(&self) -> Option<Control> {
+        let contender = self.baseline()?;
+        let pair = |m: &Measurement| {
+            let (seconds, (again, interval)) = (m.seconds.filter(|_| m.rounds > 1)?, m.again?);
+            let apart = m.interval[1] < interval[0] || interval[1] < m.interval[0];
+            Some(((again - seconds).abs() / seconds, apart))
+        };
+        let mut pairs: Vec<(f64, bool)> = self.of(contender).filter_map(pair).collect();
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let difference = [pairs.get(pairs.len() / 2)?.0, pairs.last()?.0];
+        let apart = pairs.iter().filter(|(_, apart)| *apart).count();
+        Some(Control { contender, cases: pairs.len(), apart, difference })
+    }
+
+    /// What `auto` chooses by; `None` where the CPU was not measured.
+    #[must_use]
+    pub fn paces(&self) -> Option<Paces> {
+        let pace = |n: usize| {
+            let point = |m: &Measurement| Some((m.samples as u64, m.population as u64, m.seconds?));
+            Pace { points: self.of(n).filter_map(point).collect() }
+        };
+        let adapter = |(n, contender): (usize, &Contender)| {
+            let (backend, driver) = contender.driver.clone()?;
+            Some(AdapterPace {
+                name: contender.device.clone(),
+                kind: contender.kind.to_owned(),
+                backend,
+                driver,
+                precision: contender.precision.to_owned(),
+                opening_s: contender.opening_s,
+                pace: pace(n),
+            })
+        };
+        let baseline = self.baseline()?;
+        Some(Paces {
+            motorfit: env!("CARGO_PKG_VERSION").to_owned(),
+            cpu: Paces::this_cpu(),
+            threads: self.contenders[baseline].threads,
+            pace: pace(baseline),
+            adapters: self.contenders.iter().enumerate().filter_map(adapter).collect(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::Scalar;
+
+    /// A contender that is never run.
+    fn named(name: &str) -> Contender {
+        Contender::on_cpu(name.to_owned(), Box::new(Scalar), 1).unwrap()
+    }
+
+    fn result(contenders: Vec<Contender>, measurements: Vec<Measurement>) -> Throughput {
+        Throughput { contenders, refused: Vec::new(), measurements, fma_peak: None, interrupted: false }
+    }
+
+    #[test]
+    fn a_crossover_is_from_where_on_it_wins_and_stays() {
+        let seconds = [[1.0, 2.0, 10.0, 40.0], [3.0, 1.5, 12.0, 20.0], [0.5, 1.0, 5.0, 20.0]];
+        let mut measurements = Vec::new();
+        for (contender, seconds) in seconds.iter().enumerate() {
+            for (n, seconds) in seconds.iter().enumerate() {
+                measurements.push(Measurement::of([contender, [1, 10, 100, 1000][n], 10], vec![*seconds]));
+            }
+        }
+        let mut result = result(["base", "late", "always"].map(named).into(), measurements);
+        // It wins at 10, loses at 100, wins at 1000: from 1000 on.
+        assert_eq!(result.crossover(1, 0, 10), Some(1000));
+        assert_eq!(result.crossover(2, 0, 10), Some(1));
+        assert_eq!(result.crossover(0, 2, 10), None);
+        assert_eq!(result.crossover(1, 0, 99), None);
+        assert_eq!(result.measurements[0].rate(), Some(10.0));
+        // A lead within the intervals is none.
+        result.measurements[7].interval[1] = 50.0;
+        assert_eq!(result.crossover(1, 0, 10), None);
+    }
+
+    #[test]
+    fn intervals_cover_the_median() {
+        // Tables of order statistics: of n, how many lie outside on each side at 95 %.
+        for (n, expected) in [(1, 0), (5, 0), (6, 0), (8, 0), (9, 1), (11, 1), (12, 2), (15, 3), (20, 5), (25, 7)] {
+            assert_eq!(outside(n), expected, "{n}");
+        }
+        let m = Measurement::of([0, 1, 1], (1..=9).rev().map(f64::from).collect());
+        assert_eq!((m.seconds, m.interval, m.rounds), (Some(5.0), [2.0, 8.0], 9));
+        assert_eq!(Measurement::of([0, 1, 1], vec![1.0, 2.0]).seconds, Some(1.5));
+        assert_eq!(Measurement::of([0, 1, 1], Vec::new()).seconds, None);
+    }
+
+    #[test]
+    fn a_control_tells_intervals_that_are_too_narrow() {
+        let times = |from: f64| (0..9).map(|n| from + f64::from(n)).collect::<Vec<f64>>();
+        let case = |population: usize, again: f64| {
+            let control = Measurement::of([0, population, 9], times(again));
+            let again = control.seconds.map(|median| (median, control.interval));
+            Measurement { again, ..Measurement::of([0, population, 9], times(100.0)) }
+        };
+        let result = result(vec![named("a")], vec![case(1, 120.0), case(2, 101.0)]);
+        let control = result.control().unwrap();
+        assert_eq!((control.contender, control.cases, control.apart), (0, 2, 1));
+        assert!((control.difference[1] - 20.0 / 104.0).abs() < 1e-12);
+    }
+}
