@@ -343,7 +343,7 @@ fn evaluate_gives_costs_of_any_candidates() {
         (&["--slice", "R,L", "--sample", "lhs:9"], 2, "grid:N"),
         (&[], 2, "--candidates"),
         (&["--candidates", "nowhere.csv"], 3, "cannot be read"),
-        (&["--candidates", "x.parquet"], 2, "planned"),
+        (&["--candidates", "x.parquet"], 3, if cfg!(feature = "parquet") { "cannot be read" } else { "Parquet" }),
     ] {
         fails(&[&["evaluate", EXAMPLE][..], args].concat(), code, part);
     }
@@ -368,6 +368,40 @@ fn a_slice_is_a_map_around_the_optimum() {
     assert!((lowest[0] / 0.921 - 1.0).abs() < 2e-3 && (lowest[1] / 0.00776 - 1.0).abs() < 4e-3, "{lowest:?}");
     let plot = std::fs::read_to_string(&svg).unwrap();
     assert!(plot.starts_with("<svg") && plot.contains("R, resistance [ohm]") && plot.contains("log10 of nrmse"));
+}
+
+#[test]
+#[cfg(feature = "parquet")]
+fn evaluate_reads_parquet_as_it_reads_csv() {
+    let golden = |name: &str| format!("{}/tests/golden/candidates{name}", env!("CARGO_MANIFEST_DIR"));
+    let evaluate = |file: &str| ok(&["-q", "evaluate", EXAMPLE, "--candidates", file]);
+    let expected = evaluate(&golden(".csv"));
+    assert_eq!(expected.lines().count(), 26);
+    assert_eq!(evaluate(&golden("-snappy.parquet")), expected);
+    assert_eq!(evaluate(&golden("-zstd.parquet")), expected);
+    // R and K as floats, the columns in another order.
+    let floats = evaluate(&golden("-float.parquet"));
+    for (ours, theirs) in floats.lines().zip(expected.lines()).skip(1) {
+        for (a, b) in ours.split(',').zip(theirs.split(',')) {
+            let (a, b): (f64, f64) = (a.parse().unwrap(), b.parse().unwrap());
+            assert!((a / b - 1.0).abs() < 1e-5, "{a} for {b}");
+        }
+    }
+    let null = golden("-null.parquet");
+    fails(&["evaluate", EXAMPLE, "--top", "1", "--candidates", &null], 3, "row 17, column K: null or not finite");
+    fails(&["evaluate", EXAMPLE, "--candidates", &golden("-text.parquet")], 3, "column B: is BYTE_ARRAY");
+    // Broken files: wherever they are cut, and with bytes turned over.
+    let (folder, whole) = (Folder::new(), std::fs::read(golden("-snappy.parquet")).unwrap());
+    for cut in (0..whole.len()).step_by(571) {
+        fails(&["evaluate", EXAMPLE, "--candidates", &folder.file("cut.parquet", &whole[..cut])], 3, "Parquet");
+    }
+    for at in (0..whole.len()).step_by(67) {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 0x80;
+        let output = run(&["evaluate", EXAMPLE, "--candidates", &folder.file("turned.parquet", bytes)]);
+        assert!(matches!(output.status.code(), Some(0 | 3)), "{at}: {}", text(&output.stderr));
+        assert!(!text(&output.stderr).contains("panicked"));
+    }
 }
 
 #[test]

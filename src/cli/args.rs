@@ -167,7 +167,7 @@ pub(crate) struct EvaluateArgs {
     pub records: Vec<PathBuf>,
     #[command(flatten)]
     pub columns: Columns,
-    /// A CSV of candidates with a column for each free parameter (R,L,K,B,J; SI units); - reads stdin
+    /// Candidates, CSV or .parquet, with a column for each free parameter (R,L,K,B,J; SI units); - reads CSV from stdin
     #[arg(long, value_name = "FILE", required_unless_present_any = ["sample", "slice"])]
     #[arg(conflicts_with_all = ["sample", "slice"])]
     pub candidates: Option<PathBuf>,

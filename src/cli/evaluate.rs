@@ -1,32 +1,27 @@
 //! `evaluate`: costs of candidates, from a file or sampled, streamed.
 
 use super::args::EvaluateArgs;
+use super::candidates::{Source, sampling};
 use super::output::{Style, data};
 use super::progress::Reporter;
-use super::{Outcome, inspect, interrupt, problem, values};
+use super::{Outcome, inspect, interrupt, problem};
 use motorfit::candidates::Candidates;
 use motorfit::identify::{Costs, with_threads};
 use motorfit::motor::Axis;
-use motorfit::optimize::{Progress, Sample, Sampling};
+use motorfit::optimize::{Progress, Sample};
 use motorfit::record::Record;
 use motorfit::report::{EvaluateDocument, json};
-use motorfit::text::{engineering, excerpt, significant};
+use motorfit::text::{engineering, significant};
 use motorfit::{Error, Result};
 use std::collections::BinaryHeap;
 use std::fmt::Write as _;
-use std::io::Read;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Candidate-steps in one batch: some hundredths of a second, so that progress and Ctrl-C come in time…
 const BATCH_STEPS: usize = 100_000_000;
 /// …and candidates, so that memory does not depend on how many there are.
 const BATCH_MAX: usize = 1 << 17;
-
-/// Where candidates come from.
-enum Source {
-    Sample { sample: Sample, next: u64 },
-    File { reader: Box<csv::Reader<Box<dyn Read + Send>>>, name: String, places: Vec<(&'static str, usize)> },
-}
 
 pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     if let Some(slice) = &args.slice {
@@ -52,108 +47,10 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
                 let sample = Sample::new(sampling, number, costs.problem().space().bounds(), args.seed)?;
                 Source::Sample { sample, next: 0 }
             }
-            None => file(args, &axes)?,
+            None => Source::file(args.candidates.as_deref().unwrap_or(Path::new("-")), &axes)?,
         };
         Evaluation { args, style, axes, costs, source }.run(&records)
     })
-}
-
-/// `uniform:N`, `lhs:N` or `grid:N`.
-fn sampling(text: &str) -> Result<(Sampling, u64)> {
-    let bad = || {
-        Error::usage(
-            format!("--sample: \"{}\" is no sample", excerpt(text)),
-            "Write uniform:N, lhs:N (N candidates) or grid:N (N values of each free parameter).",
-        )
-    };
-    let (kind, number) = text.split_once(':').ok_or_else(bad)?;
-    let kind = match kind {
-        "uniform" => Sampling::Uniform,
-        "lhs" => Sampling::LatinHypercube,
-        "grid" => Sampling::Grid,
-        _ => return Err(bad()),
-    };
-    // 1e8 is as good as 100000000.
-    let number = values::number(number, "--sample")?;
-    if !(1.0..=9e15).contains(&number) || number.fract() != 0.0 {
-        return Err(bad());
-    }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number within 2^53")]
-    Ok((kind, number as u64))
-}
-
-/// Opens a file of candidates and finds the column of each axis.
-fn file(args: &EvaluateArgs, axes: &[Axis]) -> Result<Source> {
-    let path = args.candidates.as_deref().unwrap_or(std::path::Path::new("-"));
-    let name = path.display().to_string();
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
-        return Err(Error::usage(
-            format!("reading Parquet is planned but not in motorfit {}", env!("CARGO_PKG_VERSION")),
-            "Give the candidates as CSV.",
-        ));
-    }
-    let input: Box<dyn Read + Send> = if name == "-" {
-        Box::new(std::io::stdin())
-    } else {
-        let failed = |e: std::io::Error| Error::data(format!("cannot be read: {e}"), "Check the path.").in_file(path);
-        Box::new(std::fs::File::open(path).map_err(failed)?)
-    };
-    let mut reader = Box::new(csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(input));
-    let heading = reader.headers().map_err(|e| broken(&name, &e))?.clone();
-    let place = |axis: &Axis| {
-        let symbol = axis.parameter.symbol();
-        let position = heading.iter().position(|cell| cell.trim_start_matches('\u{feff}') == symbol);
-        position.map(|place| (symbol, place)).ok_or_else(|| {
-            let found: Vec<String> = heading.iter().map(|cell| format!("\"{}\"", excerpt(cell))).collect();
-            Error::data(
-                format!("{name}, line 1: no column {symbol}; the heading has {}", found.join(", ")),
-                "Name a column for each free parameter (R,L,K,B,J), or hold it with --fix.",
-            )
-        })
-    };
-    let places = axes.iter().map(place).collect::<Result<_>>()?;
-    Ok(Source::File { reader, name, places })
-}
-
-fn broken(name: &str, error: &csv::Error) -> Error {
-    Error::data(format!("{name}: {}", excerpt(&error.to_string())), "Give a CSV with a heading and numbers.")
-}
-
-impl Source {
-    /// How many there are, where that is known.
-    fn count(&self) -> Option<u64> {
-        match self {
-            Self::Sample { sample, .. } => Some(sample.count()),
-            Self::File { .. } => None,
-        }
-    }
-
-    /// The next candidates, at most `most`; none at the end.
-    fn next(&mut self, most: usize, width: usize, values: &mut Vec<f64>) -> Result<()> {
-        values.clear();
-        match self {
-            Self::Sample { sample, next } => {
-                let count = most.min(usize::try_from(sample.count() - *next).unwrap_or(usize::MAX));
-                values.resize(count * width, 0.0);
-                sample.fill(*next, values);
-                *next += count as u64;
-            }
-            Self::File { reader, name, places } => {
-                let mut row = csv::StringRecord::new();
-                while values.len() < most * width && reader.read_record(&mut row).map_err(|e| broken(name, &e))? {
-                    let line = row.position().map_or(0, csv::Position::line);
-                    for (symbol, place) in places.iter() {
-                        let cell = row.get(*place).unwrap_or_default();
-                        values.push(motorfit::record::parse_number(cell, false).map_err(|found| {
-                            let message = format!("{name}, line {line}, column {symbol}: {found}");
-                            Error::data(message, "Give a number in SI units.")
-                        })?);
-                    }
-                }
-            }
-        }
-        Ok(())
-    }
 }
 
 /// A candidate among the best: the heap's top is the worst of them.
@@ -197,9 +94,6 @@ impl Evaluation<'_> {
         let width = self.axes.len();
         let most = (BATCH_STEPS / self.costs.problem().active().max(1)).clamp(1, BATCH_MAX);
         let top = self.args.top.or(self.args.json.then_some(10));
-        if top.is_none() {
-            data(&format!("{},cost\n", self.symbols().join(",")))?;
-        }
         // While one batch is evaluated by a device, the next is made.
         let (mut values, mut next, mut costs) = (Vec::new(), Vec::new(), Vec::new());
         let mut best = BinaryHeap::new();
@@ -209,6 +103,9 @@ impl Evaluation<'_> {
         let batches = self.source.count().map_or(0, |count| count.div_ceil(most as u64));
         let mut interrupted = false;
         self.source.next(most, width, &mut values)?;
+        if top.is_none() {
+            data(&format!("{},cost\n", self.symbols().join(",")))?;
+        }
         self.costs.begin(&values)?;
         while !interrupted && !values.is_empty() {
             self.source.next(most, width, &mut next)?;

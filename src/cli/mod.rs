@@ -3,6 +3,7 @@
 mod args;
 mod bench;
 mod cache;
+mod candidates;
 mod devices;
 mod evaluate;
 mod files;

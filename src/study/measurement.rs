@@ -72,19 +72,13 @@ impl Measurement {
 /// How many of `n` sorted values lie outside an interval that covers the median with 95 % on each side: as many as n
 /// coins show heads at most with a chance of 2.5 %.
 fn outside(n: usize) -> usize {
-    #[expect(
-        clippy::cast_precision_loss,
-        clippy::cast_possible_truncation,
-        clippy::cast_possible_wrap,
-        reason = "small"
-    )]
-    let mut chance = 0.5_f64.powi(n as i32);
+    let mut chance = 0.5_f64.powi(i32::try_from(n).unwrap_or(i32::MAX));
     let (mut sum, mut count) = (chance, 0);
     while sum <= 0.025 {
         count += 1;
         #[expect(clippy::cast_precision_loss, reason = "small")]
-        let next = chance * (n - count + 1) as f64 / count as f64;
-        chance = next;
+        let ratio = (n - count + 1) as f64 / count as f64;
+        chance *= ratio;
         sum += chance;
     }
     count.saturating_sub(1).min((n - 1) / 2)

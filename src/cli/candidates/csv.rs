@@ -1,0 +1,51 @@
+//! Candidates from CSV.
+
+use super::places;
+use motorfit::motor::{Axis, Parameter};
+use motorfit::text::excerpt;
+use motorfit::{Error, Result};
+use std::io::Read;
+use std::path::Path;
+
+pub(in crate::cli) struct Table {
+    reader: csv::Reader<Box<dyn Read + Send>>,
+    name: String,
+    places: Vec<(Parameter, usize)>,
+}
+
+impl Table {
+    pub(super) fn open(path: &Path, axes: &[Axis]) -> Result<Self> {
+        let name = path.display().to_string();
+        let input: Box<dyn Read + Send> = if name == "-" {
+            Box::new(std::io::stdin())
+        } else {
+            let failed = |e| Error::data(format!("cannot be read: {e}"), "Check the path.").in_file(path);
+            Box::new(std::fs::File::open(path).map_err(failed)?)
+        };
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(input);
+        let heading = reader.headers().map_err(|e| broken(&name, &e))?;
+        let columns: Vec<&str> = heading.iter().map(|cell| cell.trim_start_matches('\u{feff}')).collect();
+        let places = places(&format!("{name}, line 1"), &columns, axes)?;
+        Ok(Self { reader, name, places })
+    }
+
+    pub(super) fn next(&mut self, most: usize, width: usize, values: &mut Vec<f64>) -> Result<()> {
+        let Self { reader, name, places } = self;
+        let mut row = csv::StringRecord::new();
+        while values.len() < most * width && reader.read_record(&mut row).map_err(|e| broken(name, &e))? {
+            let line = row.position().map_or(0, csv::Position::line);
+            for (parameter, place) in places.iter() {
+                let cell = row.get(*place).unwrap_or_default();
+                values.push(motorfit::record::parse_number(cell, false).map_err(|found| {
+                    let message = format!("{name}, line {line}, column {}: {found}", parameter.symbol());
+                    Error::data(message, "Give a number in SI units.")
+                })?);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn broken(name: &str, error: &csv::Error) -> Error {
+    Error::data(format!("{name}: {}", excerpt(&error.to_string())), "Give a CSV with a heading and numbers.")
+}

@@ -1,0 +1,156 @@
+//! Candidates from Parquet: columns of numbers, read page by page.
+
+use super::places;
+use motorfit::motor::{Axis, Parameter};
+use motorfit::text::excerpt;
+use motorfit::{Error, Result};
+use parquet::basic::{LogicalType, Type};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::DataType;
+use parquet::file::reader::{FileReader as _, SerializedFileReader};
+use std::fs::File;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+pub(in crate::cli) struct Table {
+    reader: SerializedFileReader<File>,
+    name: String,
+    places: Vec<(Parameter, usize)>,
+    /// The row group that is read now, and those read.
+    columns: Vec<ColumnReader>,
+    left: usize,
+    group: usize,
+    /// Rows read.
+    rows: u64,
+}
+
+impl Table {
+    pub(super) fn open(path: &Path, axes: &[Axis]) -> Result<Self> {
+        let name = path.display().to_string();
+        guarded(&name, || Self::open_as(path, name.clone(), axes))
+    }
+
+    fn open_as(path: &Path, name: String, axes: &[Axis]) -> Result<Self> {
+        let failed = |e| Error::data(format!("cannot be read: {e}"), "Check the path.").in_file(path);
+        let reader = SerializedFileReader::new(File::open(path).map_err(failed)?).map_err(|e| broken(&name, &e))?;
+        let schema = reader.metadata().file_metadata().schema_descr_ptr();
+        let paths: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
+        let columns: Vec<&str> = paths.iter().map(String::as_str).collect();
+        let places = places(&name, &columns, axes)?;
+        for (parameter, place) in &places {
+            let column = schema.column(*place);
+            let plain = matches!(
+                (column.physical_type(), column.logical_type_ref()),
+                (Type::DOUBLE | Type::FLOAT, None) | (Type::INT32 | Type::INT64, None)
+            ) || matches!(
+                column.logical_type_ref(),
+                Some(LogicalType::Integer(int)) if int.is_signed
+            );
+            if !plain || column.max_rep_level() > 0 {
+                let found = format!("{} {:?}", column.physical_type(), column.logical_type_ref());
+                return Err(Error::data(
+                    format!("{name}, column {}: is {}, expected numbers", parameter.symbol(), excerpt(&found)),
+                    "Write the column as DOUBLE or FLOAT, in SI units.",
+                ));
+            }
+        }
+        Ok(Self { reader, name, places, columns: Vec::new(), left: 0, group: 0, rows: 0 })
+    }
+
+    pub(super) fn count(&self) -> u64 {
+        u64::try_from(self.reader.metadata().file_metadata().num_rows()).unwrap_or(0)
+    }
+
+    /// Appends the next rows, at most `most`; none at the end.
+    pub(super) fn next(&mut self, most: usize, values: &mut Vec<f64>) -> Result<()> {
+        let name = self.name.clone();
+        guarded(&name, || self.append(most, values))
+    }
+
+    fn append(&mut self, most: usize, values: &mut Vec<f64>) -> Result<()> {
+        while self.left == 0 {
+            if self.group == self.reader.num_row_groups() {
+                return Ok(());
+            }
+            let group = self.reader.get_row_group(self.group).map_err(|e| broken(&self.name, &e))?;
+            let columns = self.places.iter().map(|(_, place)| group.get_column_reader(*place));
+            self.columns = columns.collect::<std::result::Result<_, _>>().map_err(|e| broken(&self.name, &e))?;
+            self.left = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
+            self.group += 1;
+        }
+        let (count, width) = (most.min(self.left), self.places.len());
+        let first = values.len();
+        values.resize(first + count * width, 0.0);
+        for (n, (parameter, _)) in self.places.iter().enumerate() {
+            let column = read(&mut self.columns[n], count).map_err(|fault| {
+                let symbol = parameter.symbol();
+                match fault {
+                    Fault::Missing(row) => Error::data(
+                        format!("{}, row {}, column {symbol}: null or not finite", self.name, self.rows + row),
+                        "Give a number in SI units.",
+                    ),
+                    Fault::Broken(e) => broken(&self.name, &e),
+                }
+            })?;
+            let own = values[first..].iter_mut().skip(n).step_by(width);
+            own.zip(column).for_each(|(value, read)| *value = read);
+        }
+        self.left -= count;
+        self.rows += count as u64;
+        Ok(())
+    }
+}
+
+/// What can be wrong with a column: no finite number, in which row of those asked for (from 1 on), or the file.
+enum Fault {
+    Missing(u64),
+    Broken(parquet::errors::ParquetError),
+}
+
+/// The next `count` numbers of a column.
+fn read(column: &mut ColumnReader, count: usize) -> std::result::Result<Vec<f64>, Fault> {
+    match column {
+        ColumnReader::DoubleColumnReader(reader) => numbers(reader, count, |v| v),
+        ColumnReader::FloatColumnReader(reader) => numbers(reader, count, f64::from),
+        ColumnReader::Int32ColumnReader(reader) => numbers(reader, count, f64::from),
+        #[expect(clippy::cast_precision_loss, reason = "a parameter of more than 2^53 is none")]
+        ColumnReader::Int64ColumnReader(reader) => numbers(reader, count, |v| v as f64),
+        _ => Err(Fault::Missing(1)),
+    }
+}
+
+fn numbers<T: DataType>(
+    reader: &mut ColumnReaderImpl<T>,
+    count: usize,
+    number: impl Fn(T::T) -> f64,
+) -> std::result::Result<Vec<f64>, Fault> {
+    let (mut values, mut levels) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    let (records, _, _) = reader.read_records(count, Some(&mut levels), None, &mut values).map_err(Fault::Broken)?;
+    if records < count {
+        return Err(Fault::Broken(parquet::errors::ParquetError::EOF(format!("{records} rows where {count} are due"))));
+    }
+    if values.len() < count {
+        let present = levels.iter().copied().max().unwrap_or(0).max(1);
+        let missing = levels.iter().position(|level| *level < present).unwrap_or(0);
+        return Err(Fault::Missing(missing as u64 + 1));
+    }
+    let numbers: Vec<f64> = values.into_iter().map(number).collect();
+    match numbers.iter().position(|v| !v.is_finite()) {
+        Some(row) => Err(Fault::Missing(row as u64 + 1)),
+        None => Ok(numbers),
+    }
+}
+
+/// Does `work`; the reader panics on some broken files, which is an error here and not to be seen.
+fn guarded<T>(name: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let done = catch_unwind(AssertUnwindSafe(work));
+    std::panic::set_hook(hook);
+    done.unwrap_or_else(|_| Err(broken(name, &"it contradicts itself")))
+}
+
+fn broken(name: &str, error: &dyn std::fmt::Display) -> Error {
+    let message = format!("{name}: is no Parquet that can be read: {}", excerpt(&error.to_string()));
+    Error::data(message, "Write the file again, uncompressed or with Snappy or Zstandard.")
+}
