@@ -175,7 +175,7 @@ fn crossovers(text: &mut String, result: &Throughput, samples: usize) {
             let _ = writeln!(text, "  {}: {against}", letter(n));
         } else if let Some(peak) = result.fma_peak.filter(|_| n > 0) {
             #[expect(clippy::cast_precision_loss, reason = "small")]
-            let share = rates(n).fold(0.0, f64::max) * BenchDocument::OPERATIONS / (peak * contender.threads as f64);
+            let share = rates(n).fold(0.0, f64::max) * contender.operations / (peak * contender.threads as f64);
             let _ = writeln!(
                 text,
                 "  {}: {:.0} % of the peak of {} core{} ({} operations a step)",
@@ -183,7 +183,7 @@ fn crossovers(text: &mut String, result: &Throughput, samples: usize) {
                 100.0 * share,
                 contender.threads,
                 if contender.threads == 1 { "" } else { "s" },
-                BenchDocument::OPERATIONS
+                contender.operations
             );
         }
     }

@@ -144,7 +144,6 @@ impl Sample {
 fn turned(number: u64, by: u64, size: u64) -> u64 {
     let hashed = (by ^ (by >> 32)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let hashed = (hashed ^ (hashed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    #[expect(clippy::cast_possible_truncation, reason = "the upper half of the product is below size")]
     let step = ((u128::from(hashed) * u128::from(size)) >> 64) as u64;
     let sum = number + step;
     // Below size the difference wraps to something larger: no branch, which would be foreseen half of the time only.

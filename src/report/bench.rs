@@ -8,9 +8,6 @@ use serde_json::{Value, json as value};
 pub struct BenchDocument;
 
 impl BenchDocument {
-    /// Operations on the FMA ports that the SIMD kernel needs for one candidate-step (see `evaluate/kernel.rs`).
-    pub const OPERATIONS: f64 = 8.0;
-
     /// What was measured.
     #[must_use]
     pub fn of(spec: &ThroughputSpec, result: &Throughput) -> Value {
@@ -41,12 +38,12 @@ impl BenchDocument {
                 value!({
                     "name": c.name, "kind": c.kind, "precision": c.precision, "threads": c.threads,
                     "backend": c.driver.as_ref().map(|d| &d.0), "driver": c.driver.as_ref().map(|d| &d.1),
+                    "operations_per_candidate_step": c.operations,
                     "opening_s": c.driver.as_ref().map(|_| c.opening_s),
                 })
             }).collect::<Value>(),
             "level": Level::best().name(),
             "fma_per_second_one_core": result.fma_peak,
-            "operations_per_candidate_step": Self::OPERATIONS,
             "measurements": result.measurements.iter().map(measurement).collect::<Value>(),
             "crossover": adapters.map(crossover).collect::<Value>(),
             "control": result.control().map(|c| {

@@ -18,11 +18,17 @@ pub struct Contender {
     pub threads: usize,
     /// Interface and driver of an adapter.
     pub driver: Option<(String, String)>,
+    /// Operations (multiply–adds, additions, multiplications) that it needs for a candidate-step.
+    pub operations: f64,
     /// Seconds until it was open and checked.
     pub opening_s: f64,
     evaluator: Box<dyn Evaluator>,
     pool: Option<rayon::ThreadPool>,
 }
+
+/// Those of the SIMD kernel: 4 multiply–adds for the states, 2 subtractions and 2 multiply–adds for the errors (the input's
+/// gain is added once a span).
+const CPU_OPERATIONS: f64 = 8.0;
 
 impl Contender {
     /// An evaluator that runs on so many threads of the CPU, under a name.
@@ -33,9 +39,9 @@ impl Contender {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let pool =
             pool.map_err(|e| Error::usage(format!("threads cannot be started: {e}"), "Give fewer --threads."))?;
-        let (kind, precision, pool) = ("cpu", "f64", Some(pool));
+        let (kind, precision, pool, operations) = ("cpu", "f64", Some(pool), CPU_OPERATIONS);
         let (device, driver) = (cpu_name(), None);
-        Ok(Self { name, device, kind, precision, threads, driver, opening_s: 0.0, evaluator, pool })
+        Ok(Self { name, device, kind, precision, threads, driver, operations, opening_s: 0.0, evaluator, pool })
     }
 
     /// Seconds of one evaluation of `repeats`.
@@ -110,6 +116,7 @@ fn gpus(list: &mut Vec<Contender>, refused: &mut Vec<String>, plain: bool) {
                     precision: precision.name(),
                     threads: 0,
                     driver: Some((adapter.backend.clone(), adapter.driver.clone())),
+                    operations: precision.operations(),
                     opening_s: begun.elapsed().as_secs_f64(),
                     evaluator: Box::new(gpu),
                     pool: None,
