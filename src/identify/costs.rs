@@ -80,15 +80,12 @@ impl Costs {
     /// What evaluates: cpu or gpu, its name, its numbers.
     #[must_use]
     pub fn device(&self) -> (&'static str, String, &'static str) {
-        {
-            let device = self.evaluation.device();
-            (device.kind, device.evaluator.name(), device.precision())
-        }
+        self.evaluation.device()
     }
 
     /// What the reader should know.
     #[must_use]
     pub fn warnings(&self) -> &[Warning] {
-        &self.evaluation.device().warnings
+        self.evaluation.warnings()
     }
 }

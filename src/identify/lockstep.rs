@@ -1,7 +1,7 @@
 //! Searches in lock step on one evaluator: what [`minimize`](crate::optimize::minimize) drives.
 
-use super::Warning;
 use super::device::{Opened, taken_over};
+use super::{IdentifySpec, Warning};
 use crate::Result;
 use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Evaluator, Group, Pending, Problem, Scalar, Simd};
@@ -32,13 +32,44 @@ impl Lockstep {
         Self::on(Opened::given(evaluator), problems)
     }
 
-    pub(super) fn on(opened: Opened, problems: Vec<Arc<Problem>>) -> Self {
-        Self { opened, problems, references: Vec::new(), pending: VecDeque::new() }
+    /// On the device that a spec asks for; its population and generations say how many candidates will come.
+    ///
+    /// # Errors
+    /// `Device` when the device that is asked for is not there; `Usage` without problems.
+    pub fn open(spec: &IdentifySpec, problems: Vec<Arc<Problem>>) -> Result<Self> {
+        let Some(first) = problems.first() else {
+            return Err(crate::Error::usage("there is nothing to search", "Give at least one problem."));
+        };
+        Ok(Self::on(Opened::for_search(spec, first)?, problems))
     }
 
-    /// What evaluates.
-    pub(super) fn device(&self) -> &Opened {
-        &self.opened
+    /// Other runs on the same device.
+    pub fn turn_to(&mut self, problems: Vec<Arc<Problem>>) {
+        self.problems = problems;
+        self.references.clear();
+    }
+
+    /// Candidates that may pass before the observer is asked again.
+    #[must_use]
+    pub fn slice(&self) -> usize {
+        let longest = self.problems.iter().map(|problem| problem.active()).max().unwrap_or(1);
+        (self.opened.slice_steps / longest.max(1)).max(1)
+    }
+
+    /// What evaluates: cpu or gpu, its name, its numbers.
+    #[must_use]
+    pub fn device(&self) -> (&'static str, String, &'static str) {
+        (self.opened.kind, self.opened.evaluator.name(), self.opened.precision())
+    }
+
+    /// What the reader should know of the device.
+    #[must_use]
+    pub fn warnings(&self) -> &[Warning] {
+        &self.opened.warnings
+    }
+
+    pub(super) fn on(opened: Opened, problems: Vec<Arc<Problem>>) -> Self {
+        Self { opened, problems, references: Vec::new(), pending: VecDeque::new() }
     }
 
     /// What the reader should know of the device.
@@ -201,9 +232,9 @@ mod tests {
             assert_eq!(done.is_ok(), auto);
             if auto {
                 searches.finish(&populations, &mut costs).unwrap();
-                assert_eq!((searches.device().kind, searches.device().precision()), ("cpu", "f64"));
-                assert_eq!(searches.device().warnings.len(), 1);
-                assert_eq!(searches.device().warnings[0].code, "gpu_failed");
+                assert_eq!((searches.device().0, searches.device().2), ("cpu", "f64"));
+                assert_eq!(searches.warnings().len(), 1);
+                assert_eq!(searches.warnings()[0].code, "gpu_failed");
                 assert!((costs[0] / Scalar::cost(&problem, &values) - 1.0).abs() < 1e-12);
                 assert_eq!(searches.cost_difference(0, &values), None);
             }

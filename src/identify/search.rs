@@ -70,15 +70,17 @@ pub(super) fn taken(estimate: &Estimate, spec: &IdentifySpec, problem: &Arc<Prob
     let inside = |axis: &Axis| estimate.parameters.get(axis.parameter).clamp(axis.min, axis.max);
     let values: Vec<f64> = problem.space().free().iter().map(inside).collect();
     let mut evaluation = Lockstep::on(Opened::for_check(spec, problem)?, vec![problem.clone()]);
+    let cost_difference = evaluation.cost_difference(0, &values);
+    let (device_kind, device, precision) = evaluation.device();
     Ok(Found {
         method: "sm",
         stop: Stop::Converged,
         evaluations: estimate.iterations as u64,
         history: Vec::new(),
-        cost_difference: evaluation.cost_difference(0, &values),
-        device_kind: evaluation.device().kind,
-        device: evaluation.device().evaluator.name(),
-        precision: evaluation.device().precision(),
+        cost_difference,
+        device_kind,
+        device,
+        precision,
         warnings: evaluation.take_warnings(),
         values,
     })
@@ -99,7 +101,7 @@ pub(super) fn population(
     let generations = spec.generations;
     let mut runs = [Run::new(spec.method.optimizer(setup(spec, problem.space()))?)];
     let mut evaluation = Lockstep::on(Opened::for_search(spec, problem)?, vec![problem.clone()]);
-    let slice = (evaluation.device().slice_steps / problem.active().max(1)).max(1);
+    let slice = evaluation.slice();
     let stop = minimize(&mut runs, Budget { generations, slice }, &mut evaluation, observe)?;
     let [run] = runs;
     let best = run.optimizer.best().filter(|best| Scalar::cost(problem, best.values).is_finite());
@@ -110,15 +112,16 @@ pub(super) fn population(
         ));
     };
     let cost_difference = evaluation.cost_difference(0, best.values);
+    let (device_kind, device, precision) = evaluation.device();
     Ok(Found {
         method: if spec.method.is_search() { spec.method.name() } else { "gwo" },
         values: best.values.to_vec(),
         stop,
         evaluations: run.evaluations,
         history: run.history,
-        device_kind: evaluation.device().kind,
-        device: evaluation.device().evaluator.name(),
-        precision: evaluation.device().precision(),
+        device_kind,
+        device,
+        precision,
         cost_difference,
         warnings: evaluation.take_warnings(),
     })

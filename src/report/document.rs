@@ -24,11 +24,11 @@ pub fn json(document: &Value) -> String {
     text
 }
 
-fn warnings(list: &[Warning]) -> Value {
+pub(super) fn warnings(list: &[Warning]) -> Value {
     list.iter().map(|w| value!({"code": w.code, "message": w.message})).collect()
 }
 
-fn record_head(record: &Record) -> Value {
+pub(super) fn record_head(record: &Record) -> Value {
     let source = record.source();
     value!({
         "path": source.path.as_ref().map(|path| path.to_string_lossy()),
@@ -135,7 +135,7 @@ impl EvaluateDocument {
 }
 
 /// Values by symbol.
-fn plain(parameters: &Parameters) -> Value {
+pub(super) fn plain(parameters: &Parameters) -> Value {
     let values = Parameter::ALL.iter().map(|p| (p.symbol().to_owned(), parameters.get(*p).into()));
     Value::Object(values.collect())
 }

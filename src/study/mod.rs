@@ -1,8 +1,10 @@
 //! Studies: many runs, seen together.
 
+pub mod compare;
 mod contender;
 mod measurement;
 mod slice;
+pub mod statistics;
 mod throughput;
 
 pub use contender::{Contender, Contenders, contenders};

@@ -1,0 +1,104 @@
+//! The document of `compare --json`.
+
+use super::tables::setting_name;
+use crate::motor::Parameter;
+use crate::report::document::{plain, record_head, warnings};
+use crate::study::compare::{Block, Comparison, Contest, Outcome, reached};
+use serde_json::{Map, Value, json as value};
+
+/// The document of `compare --json`.
+pub struct CompareDocument;
+
+impl CompareDocument {
+    /// Everything that was found.
+    #[must_use]
+    pub fn of(comparison: &Comparison) -> Value {
+        let Comparison { subject, spec, device, .. } = comparison;
+        let bounds = spec.space.free().iter().map(|a| (a.parameter.symbol().to_owned(), value!([a.min, a.max])));
+        value!({
+            "motorfit": env!("CARGO_PKG_VERSION"),
+            "records": subject.records.iter().map(record_head).collect::<Value>(),
+            "truth": subject.truth.as_ref().map(plain),
+            "runs": spec.runs,
+            "seed": spec.seed,
+            "bounds": bounds.collect::<Map<String, Value>>(),
+            "device": {"kind": device.0, "name": device.1, "precision": device.2},
+            "blocks": comparison.blocks.iter().map(|block| self::block(comparison, block)).collect::<Value>(),
+            "steiglitz_mcbride": comparison.steiglitz.as_ref().map(|sm| value!({
+                "parameters": sm.estimate.as_ref().ok().map(plain),
+                "failure": sm.estimate.as_ref().err(),
+                "noise_records": sm.records,
+                "noise_sigma": {"current": sm.sigma[0], "speed": sm.sigma[1]},
+                "served": sm.spread.len(),
+                "standard_deviations": by_symbol(sm.deviations()),
+                "mean_relative_errors_percent": comparison.expected().map(|p| by_symbol(sm.errors(&p))),
+                "seconds": sm.seconds,
+            })),
+            "refined": comparison.reference.as_ref().ok().map(|found| plain(&found.parameters)),
+            "refined_failure": comparison.reference.as_ref().err(),
+            "warnings": warnings(&comparison.warnings),
+            "stop": if comparison.interrupted { "interrupted" } else { "budget_spent" },
+            "evaluations": comparison.evaluations,
+            "seconds": comparison.batch_seconds,
+        })
+    }
+}
+
+fn by_symbol(values: [f64; 5]) -> Value {
+    let pairs = Parameter::ALL.iter().zip(values);
+    Value::Object(pairs.map(|(p, v)| (p.symbol().to_owned(), Value::from(v))).collect())
+}
+
+fn block(comparison: &Comparison, block: &Block) -> Value {
+    let ranking = block.ranking();
+    let name = |n: usize| block.contests[n].method.name();
+    let pair = |p: &crate::study::compare::Comparable| {
+        value!({
+            "first": name(p.methods[0]), "second": name(p.methods[1]), "superiority": p.superiority,
+            "p": p.chance, "p_holm": p.corrected,
+        })
+    };
+    let (targets, reached) = reached(block, comparison.spec.target);
+    let reached = block.contests.iter().zip(reached).map(|(contest, r)| {
+        let curve = value!({"evaluations": r.evaluations, "seconds": r.seconds, "share": r.share});
+        (contest.method.name().to_owned(), curve)
+    });
+    value!({
+        "setting": setting_name(&block.setting),
+        "criterion": format!("{:?}", block.setting.criterion.norm).to_lowercase(),
+        "scale": format!("{:?}", block.setting.criterion.scale).to_lowercase(),
+        "population": block.setting.population,
+        "generations": block.setting.generations,
+        "methods": block.contests.iter().map(|c| contest(comparison, c)).collect::<Value>(),
+        "ranking": ranking.order.iter().map(|n| name(*n)).collect::<Value>(),
+        "pairs": ranking.pairs.iter().map(pair).collect::<Value>(),
+        "targets": targets,
+        "reached": reached.collect::<Map<String, Value>>(),
+        "steiglitz_mcbride_cost": block.steiglitz_cost,
+        "refined_cost": block.reference_cost,
+    })
+}
+
+fn contest(comparison: &Comparison, contest: &Contest) -> Value {
+    let s = contest.summary(comparison.spec.seed);
+    let errors = comparison.expected().map(|expected| contest.errors(&expected));
+    let run = |(n, run): (usize, &Outcome)| {
+        value!({
+            "run": n, "cost": run.cost, "parameters": run.parameters.as_ref().map(plain),
+            "evaluations": run.evaluations, "history": run.history,
+        })
+    };
+    value!({
+        "method": contest.method.name(),
+        "settings": format!("{:?}", contest.method),
+        "cost": {
+            "best": s.best, "median": s.median, "median_ci95": s.interval, "worst": s.worst, "average": s.average,
+            "failed": s.failed,
+        },
+        "best_relative_errors_percent": errors.map(|e| by_symbol(e.map(|pair| pair[0]))),
+        "mean_relative_errors_percent": errors.map(|e| by_symbol(e.map(|pair| pair[1]))),
+        "standard_deviations": by_symbol(contest.deviations()),
+        "seconds_one_run": contest.seconds,
+        "runs": contest.runs.iter().enumerate().map(run).collect::<Value>(),
+    })
+}

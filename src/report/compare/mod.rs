@@ -1,0 +1,9 @@
+//! A comparison as others read it.
+
+mod document;
+mod paper;
+mod tables;
+
+pub use document::CompareDocument;
+pub use paper::paper_tables;
+pub use tables::{setting_name, tables};

@@ -1,0 +1,113 @@
+//! Tables: made once, shown in the terminal, on a page and as CSV.
+
+use crate::text::printable;
+use std::fmt::Write as _;
+
+/// A table of texts; the first column names its rows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Table {
+    /// A short name for files and links.
+    pub id: String,
+    /// What it shows, with its unit.
+    pub title: String,
+    /// Headings.
+    pub heads: Vec<String>,
+    /// Rows of as many cells.
+    pub rows: Vec<Vec<String>>,
+    /// What must be said below it.
+    pub notes: Vec<String>,
+}
+
+impl Table {
+    /// An empty table.
+    #[must_use]
+    pub fn new(id: impl Into<String>, title: impl Into<String>, heads: &[&str]) -> Self {
+        let heads = heads.iter().map(|head| (*head).to_owned()).collect();
+        Self { id: id.into(), title: title.into(), heads, rows: Vec::new(), notes: Vec::new() }
+    }
+
+    /// Adds a row.
+    pub fn row(&mut self, cells: Vec<String>) {
+        self.rows.push(cells);
+    }
+
+    /// Adds a note.
+    pub fn note(&mut self, note: impl Into<String>) {
+        self.notes.push(note.into());
+    }
+
+    /// For the terminal: columns that line up, numbers to the right; notes broken at `width`.
+    #[must_use]
+    pub fn text(&self, width: usize) -> String {
+        let mut table = comfy_table::Table::new();
+        table.load_style(comfy_table::presets::NOTHING);
+        table.set_header(self.heads.iter().map(|cell| printable(cell)));
+        for row in &self.rows {
+            table.add_row(row.iter().map(|cell| printable(cell)));
+        }
+        for (n, column) in table.column_iter_mut().enumerate() {
+            column.set_padding((if n == 0 { 2 } else { 1 }, 0));
+            if n > 0 {
+                column.set_cell_alignment(comfy_table::CellAlignment::Right);
+            }
+        }
+        let mut text = format!("{}\n", printable(&self.title));
+        for line in table.to_string().lines() {
+            let _ = writeln!(text, "{}", line.trim_end());
+        }
+        for note in &self.notes {
+            text.push_str(&folded(note, width));
+        }
+        text
+    }
+
+    /// As CSV with a heading.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let line = |cells: &[String]| cells.iter().map(|cell| quoted(cell)).collect::<Vec<_>>().join(",") + "\n";
+        line(&self.heads) + &self.rows.iter().map(|row| line(row)).collect::<String>()
+    }
+}
+
+/// A cell of CSV.
+pub(super) fn quoted(cell: &str) -> String {
+    if cell.contains([',', '"', '\n', '\r']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.to_owned() }
+}
+
+/// A paragraph, indented, in lines of `width` at most where words allow it.
+#[must_use]
+pub fn folded(text: &str, width: usize) -> String {
+    let (mut lines, mut line) = (String::new(), String::from(" "));
+    for word in printable(text).split_whitespace() {
+        if line.chars().count() + 1 + word.chars().count() > width && line != " " {
+            let _ = writeln!(lines, "{line}");
+            line = String::from(" ");
+        }
+        line.push(' ');
+        line.push_str(word);
+    }
+    let _ = writeln!(lines, "{line}");
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_line_up_and_csv_is_quoted() {
+        let mut table = Table::new("cost", "Cost [1]", &["method", "best", "of, all"]);
+        table.row(vec!["gwo".to_owned(), "0.0256".to_owned(), "1".to_owned()]);
+        table.row(vec!["a \"b\"\u{1b}[31m".to_owned(), "12".to_owned(), "1.25e-7".to_owned()]);
+        table.note("A note that is longer than the width of the terminal and is broken between words.");
+        let text = table.text(40);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], "Cost [1]");
+        let ends: Vec<usize> = lines[1..4].iter().map(|line| line.chars().count()).collect();
+        assert!(ends.iter().all(|end| *end == ends[0]), "numbers end in one column: {text}");
+        assert!(lines[4..].iter().all(|line| line.len() <= 40 && line.starts_with("  ")), "{text}");
+        assert!(!text.contains('\u{1b}'));
+        assert_eq!(table.csv().lines().next(), Some("method,best,\"of, all\""));
+        assert!(table.csv().contains("\"a \"\"b\"\""));
+    }
+}

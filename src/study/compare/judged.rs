@@ -1,0 +1,130 @@
+//! What the runs of a block say: summaries, errors of parameters, a ranking that stands up.
+
+use super::{Block, Contest};
+use crate::motor::{Parameter, Parameters};
+use crate::study::statistics::{deviation, holm, mean, median_interval, quantile, sorted, superiority, wilcoxon};
+
+/// Costs of a method's runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Summary {
+    /// The lowest.
+    pub best: f64,
+    /// The median.
+    pub median: f64,
+    /// Its 95 % bootstrap interval.
+    pub interval: [f64; 2],
+    /// The highest.
+    pub worst: f64,
+    /// The mean.
+    pub average: f64,
+    /// Runs without any finite cost.
+    pub failed: usize,
+}
+
+/// A method against another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Comparable {
+    /// Both, by their places in the block.
+    pub methods: [usize; 2],
+    /// How often a run of the first ends lower than one of the second.
+    pub superiority: f64,
+    /// Wilcoxon's signed-rank test of the logarithms of the costs of runs with the same number.
+    pub chance: f64,
+    /// The same after Holm's correction for all pairs of the block.
+    pub corrected: f64,
+}
+
+/// The methods of a block in order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ranking {
+    /// Their places in the block, the lowest median cost first.
+    pub order: Vec<usize>,
+    /// Every pair, in the order of the ranking.
+    pub pairs: Vec<Comparable>,
+}
+
+impl Contest {
+    /// Final costs by run.
+    #[must_use]
+    pub fn costs(&self) -> Vec<f64> {
+        self.runs.iter().map(|run| run.cost).collect()
+    }
+
+    /// The run that ended lowest.
+    #[must_use]
+    pub fn best(&self) -> Option<&super::Outcome> {
+        self.runs.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).filter(|run| run.parameters.is_some())
+    }
+
+    /// The costs in short.
+    #[must_use]
+    pub fn summary(&self, seed: u64) -> Summary {
+        let costs = self.costs();
+        let sorted = sorted(&costs);
+        Summary {
+            best: quantile(&sorted, 0.0),
+            median: quantile(&sorted, 0.5),
+            interval: median_interval(&costs, seed),
+            worst: quantile(&sorted, 1.0),
+            average: mean(&costs),
+            failed: self.runs.iter().filter(|run| run.parameters.is_none()).count(),
+        }
+    }
+
+    /// Estimates of a parameter by all runs that have one.
+    #[must_use]
+    pub fn values(&self, parameter: Parameter) -> Vec<f64> {
+        self.runs.iter().filter_map(|run| Some(run.parameters?.get(parameter))).collect()
+    }
+
+    /// Relative errors of the best run's parameters and their means over runs, in percent; NaN without runs.
+    #[must_use]
+    pub fn errors(&self, expected: &Parameters) -> [[f64; 2]; 5] {
+        let best = self.best().and_then(|run| run.parameters);
+        Parameter::ALL.map(|p| {
+            let error = |value: f64| relative(value, expected.get(p));
+            let all: Vec<f64> = self.values(p).into_iter().map(error).collect();
+            [best.map_or(f64::NAN, |best| error(best.get(p))), mean(&all)]
+        })
+    }
+
+    /// Standard deviations of the parameters over runs.
+    #[must_use]
+    pub fn deviations(&self) -> [f64; 5] {
+        Parameter::ALL.map(|p| deviation(&self.values(p)))
+    }
+}
+
+/// The error of a value in percent of what it should be.
+pub(super) fn relative(value: f64, expected: f64) -> f64 {
+    100.0 * ((value - expected) / expected).abs()
+}
+
+impl Block {
+    /// Ranks the methods.
+    #[must_use]
+    pub fn ranking(&self) -> Ranking {
+        let costs: Vec<Vec<f64>> = self.contests.iter().map(Contest::costs).collect();
+        let median = |n: usize| quantile(&sorted(&costs[n]), 0.5);
+        let mut order: Vec<usize> = (0..costs.len()).collect();
+        order.sort_by(|a, b| median(*a).total_cmp(&median(*b)));
+        let mut pairs = Vec::new();
+        for (place, &first) in order.iter().enumerate() {
+            for &second in &order[place + 1..] {
+                let pair = costs[first].iter().zip(&costs[second]);
+                let differences: Vec<f64> = pair.map(|(a, b)| logarithm(*b) - logarithm(*a)).collect();
+                let superiority = superiority(&costs[first], &costs[second]);
+                let chance = wilcoxon(&differences);
+                pairs.push(Comparable { methods: [first, second], superiority, chance, corrected: chance });
+            }
+        }
+        let corrected = holm(&pairs.iter().map(|pair| pair.chance).collect::<Vec<_>>());
+        pairs.iter_mut().zip(corrected).for_each(|(pair, corrected)| pair.corrected = corrected);
+        Ranking { order, pairs }
+    }
+}
+
+/// Finite also for 0 and ∞.
+fn logarithm(cost: f64) -> f64 {
+    cost.clamp(1e-300, 1e300).ln()
+}

@@ -1,0 +1,249 @@
+//! Methods side by side: every run of every method under every setting, all of a generation as one batch.
+//!
+//! Runs of the same number start from the same random numbers, whatever the method: their populations are the same, which
+//! is what makes comparisons between methods paired.
+
+mod judged;
+
+pub mod paper;
+mod spec;
+mod steiglitz;
+mod targets;
+
+pub use judged::{Comparable, Ranking, Summary};
+pub use spec::{CompareSpec, Setting, Subject};
+pub use steiglitz::Steiglitz;
+pub use targets::{Reached, reached};
+
+use crate::evaluate::{Problem, Scalar};
+use crate::identify::{Identification, IdentifySpec, Lockstep, Method, Warning, identify};
+use crate::motor::Parameters;
+use crate::optimize::{Budget, Progress, Run, Setup, Stop, minimize};
+use crate::{Error, Result};
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// What a run found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// The parameters, those held included; `None` where every candidate diverged.
+    pub parameters: Option<Parameters>,
+    /// Their cost by the oracle; +∞ without.
+    pub cost: f64,
+    /// Lowest cost after each generation.
+    pub history: Vec<f64>,
+    /// Candidates evaluated.
+    pub evaluations: u64,
+}
+
+/// A method under a setting.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contest {
+    /// The method.
+    pub method: Method,
+    /// Its runs, by number.
+    pub runs: Vec<Outcome>,
+    /// Seconds of one run alone; `None` when interrupted before.
+    pub seconds: Option<f64>,
+}
+
+/// All methods under a setting.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Block {
+    /// The setting.
+    pub setting: Setting,
+    /// The methods, in the order of the setting.
+    pub contests: Vec<Contest>,
+    /// The cost of the reference in this criterion.
+    pub reference_cost: Option<f64>,
+    /// The cost of the Steiglitz–McBride estimate in this criterion.
+    pub steiglitz_cost: Option<f64>,
+}
+
+/// The result of a comparison.
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// What was compared on.
+    pub subject: Subject,
+    /// How.
+    pub spec: CompareSpec,
+    /// A block for each setting.
+    pub blocks: Vec<Block>,
+    /// Steiglitz–McBride beside them, where it was asked for.
+    pub steiglitz: Option<Steiglitz>,
+    /// The refined estimate of the recordings, or why there is none.
+    pub reference: std::result::Result<Box<Identification>, String>,
+    /// What evaluated: cpu or gpu, its name, its numbers.
+    pub device: (&'static str, String, &'static str),
+    /// What the reader should know.
+    pub warnings: Vec<Warning>,
+    /// Whether the observer ended it early.
+    pub interrupted: bool,
+    /// Candidates evaluated.
+    pub evaluations: u64,
+    /// Seconds of the batch of all runs.
+    pub batch_seconds: f64,
+}
+
+impl Comparison {
+    /// What errors of parameters are relative to: the truth where it is known, else the refined estimate.
+    #[must_use]
+    pub fn expected(&self) -> Option<Parameters> {
+        self.subject.truth.or_else(|| self.reference.as_ref().ok().map(|found| found.parameters))
+    }
+}
+
+/// A run and where it belongs: its setting, its method among the setting's, its number.
+struct Entry {
+    place: [usize; 2],
+    run: u64,
+}
+
+/// Compares methods. `observe` sees every generation and may end it; what was found until then is kept.
+///
+/// # Errors
+/// `Usage` for a spec that cannot be; `Data` and `NotIdentified` for recordings that cannot serve; `Device` when the device
+/// that is asked for is not there or fails.
+pub fn compare(
+    subject: Subject,
+    spec: &CompareSpec,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Comparison> {
+    if spec.settings.is_empty() || spec.runs == 0 || spec.settings.iter().any(|s| s.methods.is_empty()) {
+        return Err(Error::usage("there is nothing to compare", "Give at least one method, criterion and run."));
+    }
+    if spec.runs > 100_000 {
+        return Err(Error::usage(format!("--runs is {}", spec.runs), "Give at most 100000."));
+    }
+    let of = |setting: &Setting| {
+        let problem = Problem::new(&subject.records, spec.model, spec.space.clone(), setting.criterion)?;
+        Ok(Arc::new(problem))
+    };
+    let problems: Vec<Arc<Problem>> = spec.settings.iter().map(of).collect::<Result<_>>()?;
+    let mut batches: BTreeMap<usize, Vec<Entry>> = BTreeMap::new();
+    for (s, setting) in spec.settings.iter().enumerate() {
+        let entries = batches.entry(setting.generations).or_default();
+        let places = (0..setting.methods.len()).flat_map(|m| (0..spec.runs as u64).map(move |run| (m, run)));
+        entries.extend(places.map(|(m, run)| Entry { place: [s, m], run }));
+    }
+    let agents: usize = batches.values().flatten().map(|e| spec.settings[e.place[0]].population).sum();
+    let generations = spec.settings.iter().map(|s| s.generations).max().unwrap_or(1);
+    let mut searches = Lockstep::open(&spec.search(agents, generations), problems.clone())?;
+    let mut blocks: Vec<Block> = spec.settings.iter().map(empty).collect();
+    let (mut interrupted, mut batch_seconds, mut before) = (false, 0.0, 0);
+    for (generations, entries) in batches {
+        let begun = Instant::now();
+        let mut watch = |p: &Progress| observe(&Progress { evaluations: before + p.evaluations, ..*p });
+        let (runs, stop) = batch(spec, &problems, &mut searches, generations, &entries, &mut watch)?;
+        batch_seconds += begun.elapsed().as_secs_f64();
+        interrupted |= stop == Stop::Interrupted;
+        before += runs.iter().map(|run| run.evaluations).sum::<u64>();
+        for (entry, run) in entries.iter().zip(runs) {
+            let [setting, method] = entry.place;
+            blocks[setting].contests[method].runs.push(outcome(&problems[setting], run));
+        }
+        if interrupted {
+            break;
+        }
+    }
+    if !interrupted {
+        alone(spec, &problems, &mut searches, &mut blocks)?;
+    }
+    let reference = reference(&subject, spec);
+    let steiglitz = (spec.noise_records > 0)
+        .then(|| Steiglitz::of(&subject, spec, reference.as_ref().ok().map(AsRef::as_ref)))
+        .transpose()?;
+    for (block, problem) in blocks.iter_mut().zip(&problems) {
+        let cost = |p: &Parameters| {
+            let values: Vec<f64> = problem.space().free().iter().map(|axis| p.get(axis.parameter)).collect();
+            Some(Scalar::cost(problem, &values)).filter(|cost| cost.is_finite())
+        };
+        block.reference_cost = reference.as_ref().ok().and_then(|found| cost(&found.parameters));
+        block.steiglitz_cost = steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok().and_then(cost));
+    }
+    let (device, warnings) = (searches.device(), searches.warnings().to_vec());
+    let spec = spec.clone();
+    let evaluations = before;
+    Ok(Comparison {
+        subject,
+        spec,
+        blocks,
+        steiglitz,
+        reference,
+        device,
+        warnings,
+        interrupted,
+        evaluations,
+        batch_seconds,
+    })
+}
+
+fn empty(setting: &Setting) -> Block {
+    let contest = |method: &Method| Contest { method: *method, runs: Vec::new(), seconds: None };
+    let contests = setting.methods.iter().map(contest).collect();
+    Block { setting: setting.clone(), contests, reference_cost: None, steiglitz_cost: None }
+}
+
+/// All runs that have so many generations, in lock step.
+fn batch(
+    spec: &CompareSpec,
+    problems: &[Arc<Problem>],
+    searches: &mut Lockstep,
+    generations: usize,
+    entries: &[Entry],
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<(Vec<Run>, Stop)> {
+    let run = |entry: &Entry| {
+        let [s, m] = entry.place;
+        let setting = &spec.settings[s];
+        let (bounds, population) = (problems[s].space().bounds(), setting.population);
+        let setup = Setup { bounds, population, generations, seed: spec.seed, run: entry.run };
+        Ok(Run::new(setting.methods[m].optimizer(setup)?))
+    };
+    let mut runs: Vec<Run> = entries.iter().map(run).collect::<Result<_>>()?;
+    searches.turn_to(entries.iter().map(|entry| problems[entry.place[0]].clone()).collect());
+    let budget = Budget { generations, slice: searches.slice() };
+    let stop = minimize(&mut runs, budget, searches, observe)?;
+    Ok((runs, stop))
+}
+
+fn outcome(problem: &Problem, run: Run) -> Outcome {
+    let best =
+        run.optimizer.best().map(|best| (problem.parameters(best.values, 0), Scalar::cost(problem, best.values)));
+    let best = best.filter(|(_, cost)| cost.is_finite());
+    let (parameters, cost) = best.map_or((None, f64::INFINITY), |(p, cost)| (Some(p), cost));
+    Outcome { parameters, cost, history: run.history, evaluations: run.evaluations }
+}
+
+/// Seconds of one run of each method by itself: the median of three.
+fn alone(spec: &CompareSpec, problems: &[Arc<Problem>], searches: &mut Lockstep, blocks: &mut [Block]) -> Result<()> {
+    for (s, block) in blocks.iter_mut().enumerate() {
+        for (m, contest) in block.contests.iter_mut().enumerate() {
+            let mut seconds = Vec::new();
+            for run in 0..3 {
+                let entry = [Entry { place: [s, m], run }];
+                let begun = Instant::now();
+                let generations = block.setting.generations;
+                batch(spec, problems, searches, generations, &entry, &mut |_| ControlFlow::Continue(()))?;
+                seconds.push(begun.elapsed().as_secs_f64());
+            }
+            seconds.sort_by(f64::total_cmp);
+            contest.seconds = seconds.get(1).copied();
+        }
+    }
+    Ok(())
+}
+
+/// The refined estimate: what all searches would end at with a perfect method and noise weights.
+fn reference(subject: &Subject, spec: &CompareSpec) -> std::result::Result<Box<Identification>, String> {
+    let auto = IdentifySpec {
+        model: spec.model,
+        space: spec.space.clone(),
+        auto_bounds: Vec::new(),
+        device: crate::identify::DeviceSpec::Cpu,
+        ..IdentifySpec::default()
+    };
+    identify(&subject.records, &auto).map(Box::new).map_err(|error| error.to_string())
+}

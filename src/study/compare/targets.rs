@@ -1,0 +1,65 @@
+//! How soon runs reach costs: empirical distributions over evaluations and over time.
+//!
+//! As in the COCO platform (N. Hansen, A. Auger, R. Ros, O. Mersmann, T. Tušar, D. Brockhoff 2021): the share of all pairs of
+//! a run and a target that have been reached, over targets even in the logarithm.
+
+use super::{Block, Contest};
+
+/// Targets between the first generations and the best.
+const TARGETS: usize = 51;
+
+/// A method's share of targets reached.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reached {
+    /// Evaluations of a run.
+    pub evaluations: Vec<f64>,
+    /// Seconds of a run by itself; empty where it was not timed.
+    pub seconds: Vec<f64>,
+    /// Share of all (run, target) reached by then, rising, at most 1.
+    pub share: Vec<f64>,
+}
+
+/// What each method of a block reaches by when. `target`: one cost, or `None` for a range.
+#[must_use]
+pub fn reached(block: &Block, target: Option<f64>) -> (Vec<f64>, Vec<Reached>) {
+    let targets = target.map_or_else(|| range(block), |target| vec![target]);
+    let share = |contest: &Contest| {
+        let generations = contest.runs.iter().map(|run| run.history.len()).max().unwrap_or(0);
+        #[expect(clippy::cast_precision_loss, reason = "counts")]
+        let (pairs, agents, all) = (
+            (contest.runs.len() * targets.len()) as f64,
+            block.setting.population as f64,
+            block.setting.generations as f64,
+        );
+        #[expect(clippy::cast_precision_loss, reason = "counts")]
+        let by = |generation: usize| {
+            let cost = |run: &super::Outcome| run.history.get(generation).or(run.history.last()).copied();
+            let met = |cost: f64| targets.iter().filter(|target| cost <= **target).count();
+            contest.runs.iter().filter_map(cost).map(met).sum::<usize>() as f64 / pairs
+        };
+        #[expect(clippy::cast_precision_loss, reason = "counts")]
+        let evaluations: Vec<f64> = (1..=generations).map(|g| g as f64 * agents).collect();
+        let seconds = contest
+            .seconds
+            .map_or(Vec::new(), |whole| evaluations.iter().map(|count| whole * count / (agents * all)).collect());
+        Reached { evaluations, seconds, share: (0..generations).map(by).collect() }
+    };
+    let reached = block.contests.iter().map(share).collect();
+    (targets, reached)
+}
+
+/// Targets from the median cost after the first generation down to the lowest of all, the easiest first.
+fn range(block: &Block) -> Vec<f64> {
+    let runs = || block.contests.iter().flat_map(|contest| &contest.runs);
+    let firsts =
+        crate::study::statistics::sorted(&runs().filter_map(|run| run.history.first().copied()).collect::<Vec<_>>());
+    let easiest = crate::study::statistics::quantile(&firsts, 0.5);
+    let hardest = runs().filter_map(|run| run.history.last().copied()).fold(f64::INFINITY, f64::min);
+    if !(easiest.is_finite() && hardest.is_finite()) {
+        return vec![f64::MAX];
+    }
+    let (top, bottom) = (easiest.max(1e-300).ln(), hardest.max(1e-12 * easiest).max(1e-300).ln());
+    #[expect(clippy::cast_precision_loss, reason = "small")]
+    let target = |n: usize| (top + (bottom - top) * n as f64 / (TARGETS - 1) as f64).exp() * (1.0 + 1e-12);
+    (0..TARGETS).map(target).collect()
+}

@@ -1,0 +1,204 @@
+//! Statistics of runs: quantiles, bootstrap intervals, a paired test and its correction for many comparisons.
+
+use rand::{RngExt as _, SeedableRng as _};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+/// Resamples of a bootstrap.
+const RESAMPLES: usize = 4000;
+
+/// The values in order, NaN last.
+#[must_use]
+pub fn sorted(values: &[f64]) -> Vec<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted
+}
+
+/// A quantile of sorted values, linear between order statistics (R. J. Hyndman, Y. Fan 1996, type 7); NaN without values.
+#[must_use]
+pub fn quantile(sorted: &[f64], p: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    #[expect(clippy::cast_precision_loss, reason = "a count")]
+    let at = p.clamp(0.0, 1.0) * last as f64;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the values")]
+    let (below, above) = (at.floor() as usize, at.ceil() as usize);
+    if below == above || sorted[below].total_cmp(&sorted[above]).is_eq() {
+        return sorted[below];
+    }
+    sorted[below] + (at - at.floor()) * (sorted[above] - sorted[below])
+}
+
+/// Mean; NaN without values.
+#[must_use]
+pub fn mean(values: &[f64]) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "a count")]
+    let count = values.len() as f64;
+    values.iter().sum::<f64>() / count
+}
+
+/// Standard deviation of a sample (n − 1); NaN for fewer than two values.
+#[must_use]
+pub fn deviation(values: &[f64]) -> f64 {
+    let mean = mean(values);
+    #[expect(clippy::cast_precision_loss, reason = "a count")]
+    let freedom = values.len() as f64 - 1.0;
+    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / freedom).sqrt()
+}
+
+/// The 95 % percentile bootstrap interval of the median (B. Efron 1979), the same for the same seed.
+#[must_use]
+pub fn median_interval(values: &[f64], seed: u64) -> [f64; 2] {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let mut resample = vec![0.0; values.len()];
+    let mut median = || {
+        resample.iter_mut().for_each(|v| *v = values[random.random_range(0..values.len())]);
+        resample.sort_by(f64::total_cmp);
+        quantile(&resample, 0.5)
+    };
+    if values.is_empty() {
+        return [f64::NAN; 2];
+    }
+    let medians = sorted(&(0..RESAMPLES).map(|_| median()).collect::<Vec<_>>());
+    [0.025, 0.975].map(|p| quantile(&medians, p))
+}
+
+/// Wilcoxon's signed-rank test, two-sided: how likely differences so far to one side are if both sides are alike. Zeros are
+/// left out; exact up to 50 differences without ties, else by the normal approximation with tie correction.
+#[must_use]
+pub fn wilcoxon(differences: &[f64]) -> f64 {
+    let mut kept: Vec<f64> = differences.iter().copied().filter(|d| *d != 0.0 && !d.is_nan()).collect();
+    kept.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
+    let n = kept.len();
+    if n == 0 {
+        return 1.0;
+    }
+    #[expect(clippy::cast_precision_loss, reason = "a count")]
+    let real = |n: usize| n as f64;
+    let (mut positive, mut ties, mut first) = (0.0, 0.0, 0);
+    while first < n {
+        let end = (first..n).find(|&k| kept[k].abs().total_cmp(&kept[first].abs()).is_ne()).unwrap_or(n);
+        let (count, rank) = (real(end - first), 0.5 * real(first + 1 + end));
+        positive += rank * real(kept[first..end].iter().filter(|d| **d > 0.0).count());
+        ties += count * count * count - count;
+        first = end;
+    }
+    let all = 0.5 * real(n) * real(n + 1);
+    let smaller = positive.min(all - positive);
+    if n <= 50 && ties == 0.0 {
+        return exact(n, smaller);
+    }
+    let variance = real(n) * real(n + 1) * real(2 * n + 1) / 24.0 - ties / 48.0;
+    libm::erfc((0.5 * all - smaller) / (2.0 * variance).sqrt()).min(1.0)
+}
+
+/// Twice the chance that `n` ranks with random signs sum up to `sum` at most.
+fn exact(n: usize, sum: f64) -> f64 {
+    let most = n * (n + 1) / 2;
+    let mut ways = vec![0.0; most + 1];
+    ways[0] = 1.0;
+    for rank in 1..=n {
+        for total in (rank..=most).rev() {
+            ways[total] += ways[total - rank];
+        }
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a sum of ranks")]
+    let within: f64 = ways[..=(sum as usize).min(most)].iter().sum();
+    (2.0 * within / 2.0_f64.powi(i32::try_from(n).unwrap_or(i32::MAX))).min(1.0)
+}
+
+/// Chances corrected for their number by Holm's step-down method (S. Holm 1979), in their order.
+#[must_use]
+pub fn holm(chances: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..chances.len()).collect();
+    order.sort_by(|a, b| chances[*a].total_cmp(&chances[*b]));
+    let mut corrected = vec![0.0; chances.len()];
+    let mut least: f64 = 0.0;
+    for (place, &n) in order.iter().enumerate() {
+        #[expect(clippy::cast_precision_loss, reason = "a count")]
+        let factor = (chances.len() - place) as f64;
+        least = least.max((factor * chances[n]).min(1.0));
+        corrected[n] = least;
+    }
+    corrected
+}
+
+/// How often a value of `a` is smaller than one of `b`, ties half (A. Vargha, H. D. Delaney 2000); NaN without values.
+#[must_use]
+pub fn superiority(a: &[f64], b: &[f64]) -> f64 {
+    let pairs = a.iter().flat_map(|x| b.iter().map(move |y| (x, y)));
+    let wins = pairs.map(|(x, y)| match x.total_cmp(y) {
+        std::cmp::Ordering::Less => 1.0,
+        std::cmp::Ordering::Equal => 0.5,
+        std::cmp::Ordering::Greater => 0.0,
+    });
+    #[expect(clippy::cast_precision_loss, reason = "a count")]
+    let count = (a.len() * b.len()) as f64;
+    wins.sum::<f64>() / count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_those_of_the_textbook() {
+        let values = sorted(&[4.0, 1.0, 3.0, 2.0]);
+        assert_eq!([0.0, 0.25, 0.5, 1.0].map(|p| quantile(&values, p)), [1.0, 1.75, 2.5, 4.0]);
+        assert!(quantile(&[], 0.5).is_nan());
+        let infinite = [1.0, f64::INFINITY, f64::INFINITY];
+        assert_eq!([0.5, 0.9].map(|p| quantile(&infinite, p)), [f64::INFINITY; 2], "no NaN between infinities");
+        assert!((deviation(&[2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]) - (32.0_f64 / 7.0).sqrt()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_test_gives_what_scipy_gives() {
+        // scipy 1.17 stats.wilcoxon: exact; with ties, method="approx"; beyond 50, without correction.
+        let d = [0.5, -1.25, 3.0, 2.5, -0.75, 4.0, 1.5, -2.0, 6.0, 5.0];
+        assert!((wilcoxon(&d) - 0.083_984_375).abs() < 1e-12, "{}", wilcoxon(&d));
+        let d = [1.0, 1.0, -1.0, 2.0, 2.0, 3.0, -2.0, 4.0, 5.0, 5.0, 1.0, 7.0];
+        assert!((wilcoxon(&d) - 0.016_104_395_272_305_463).abs() < 1e-12, "{}", wilcoxon(&d));
+        let d: Vec<f64> = (0..60).map(|n| f64::from((n * 37) % 61) - 24.0 + 0.01 * f64::from(n)).collect();
+        assert!((wilcoxon(&d) - 0.012_575_018_443_691_98).abs() < 1e-12, "{}", wilcoxon(&d));
+        assert_eq!((wilcoxon(&[0.0; 9]), wilcoxon(&[])), (1.0, 1.0));
+        // All of n to one side: 2/2^n.
+        let one_side: Vec<f64> = (1..=50).map(f64::from).collect();
+        assert!((wilcoxon(&one_side) / 2.0_f64.powi(-49) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_test_is_right_as_often_as_it_says() {
+        // Differences that are symmetric about zero: at 5 % some 5 % of 2000 tests reject, ± 3 standard deviations.
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
+        let mut rejects = |shift: f64| {
+            let mut draw = || random.random::<f64>() + random.random::<f64>() - 1.0 + shift;
+            (0..2000).filter(|_| wilcoxon(&(0..20).map(|_| draw()).collect::<Vec<_>>()) < 0.05).count()
+        };
+        let (alike, apart) = (rejects(0.0), rejects(0.4));
+        assert!((70..=130).contains(&alike), "{alike} of 2000");
+        assert!(apart > 1900, "{apart} of 2000");
+    }
+
+    #[test]
+    fn intervals_cover_the_median_as_often_as_they_say() {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(6);
+        let covered = (0..400).filter(|&n| {
+            // Exponential: median ln 2.
+            let values: Vec<f64> = (0..50).map(|_| -(1.0 - random.random::<f64>()).ln()).collect();
+            let [low, high] = median_interval(&values, n);
+            (low..=high).contains(&std::f64::consts::LN_2)
+        });
+        // 95 % of 400 is 380 ± 4.4; percentile intervals of a median are a little off.
+        let covered = covered.count();
+        assert!((362..=394).contains(&covered), "{covered} of 400");
+        assert_eq!(median_interval(&[1.0, 2.0, 9.0], 1), median_interval(&[1.0, 2.0, 9.0], 1));
+    }
+
+    #[test]
+    fn corrections_and_effects_are_those_of_the_textbook() {
+        let corrected = holm(&[0.01, 0.04, 0.03, 0.005]);
+        for (ours, theirs) in corrected.iter().zip([0.03, 0.06, 0.06, 0.02]) {
+            assert!((ours - theirs).abs() < 1e-15, "{corrected:?}");
+        }
+        assert!((superiority(&[1.0, 2.0], &[2.0, 3.0]) - 0.875).abs() < 1e-15);
+    }
+}
