@@ -8,7 +8,7 @@ use motorfit::evaluate::Level;
 use motorfit::optimize::Progress;
 use motorfit::report::plot::{Line, log_log};
 use motorfit::report::{BenchDocument, json};
-use motorfit::study::{Measurement, Throughput, ThroughputSpec, contenders, throughput};
+use motorfit::study::{Crossover, Measurement, Throughput, ThroughputSpec, contenders, throughput};
 use motorfit::text::significant;
 use motorfit::{Error, Result};
 use std::fmt::Write as _;
@@ -21,7 +21,8 @@ pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
         return Err(Error::usage(format!("--threads is {threads}"), "Give 1 to 1024, or leave it out for all."));
     }
     let spec =
-        ThroughputSpec { populations: args.populations.clone(), samples: args.samples.clone(), budget_s: args.seconds };
+        ThroughputSpec { populations: args.populations.clone(), samples: args.samples.clone(), budget_s: args.seconds }
+            .checked()?;
     interrupt::listen()?;
     let contenders = contenders(threads, !args.no_gpu, args.plain)?;
     let mut reporter = Reporter::of(style, "case");
@@ -34,19 +35,31 @@ pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
     for refused in &result.refused {
         style.note(&format!("not measured: {refused}"));
     }
+    let text = if args.json { json(&BenchDocument::of(&spec, &result)) } else { text(&spec, &result) };
+    data(&text)?;
+    if result.interrupted {
+        style.note("interrupted: this is what was measured until then");
+    } else if !args.no_gpu && !args.no_keep {
+        keep(&spec, &result, style);
+    }
     if let Some(path) = &args.svg {
         plots(path, &spec, &result, style)?;
     }
-    if !args.no_gpu && !args.no_keep && !result.interrupted {
-        keep(&result, style);
-    }
-    let text = if args.json { json(&BenchDocument::of(&spec, &result)) } else { text(&spec, &result) };
-    data(&text)?;
     Ok(if result.interrupted { Outcome::Interrupted } else { Outcome::Done })
 }
 
+/// The largest population that a measurement must have to be kept: what is larger is extrapolated from it.
+const KEPT_FROM: usize = 10_000;
+
 /// Keeps what `--device auto` chooses by. That it cannot be kept spoils nothing.
-fn keep(result: &Throughput, style: &Style) {
+fn keep(spec: &ThroughputSpec, result: &Throughput, style: &Style) {
+    let threads = result.baseline().map_or(0, |n| result.contenders[n].threads);
+    let largest = spec.populations.iter().copied().max().unwrap_or(0);
+    if spec.populations.len() < 3 || largest < KEPT_FROM || threads != rayon::current_num_threads() {
+        let few = format!("not kept for --device auto: that takes three populations, one of {KEPT_FROM} or more");
+        style.note(&format!("{few}, and all threads"));
+        return;
+    }
     let Some(paces) = result.paces().filter(|paces| !paces.adapters.is_empty()) else { return };
     match cache::keep(&paces) {
         Ok(Some(path)) => style.note(&format!("kept for --device auto: {}", path.display())),
@@ -92,7 +105,7 @@ fn text(spec: &ThroughputSpec, result: &Throughput) -> String {
             Level::best().name()
         );
     }
-    for &samples in &spec.samples {
+    for &samples in spec.samples.iter().filter(|s| result.measurements.iter().any(|m| m.samples == **s)) {
         let _ = writeln!(
             text,
             "\n{STRONG}{samples} samples{STRONG:#}: candidate-steps a second, end to end {DIM}(± half the 95 % interval of \
@@ -121,8 +134,9 @@ fn table(spec: &ThroughputSpec, result: &Throughput, samples: usize) -> String {
     let cell = |n: usize, population: usize| {
         let measured = result.case(n, population, samples).and_then(|m| Some((m.rate()?, m)));
         match measured.map(|(rate, m)| (rate, m.rounds, m.spread().unwrap_or(0.0))) {
-            Some((rate, 1, _)) => format!("{rate:.2e}  once"),
+            Some((rate, 1..=5, _)) => format!("{rate:.2e}  once"),
             Some((rate, _, spread)) => format!("{rate:.2e} ±{:>2.0} %", 100.0 * spread),
+            None if result.case(n, population, samples).is_none() => String::new(),
             None => "\u{2013}".to_owned(),
         }
     };
@@ -169,11 +183,14 @@ fn crossovers(text: &mut String, result: &Throughput, samples: usize) {
     for (n, contender) in result.contenders.iter().enumerate() {
         if contender.driver.is_some() {
             let against = match result.crossover(n, baseline, samples) {
-                Some(population) => format!("faster than {} from {population} candidates on", letter(baseline)),
-                None => format!("never faster than {}", letter(baseline)),
+                Crossover::From(population) => {
+                    format!("faster than {} from {population} candidates on", letter(baseline))
+                }
+                Crossover::Never => format!("never faster than {}", letter(baseline)),
+                Crossover::Unknown => format!("not compared with {}", letter(baseline)),
             };
             let _ = writeln!(text, "  {}: {against}", letter(n));
-        } else if let Some(peak) = result.fma_peak.filter(|_| n > 0) {
+        } else if let Some(peak) = result.fma_peak.filter(|_| n > 0 && rates(n).next().is_some()) {
             #[expect(clippy::cast_precision_loss, reason = "small")]
             let share = rates(n).fold(0.0, f64::max) * contender.operations / (peak * contender.threads as f64);
             let _ = writeln!(

@@ -2,13 +2,13 @@
 
 use super::args::EvaluateArgs;
 use super::candidates::{Source, sampling};
-use super::output::{Style, data};
+use super::output::{Style, data, is_read};
 use super::progress::Reporter;
 use super::{Outcome, inspect, interrupt, problem};
 use motorfit::candidates::Candidates;
 use motorfit::identify::{Costs, with_threads};
 use motorfit::motor::Axis;
-use motorfit::optimize::{Progress, Sample};
+use motorfit::optimize::{Progress, Sample, Sampling};
 use motorfit::record::Record;
 use motorfit::report::{EvaluateDocument, json};
 use motorfit::text::{engineering, significant};
@@ -32,11 +32,17 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     if args.top == Some(0) {
         return Err(Error::usage("--top is 0", "Give how many of the best to print."));
     }
-    // For the choice of a device: how many candidates come at once and in all.
-    let expected = sampled.map_or(1 << 20, |(_, number)| number);
-    spec.population = BATCH_MAX;
-    spec.generations = usize::try_from(expected).unwrap_or(usize::MAX).div_ceil(BATCH_MAX);
     let records = inspect::read(&args.records, &args.columns)?;
+    // For the choice of a device: how many candidates come at once and in all; of a file that is not known.
+    let axes = u32::try_from(spec.space.free().len()).unwrap_or(u32::MAX);
+    let expected = match sampled {
+        None => 1 << 20,
+        Some((Sampling::Grid, number)) => number.saturating_pow(axes),
+        Some((_, number)) => number,
+    };
+    let expected = usize::try_from(expected).unwrap_or(usize::MAX);
+    spec.population = batch(records.iter().map(Record::len).sum()).min(expected);
+    spec.generations = expected.div_ceil(spec.population);
     interrupt::listen()?;
     with_threads(spec.threads, || {
         let costs = Costs::new(&records, &spec)?;
@@ -51,6 +57,11 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
         };
         Evaluation { args, style, axes, costs, source }.run(&records)
     })
+}
+
+/// Candidates in a batch on so many samples.
+fn batch(samples: usize) -> usize {
+    (BATCH_STEPS / samples.max(1)).clamp(1, BATCH_MAX)
 }
 
 /// A candidate among the best: the heap's top is the worst of them.
@@ -92,7 +103,8 @@ struct Evaluation<'a> {
 impl Evaluation<'_> {
     fn run(mut self, records: &[Record]) -> Result<Outcome> {
         let width = self.axes.len();
-        let most = (BATCH_STEPS / self.costs.problem().active().max(1)).clamp(1, BATCH_MAX);
+        let most = batch(self.costs.problem().active());
+        let known = self.costs.warnings().len();
         let top = self.args.top.or(self.args.json.then_some(10));
         // While one batch is evaluated by a device, the next is made.
         let (mut values, mut next, mut costs) = (Vec::new(), Vec::new(), Vec::new());
@@ -107,7 +119,7 @@ impl Evaluation<'_> {
             data(&format!("{},cost\n", self.symbols().join(",")))?;
         }
         self.costs.begin(&values)?;
-        while !interrupted && !values.is_empty() {
+        while !interrupted && !values.is_empty() && is_read() {
             self.source.next(most, width, &mut next)?;
             costs.resize(values.len() / width, 0.0);
             let begun = Instant::now();
@@ -130,6 +142,10 @@ impl Evaluation<'_> {
             std::mem::swap(&mut values, &mut next);
         }
         drop(reporter);
+        self.style.warnings(&self.costs.warnings()[known..]);
+        if interrupted {
+            self.style.note("interrupted: this is what was evaluated until then");
+        }
         if done == 0 {
             return Err(Error::data("there are no candidates", "Give a file with rows below its heading."));
         }
@@ -146,7 +162,7 @@ impl Evaluation<'_> {
         let best = best.into_sorted_vec();
         if self.args.json {
             let best = best.iter().map(|kept| (kept.cost, kept.values.as_slice()));
-            let document = EvaluateDocument { candidates: done, seconds: started.elapsed().as_secs_f64() };
+            let document = EvaluateDocument { interrupted, candidates: done, seconds: started.elapsed().as_secs_f64() };
             data(&json(&document.of(records, &self.costs, best)))?;
         } else if top.is_some() {
             let table: Vec<f64> = best.iter().flat_map(|kept| kept.values.iter().copied()).collect();

@@ -7,6 +7,7 @@ use motorfit::identify::Warning;
 use motorfit::text::printable;
 use motorfit::{Error, Result};
 use std::io::{self, IsTerminal as _, Write as _};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How this run prints.
 pub(crate) struct Style {
@@ -76,6 +77,14 @@ impl Style {
     }
 }
 
+/// Whether somebody still reads stdout.
+static READ: AtomicBool = AtomicBool::new(true);
+
+/// Whether somebody still reads what is written to stdout, as far as is known: a stream that nobody reads can end.
+pub(crate) fn is_read() -> bool {
+    READ.load(Ordering::Relaxed)
+}
+
 /// Writes data to stdout; that nobody reads on is no error.
 pub(crate) fn data(text: &str) -> Result<()> {
     let mut stdout = anstream::stdout();
@@ -83,7 +92,10 @@ pub(crate) fn data(text: &str) -> Result<()> {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(Error::data(format!("stdout cannot be written: {error}"), "Check where the output goes."))
         }
-        _ => Ok(()),
+        done => {
+            READ.fetch_and(done.is_ok(), Ordering::Relaxed);
+            Ok(())
+        }
     }
 }
 

@@ -46,7 +46,7 @@ impl Reporter {
         }
         self.last = Some(Instant::now());
         let line = serde_json::json!({
-            self.what: progress.generation, format!("{}s", self.what): progress.generations,
+            self.what: progress.generation, format!("{}{}", self.what, if self.what == "batch" { "es" } else { "s" }): progress.generations,
             "evaluations": progress.evaluations, "cost": progress.cost,
         });
         let _ = writeln!(std::io::stderr(), "{line}");
@@ -62,7 +62,9 @@ impl Reporter {
             let target = ProgressDrawTarget::stderr_with_hz(10);
             ProgressBar::with_draw_target(Some(progress.generations as u64), target).with_style(style)
         });
-        bar.set_message(format!("cost {}", significant(progress.cost, 4)));
+        if !progress.cost.is_nan() {
+            bar.set_message(format!("cost {}", significant(progress.cost, 4)));
+        }
         bar.set_position(progress.generation as u64);
     }
 }

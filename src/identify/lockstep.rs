@@ -12,6 +12,9 @@ use std::sync::Arc;
 /// How many of the lowest costs of a call in f32 are evaluated again in f64 at least: the leaders of every search.
 const LEADERS: usize = 3;
 
+/// The best of each run: what deviations are taken from.
+type References = Vec<Option<Arc<(f64, Vec<f64>)>>>;
+
 /// Evaluates the populations of any number of runs as one batch, each run on its own problem.
 ///
 /// Where the evaluator is not exact, each run has its own reference, its best so far, and its leaders are evaluated again
@@ -21,8 +24,9 @@ pub struct Lockstep {
     /// One for each run, or one for all.
     problems: Vec<Arc<Problem>>,
     /// Lowest cost so far of each run, and its candidate.
-    references: Vec<Option<(f64, Vec<f64>)>>,
-    pending: VecDeque<Pending>,
+    references: References,
+    /// What was begun, with the references that it was begun with.
+    pending: VecDeque<(Pending, References)>,
 }
 
 impl Lockstep {
@@ -47,6 +51,7 @@ impl Lockstep {
     pub fn turn_to(&mut self, problems: Vec<Arc<Problem>>) {
         self.problems = problems;
         self.references.clear();
+        self.pending.clear();
     }
 
     /// Candidates that may pass before the observer is asked again.
@@ -82,9 +87,9 @@ impl Lockstep {
         &self.problems[if self.problems.len() == 1 { 0 } else { run }]
     }
 
-    fn groups<'a>(&'a self, populations: &[Candidates<'a>]) -> Vec<Group<'a>> {
+    fn groups<'a>(&'a self, populations: &[Candidates<'a>], references: &'a References) -> Vec<Group<'a>> {
         let group = |(run, &candidates): (usize, &Candidates<'a>)| {
-            let reference = self.references.get(run).and_then(Option::as_ref).map(|(_, values)| values.as_slice());
+            let reference = references.get(run).and_then(Option::as_ref).map(|best| best.1.as_slice());
             (candidates.count() > 0).then(|| Group { problem: self.problem(run), candidates, reference })
         };
         populations.iter().enumerate().filter_map(group).collect()
@@ -94,11 +99,12 @@ impl Lockstep {
     fn with_evaluator<T>(
         &mut self,
         populations: &[Candidates<'_>],
+        references: &References,
         mut work: impl FnMut(&mut dyn Evaluator, &Batch<'_>) -> Result<T>,
     ) -> Result<T> {
         // Taken out, because the groups borrow the problems beside it.
         let mut evaluator = std::mem::replace(&mut self.opened.evaluator, Box::new(Simd::default()));
-        let groups = self.groups(populations);
+        let groups = self.groups(populations, references);
         let batch = Batch { groups: &groups };
         let mut done = work(evaluator.as_mut(), &batch);
         let failed = match &done {
@@ -131,8 +137,8 @@ impl Lockstep {
             }
             costs[row] = Scalar::cost(&problem, population.row(row));
             lowest = lowest.min(costs[row]);
-            if costs[row] < self.references[run].as_ref().map_or(f64::INFINITY, |(cost, _)| *cost) {
-                self.references[run] = Some((costs[row], population.row(row).to_vec()));
+            if costs[row] < self.references[run].as_ref().map_or(f64::INFINITY, |best| best.0) {
+                self.references[run] = Some(Arc::new((costs[row], population.row(row).to_vec())));
             }
         }
     }
@@ -161,14 +167,16 @@ impl Lockstep {
 
 impl Evaluate for Lockstep {
     fn begin(&mut self, populations: &[Candidates<'_>]) -> Result<()> {
-        let pending = self.with_evaluator(populations, |evaluator, batch| evaluator.begin(batch))?;
-        self.pending.push_back(pending);
+        let references = self.references.clone();
+        let pending = self.with_evaluator(populations, &references, |evaluator, batch| evaluator.begin(batch))?;
+        self.pending.push_back((pending, references));
         Ok(())
     }
 
     fn finish(&mut self, populations: &[Candidates<'_>], costs: &mut [f64]) -> Result<()> {
-        let mut pending = self.pending.pop_front();
-        self.with_evaluator(populations, |evaluator, batch| match pending.take() {
+        let (pending, references) = self.pending.pop_front().unwrap_or_default();
+        let mut pending = Some(pending);
+        self.with_evaluator(populations, &references, |evaluator, batch| match pending.take() {
             Some(pending) => evaluator.finish(batch, pending, costs),
             None => evaluator.evaluate(batch, costs),
         })?;

@@ -101,6 +101,23 @@ struct Piece {
     to: usize,
 }
 
+/// Where a piece from row `from` on ends: as many whole runs as fit in `slice`; a run that does not fit is cut at its own
+/// multiples of it, so that its pieces do not depend on the runs beside it.
+fn end_of_piece(counts: &[usize], from: usize, slice: usize) -> usize {
+    let (mut first, mut end) = (0, from);
+    for count in counts {
+        let last = first + count;
+        if last > from && end >= first {
+            if last - from > slice {
+                return if end == from { last.min(from.saturating_add(slice)) } else { end };
+            }
+            end = last;
+        }
+        first = last;
+    }
+    end
+}
+
 /// Runs that are evaluated and told together.
 struct Part {
     /// The first of its runs, and how many.
@@ -160,7 +177,7 @@ impl<'r> Search<'r> {
         let waiting = |(_, part): &(usize, &mut Part)| part.open;
         let (n, part) = self.parts.iter_mut().enumerate().filter(waiting).min_by_key(|(_, part)| part.generation)?;
         let from = part.begun;
-        part.begun = part.costs.len().min(from.saturating_add(self.budget.slice.max(1)));
+        part.begun = end_of_piece(&part.counts, from, self.budget.slice.max(1));
         part.open = part.begun < part.costs.len();
         Some(Piece { part: n, from, to: part.begun })
     }
@@ -321,6 +338,18 @@ mod tests {
             assert_eq!(seen.last(), Some(&(12, 12 * 56)));
             assert!(seen.is_sorted());
         }
+    }
+
+    #[test]
+    fn pieces_are_whole_runs_or_parts_of_one() {
+        let counts = [5, 5, 30, 0, 4, 4];
+        let mut ends = vec![0];
+        while *ends.last().unwrap() < 48 {
+            ends.push(end_of_piece(&counts, *ends.last().unwrap(), 12));
+        }
+        assert_eq!(ends, [0, 10, 22, 34, 44, 48], "30 is cut at its own twelves");
+        assert_eq!(end_of_piece(&counts, 0, usize::MAX), 48);
+        assert_eq!(end_of_piece(&[0, 0], 0, 3), 0);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The document of `bench --json`.
 
 use crate::evaluate::Level;
-use crate::study::{Measurement, Throughput, ThroughputSpec};
+use crate::study::{Crossover, Measurement, Throughput, ThroughputSpec};
 use serde_json::{Value, json as value};
 
 /// The document of `bench --json`.
@@ -15,7 +15,7 @@ impl BenchDocument {
         let measurement = |m: &Measurement| {
             value!({
                 "contender": contender(m.contender).name, "samples": m.samples, "population": m.population,
-                "seconds": m.seconds, "interval95": m.seconds.map(|_| m.interval), "spread": m.spread(),
+                "seconds": m.seconds, "interval95": m.spread().map(|_| m.interval), "spread": m.spread(),
                 "rounds": m.rounds, "candidate_steps_per_second": m.rate(), "kernel_seconds": m.kernel.map(|k| k[0]),
                 "kernel_share": m.kernel.map(|k| k[0] / k[1]),
                 "kernel_candidate_steps_per_second": m.kernel_rate(),
@@ -25,7 +25,13 @@ impl BenchDocument {
         let adapters = (0..result.contenders.len()).filter(|n| contender(*n).driver.is_some());
         let crossover = |n: usize| {
             let list = spec.samples.iter().map(|&samples| {
-                value!({"samples": samples, "population": baseline.and_then(|b| result.crossover(n, b, samples))})
+                let crossover = baseline.map_or(Crossover::Unknown, |b| result.crossover(n, b, samples));
+                let (population, known) = match crossover {
+                    Crossover::From(population) => (Some(population), true),
+                    Crossover::Never => (None, true),
+                    Crossover::Unknown => (None, false),
+                };
+                value!({"samples": samples, "population": population, "compared": known})
             });
             value!({
                 "contender": contender(n).name, "baseline": baseline.map(|b| &contender(b).name),

@@ -106,6 +106,8 @@ impl IdentifyDocument {
 pub struct EvaluateDocument {
     /// How many were evaluated.
     pub candidates: u64,
+    /// Whether the user ended it early.
+    pub interrupted: bool,
     /// In how many seconds, all in all.
     pub seconds: f64,
 }
@@ -127,6 +129,7 @@ impl EvaluateDocument {
             "bounds": bounds.collect::<Map<String, Value>>(),
             "device": {"kind": kind, "name": name, "precision": precision},
             "candidates": self.candidates,
+            "stop": if self.interrupted { "interrupted" } else { "budget_spent" },
             "seconds": self.seconds,
             "best": best.map(entry).collect::<Value>(),
             "warnings": warnings(costs.warnings()),

@@ -18,7 +18,7 @@ pub struct Measurement {
     pub samples: usize,
     /// Median seconds of a batch; `None` where the budget does not allow one.
     pub seconds: Option<f64>,
-    /// An interval that covers the median with 95 %; below six rounds all that was seen.
+    /// An interval that covers the median with 95 %; NaN below six rounds, which cannot have one.
     pub interval: [f64; 2],
     /// Rounds.
     pub rounds: usize,
@@ -35,7 +35,7 @@ impl Measurement {
         times.sort_by(f64::total_cmp);
         let rounds = times.len();
         let seconds = (rounds > 0).then(|| 0.5 * (times[(rounds - 1) / 2] + times[rounds / 2]));
-        let interval = if rounds == 0 {
+        let interval = if rounds < FEWEST {
             [f64::NAN; 2]
         } else {
             let outside = outside(rounds);
@@ -56,10 +56,16 @@ impl Measurement {
         self.kernel.map(|[seconds, _]| self.steps() / seconds)
     }
 
-    /// Half the interval, relative to the median.
+    /// Half the interval, relative to the median; `None` below six rounds.
     #[must_use]
     pub fn spread(&self) -> Option<f64> {
-        self.seconds.map(|median| 0.5 * (self.interval[1] - self.interval[0]) / median)
+        let half = 0.5 * (self.interval[1] - self.interval[0]);
+        self.seconds.map(|median| half / median).filter(|spread| spread.is_finite())
+    }
+
+    /// From where to where the time may be: the interval, or what a single round is trusted for.
+    fn limits(&self) -> Option<[f64; 2]> {
+        self.seconds.map(|s| if self.interval[0].is_nan() { [s / ONCE, s * ONCE] } else { self.interval })
     }
 
     fn steps(&self) -> f64 {
@@ -67,6 +73,21 @@ impl Measurement {
         let steps = (self.population * self.samples) as f64;
         steps
     }
+}
+
+/// Rounds below which no interval covers the median with 95 %, and by which factor a single one may be off.
+const FEWEST: usize = 6;
+const ONCE: f64 = 1.25;
+
+/// From which population on a contender is faster than another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Crossover {
+    /// From here on, wherever both were measured.
+    From(usize),
+    /// Not at the largest population where both were measured.
+    Never,
+    /// They were nowhere measured both.
+    Unknown,
 }
 
 /// How many of `n` sorted values lie outside an interval that covers the median with 95 % on each side: as many as n
@@ -135,22 +156,24 @@ impl Throughput {
     }
 
     /// From which population on a contender is faster than another on recordings of so many samples, by more than both
-    /// intervals; `None` if never.
+    /// intervals.
     #[must_use]
-    pub fn crossover(&self, contender: usize, baseline: usize, samples: usize) -> Option<usize> {
-        let mut populations: Vec<usize> = self.measurements.iter().map(|m| m.population).collect();
-        populations.sort_unstable();
-        populations.dedup();
-        let interval = |who: usize, population: usize| {
-            self.case(who, population, samples).filter(|m| m.seconds.is_some()).map(|m| m.interval)
-        };
-        let wins = |p: &usize| {
-            interval(contender, *p).zip(interval(baseline, *p)).is_some_and(|(ours, theirs)| ours[1] < theirs[0])
-        };
+    pub fn crossover(&self, contender: usize, baseline: usize, samples: usize) -> Crossover {
+        let limits = |who: usize, population: usize| self.case(who, population, samples).and_then(Measurement::limits);
+        let mut both: Vec<(usize, bool)> = Vec::new();
+        for m in self.of(contender).filter(|m| m.samples == samples) {
+            if let (Some(ours), Some(theirs)) = (m.limits(), limits(baseline, m.population)) {
+                both.push((m.population, ours[1] < theirs[0]));
+            }
+        }
+        both.sort_unstable();
         // From there on: not a lucky case among losses.
-        let last_loss = populations.iter().rposition(|p| interval(contender, *p).is_some() && !wins(p));
-        let first = last_loss.map_or(0, |n| n + 1);
-        populations[first..].iter().find(|p| wins(p)).copied()
+        let first = both.iter().rposition(|(_, wins)| !wins).map_or(0, |last| last + 1);
+        match (both.is_empty(), both.get(first)) {
+            (true, _) => Crossover::Unknown,
+            (_, Some((population, _))) => Crossover::From(*population),
+            (_, None) => Crossover::Never,
+        }
     }
 
     /// How far the two measurements of the same evaluator are apart.
@@ -158,13 +181,13 @@ impl Throughput {
     pub fn control(&self) -> Option<Control> {
         let contender = self.baseline()?;
         let pair = |m: &Measurement| {
-            let (seconds, (again, interval)) = (m.seconds.filter(|_| m.rounds > 1)?, m.again?);
+            let (seconds, (again, interval)) = (m.seconds.filter(|_| m.rounds >= FEWEST)?, m.again?);
             let apart = m.interval[1] < interval[0] || interval[1] < m.interval[0];
             Some(((again - seconds).abs() / seconds, apart))
         };
         let mut pairs: Vec<(f64, bool)> = self.of(contender).filter_map(pair).collect();
         pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let difference = [pairs.get(pairs.len() / 2)?.0, pairs.last()?.0];
+        let difference = [pairs.get(pairs.len().saturating_sub(1) / 2)?.0, pairs.last()?.0];
         let apart = pairs.iter().filter(|(_, apart)| *apart).count();
         Some(Control { contender, cases: pairs.len(), apart, difference })
     }
@@ -224,14 +247,19 @@ mod tests {
         }
         let mut result = result(["base", "late", "always"].map(named).into(), measurements);
         // It wins at 10, loses at 100, wins at 1000: from 1000 on.
-        assert_eq!(result.crossover(1, 0, 10), Some(1000));
-        assert_eq!(result.crossover(2, 0, 10), Some(1));
-        assert_eq!(result.crossover(0, 2, 10), None);
-        assert_eq!(result.crossover(1, 0, 99), None);
+        assert_eq!(result.crossover(1, 0, 10), Crossover::From(1000));
+        assert_eq!(result.crossover(2, 0, 10), Crossover::From(1));
+        assert_eq!(result.crossover(0, 2, 10), Crossover::Never);
+        assert_eq!(result.crossover(1, 0, 99), Crossover::Unknown);
         assert_eq!(result.measurements[0].rate(), Some(10.0));
         // A lead within the intervals is none.
-        result.measurements[7].interval[1] = 50.0;
-        assert_eq!(result.crossover(1, 0, 10), None);
+        result.measurements[7].interval = [10.0, 50.0];
+        assert_eq!(result.crossover(1, 0, 10), Crossover::Never);
+        // What one of them could not afford is no loss and no win of the other.
+        result.measurements[7].interval = [f64::NAN; 2];
+        result.measurements[3].seconds = None;
+        assert_eq!(result.crossover(1, 0, 10), Crossover::Never);
+        assert_eq!(result.crossover(2, 0, 10), Crossover::From(1));
     }
 
     #[test]
@@ -242,7 +270,8 @@ mod tests {
         }
         let m = Measurement::of([0, 1, 1], (1..=9).rev().map(f64::from).collect());
         assert_eq!((m.seconds, m.interval, m.rounds), (Some(5.0), [2.0, 8.0], 9));
-        assert_eq!(Measurement::of([0, 1, 1], vec![1.0, 2.0]).seconds, Some(1.5));
+        let few = Measurement::of([0, 1, 1], vec![1.0, 2.0]);
+        assert_eq!((few.seconds, few.spread()), (Some(1.5), None), "two rounds have no interval of 95 %");
         assert_eq!(Measurement::of([0, 1, 1], Vec::new()).seconds, None);
     }
 

@@ -8,6 +8,6 @@ pub mod statistics;
 mod throughput;
 
 pub use contender::{Contender, Contenders, contenders};
-pub use measurement::{Control, Measurement, Throughput};
+pub use measurement::{Control, Crossover, Measurement, Throughput};
 pub use slice::{CostMap, cost_map};
 pub use throughput::{ThroughputSpec, throughput};

@@ -2,13 +2,13 @@
 
 use super::places;
 use motorfit::motor::{Axis, Parameter};
-use motorfit::text::excerpt;
+use motorfit::text::printable;
 use motorfit::{Error, Result};
 use std::io::Read;
 use std::path::Path;
 
 pub(in crate::cli) struct Table {
-    reader: csv::Reader<Box<dyn Read + Send>>,
+    reader: csv::Reader<Capped>,
     name: String,
     places: Vec<(Parameter, usize)>,
 }
@@ -22,6 +22,7 @@ impl Table {
             let failed = |e| Error::data(format!("cannot be read: {e}"), "Check the path.").in_file(path);
             Box::new(std::fs::File::open(path).map_err(failed)?)
         };
+        let input = Capped { input, line: 0 };
         let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(input);
         let heading = reader.headers().map_err(|e| broken(&name, &e))?;
         let columns: Vec<&str> = heading.iter().map(|cell| cell.trim_start_matches('\u{feff}')).collect();
@@ -47,5 +48,29 @@ impl Table {
 }
 
 fn broken(name: &str, error: &csv::Error) -> Error {
-    Error::data(format!("{name}: {}", excerpt(&error.to_string())), "Give a CSV with a heading and numbers.")
+    Error::data(format!("{name}: {}", printable(&error.to_string())), "Give a CSV with a heading and numbers.")
+}
+
+/// Bytes of a line at most: what is longer is no line of candidates, and would be kept in memory.
+const LINE_MAX: usize = 64 << 10;
+
+/// Input whose lines are capped.
+struct Capped {
+    input: Box<dyn Read + Send>,
+    /// Bytes since the last line end.
+    line: usize,
+}
+
+impl Read for Capped {
+    fn read(&mut self, bytes: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.input.read(bytes)?;
+        self.line = match bytes[..count].iter().rposition(|b| matches!(b, b'\n' | b'\r')) {
+            Some(end) => count - end - 1,
+            None => self.line + count,
+        };
+        if self.line > LINE_MAX {
+            return Err(std::io::Error::other(format!("a line of more than {LINE_MAX} bytes")));
+        }
+        Ok(count)
+    }
 }

@@ -4,7 +4,7 @@ use super::places;
 use motorfit::motor::{Axis, Parameter};
 use motorfit::text::excerpt;
 use motorfit::{Error, Result};
-use parquet::basic::{LogicalType, Type};
+use parquet::basic::{ConvertedType, LogicalType, Type};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::DataType;
 use parquet::file::reader::{FileReader as _, SerializedFileReader};
@@ -39,15 +39,23 @@ impl Table {
         let places = places(&name, &columns, axes)?;
         for (parameter, place) in &places {
             let column = schema.column(*place);
-            let plain = matches!(
-                (column.physical_type(), column.logical_type_ref()),
-                (Type::DOUBLE | Type::FLOAT, None) | (Type::INT32 | Type::INT64, None)
-            ) || matches!(
-                column.logical_type_ref(),
-                Some(LogicalType::Integer(int)) if int.is_signed
-            );
-            if !plain || column.max_rep_level() > 0 {
-                let found = format!("{} {:?}", column.physical_type(), column.logical_type_ref());
+            // Old files say what integers mean in the converted type alone.
+            let means_numbers = match column.logical_type_ref() {
+                None => matches!(
+                    column.converted_type(),
+                    ConvertedType::NONE
+                        | ConvertedType::INT_8
+                        | ConvertedType::INT_16
+                        | ConvertedType::INT_32
+                        | ConvertedType::INT_64
+                ),
+                Some(LogicalType::Integer(int)) => int.is_signed,
+                Some(_) => false,
+            };
+            let numbers = matches!(column.physical_type(), Type::DOUBLE | Type::FLOAT | Type::INT32 | Type::INT64);
+            if !(numbers && means_numbers) || column.max_rep_level() > 0 {
+                let kind = column.converted_type();
+                let found = format!("{} {kind}", column.physical_type());
                 return Err(Error::data(
                     format!("{name}, column {}: is {}, expected numbers", parameter.symbol(), excerpt(&found)),
                     "Write the column as DOUBLE or FLOAT, in SI units.",

@@ -51,6 +51,8 @@ pub struct Gpu {
     sets: Vec<Set>,
     /// The set that is given up next.
     next: usize,
+    /// How often all sets were given up.
+    losses: usize,
     /// What the device computed while it was timed.
     kernel: Kernel,
 }
@@ -68,6 +70,8 @@ struct Begun {
     waiting: VecDeque<Vec<Part>>,
     /// Where the costs of each group begin.
     offsets: Vec<usize>,
+    /// The losses before it: after another one its sets are no longer its own.
+    losses: usize,
 }
 
 impl Gpu {
@@ -96,6 +100,7 @@ impl Gpu {
             checked,
             sets: Vec::new(),
             next: 0,
+            losses: 0,
             kernel: Kernel::default(),
         };
         let uniform = gpu.device.has_uniform(UNIFORM_BYTES);
@@ -147,6 +152,7 @@ impl Gpu {
         });
         if done.as_ref().is_err_and(|e| e.kind() == ErrorKind::Device) {
             self.sets.clear();
+            self.losses += 1;
         }
         done
     }
@@ -209,7 +215,7 @@ impl Gpu {
         loop {
             self.launch(batch, &mut pending)?;
             let Some(Flight { parts, ticket, set }) = pending.flights.pop_front() else { break };
-            let Some(set) = self.sets.get_mut(set) else {
+            let Some(set) = self.sets.get_mut(set).filter(|_| pending.losses == self.losses) else {
                 return Err(Error::new(
                     ErrorKind::Device,
                     "the device failed while this batch was pending",
@@ -261,7 +267,7 @@ impl Evaluator for Gpu {
             let offsets = batch.groups.iter().map(first).collect();
             let uniform = gpu.device.has_uniform(UNIFORM_BYTES);
             let waiting = split(batch, gpu.precision, gpu.budget, |group| gpu.variant(group, uniform)).into();
-            let mut begun = Begun { flights: VecDeque::new(), waiting, offsets };
+            let mut begun = Begun { flights: VecDeque::new(), waiting, offsets, losses: gpu.losses };
             gpu.launch(batch, &mut begun)?;
             Ok(Pending::of(begun))
         })
