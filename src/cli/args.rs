@@ -56,6 +56,8 @@ pub(crate) enum Command {
     Identify(Box<IdentifyArgs>),
     /// Costs of many candidates, from a file or sampled, in any number
     Evaluate(Box<EvaluateArgs>),
+    /// Compare methods under equal budgets: runs, statistics, tables, plots
+    Compare(Box<CompareArgs>),
     /// Simulate a motor at rest and write a recording
     Simulate(SimulateArgs),
     /// Show what a recording holds and how it was understood
@@ -158,6 +160,68 @@ pub(crate) struct DeviceArgs {
     /// Threads [default: all]
     #[arg(long, value_name = "N", allow_negative_numbers = true, help_heading = "Device")]
     pub threads: Option<usize>,
+}
+
+#[derive(Args)]
+pub(crate) struct CompareArgs {
+    /// Recordings of one motor; without any, the paper's experiment on its M2 motor is simulated
+    #[arg(value_name = "RECORD")]
+    pub records: Vec<PathBuf>,
+    #[command(flatten)]
+    pub columns: Columns,
+    /// The set-up of the paper, its tables beside ours
+    #[arg(long, value_enum, conflicts_with_all = ["records", "methods", "criteria", "population", "generations", "set", "bounds", "fix"])]
+    pub preset: Option<Preset>,
+    /// Methods: gwo, jaya, ga, random, sm
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "gwo,jaya,ga,sm", value_name = "LIST")]
+    pub methods: Vec<MethodName>,
+    /// Runs of each method
+    #[arg(long, default_value_t = 50, value_name = "N", allow_negative_numbers = true)]
+    pub runs: usize,
+    /// What is minimized, as CRITERION:SCALE,…; several are compared one by one
+    #[arg(long, value_delimiter = ',', default_value = "nrmse:std", value_name = "LIST")]
+    pub criteria: Vec<String>,
+    /// Agents; several are compared one by one
+    #[arg(long, value_delimiter = ',', default_value = "100", value_name = "LIST")]
+    pub population: Vec<usize>,
+    /// Generations, the first population included; several are compared one by one
+    #[arg(long, value_delimiter = ',', default_value = "100", value_name = "LIST")]
+    pub generations: Vec<usize>,
+    /// Settings of methods, as ga.mutation=0.1,…; several values as 0.1/0.2 are compared one by one
+    #[arg(long, value_name = "METHOD.KEY=VALUE", value_delimiter = ',')]
+    pub set: Vec<String>,
+    /// Seed of all runs
+    #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
+    pub seed: u64,
+    /// Records with new noise for Steiglitz–McBride, which has no seeds
+    #[arg(long, default_value_t = 200, value_name = "N", allow_negative_numbers = true)]
+    pub noise_records: usize,
+    /// The cost that runs are to reach [default: a range of targets]
+    #[arg(long, value_name = "COST", allow_negative_numbers = true)]
+    pub target: Option<f64>,
+    /// Bounds as of identify [default: table2 without a recording, else auto]; repeatable
+    #[arg(long, value_delimiter = ',', value_name = "BOUNDS")]
+    pub bounds: Vec<String>,
+    /// Parameters that are held, as R=0.92,…; repeatable
+    #[arg(long, value_delimiter = ',', value_name = "VALUES")]
+    pub fix: Vec<String>,
+    /// One-step method
+    #[arg(long, value_enum, default_value = "zoh")]
+    pub discretization: DiscretizationName,
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
+    /// A new folder for report.html, result.json and CSV files
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum Preset {
+    /// Tables 2 and 3, 100 agents × 100 generations; euclidean with scale peak, and with scale none as printed
+    Paper,
 }
 
 #[derive(Args)]

@@ -1,17 +1,17 @@
 //! `identify`: the main job.
 
-use super::args::{IdentifyArgs, MethodName, PolishName};
+use super::args::{IdentifyArgs, PolishName};
 use super::output::{DIM, STRONG, Style, data};
 use super::progress::Reporter;
-use super::{Outcome, inspect, interrupt, problem, values};
+use super::{Outcome, inspect, interrupt, methods, problem, values};
+use motorfit::Result;
 use motorfit::estimate::ReferenceKind;
 use motorfit::identify::{Identification, IdentifySpec, Method, Polish, Status, identify_with};
 use motorfit::motor::Parameter;
-use motorfit::optimize::{GeneticOptions, GwoOptions, JayaOptions, Sharing, Stop};
+use motorfit::optimize::Stop;
 use motorfit::record::Record;
 use motorfit::report::{IdentifyDocument, Names, json};
-use motorfit::text::{engineering, excerpt, significant};
-use motorfit::{Error, Result};
+use motorfit::text::{engineering, significant};
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
 
@@ -55,45 +55,12 @@ fn spec(args: &IdentifyArgs, style: &Style) -> Result<IdentifySpec> {
 
 /// The method with the settings of `--set`.
 fn method(args: &IdentifyArgs) -> Result<Method> {
-    let mut gwo = GwoOptions::default();
-    let mut jaya = JayaOptions::default();
-    let mut genetic = GeneticOptions::default();
+    let mut method = methods::named(args.method);
     for item in &args.set {
         let (key, value) = values::pair(item, "--set", "mutation=0.1")?;
-        let number = || values::number(value, "--set");
-        match (args.method, key, value) {
-            (MethodName::Gwo, "a-start", _) => gwo.a_start = number()?,
-            (MethodName::Gwo, "a-end", _) => gwo.a_end = number()?,
-            (MethodName::Jaya, "sharing", "generation") => jaya.sharing = Sharing::Generation,
-            (MethodName::Jaya, "sharing", "agent") => jaya.sharing = Sharing::Agent,
-            (MethodName::Jaya, "greedy", "true") => jaya.greedy = true,
-            (MethodName::Jaya, "greedy", "false") => jaya.greedy = false,
-            (MethodName::Ga, "mutation", _) => genetic.mutation = number()?,
-            (MethodName::Ga, "pressure", _) => genetic.pressure = number()?,
-            (MethodName::Ga, "crossover", _) => genetic.crossover = number()?,
-            (MethodName::Ga, "elites", _) => {
-                genetic.elites = value.parse().map_err(|_| {
-                    let message = format!("--set elites=\"{}\" is no count", excerpt(value));
-                    Error::usage(message, "Give a whole number, 0 or more.")
-                })?;
-            }
-            _ => {
-                return Err(Error::usage(
-                    format!("--set \"{}\" is no setting of this method", excerpt(item)),
-                    "gwo has a-start and a-end; jaya sharing=generation|agent and greedy=true|false; \
-                     ga mutation, pressure, crossover and elites.",
-                ));
-            }
-        }
+        methods::set(&mut method, key, value)?;
     }
-    Ok(match args.method {
-        MethodName::Auto => Method::Auto,
-        MethodName::Sm => Method::SteiglitzMcBride,
-        MethodName::Gwo => Method::Gwo(gwo),
-        MethodName::Jaya => Method::Jaya(jaya),
-        MethodName::Ga => Method::Genetic(genetic),
-        MethodName::Random => Method::Random,
-    })
+    Ok(method)
 }
 
 /// The result for people.

@@ -3,7 +3,7 @@
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use motorfit::Error;
 
-const COMMANDS: [&str; 2] = ["compare", "sweep"];
+const COMMANDS: [&str; 1] = ["sweep"];
 const FLAGS: [&str; 6] = ["--with", "--validate", "--split", "--rate", "--crop", "--out"];
 
 /// The error for a command, flag or value that a later version brings; `None` when clap's own words fit.

@@ -4,6 +4,7 @@ mod args;
 mod bench;
 mod cache;
 mod candidates;
+mod compare;
 mod devices;
 mod evaluate;
 mod files;
@@ -11,6 +12,7 @@ mod identify;
 mod inspect;
 mod interrupt;
 mod later;
+mod methods;
 mod output;
 mod problem;
 mod progress;
@@ -54,6 +56,7 @@ pub(crate) fn main() -> ExitCode {
 fn run(cli: &Cli, style: &Style) -> motorfit::Result<Outcome> {
     match &cli.command {
         Command::Identify(args) => identify::run(args, style),
+        Command::Compare(args) => compare::run(args, style),
         Command::Evaluate(args) => evaluate::run(args, style),
         Command::Simulate(args) => simulate::run(args, style),
         Command::Inspect(args) => inspect::run(args, style),

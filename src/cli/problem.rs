@@ -32,39 +32,14 @@ fn which(text: &str) -> Result<DeviceSpec> {
 /// The part of a spec that says what candidates are evaluated on, and by what.
 pub(super) fn spec(args: &ProblemArgs, device: &DeviceArgs, style: &Style) -> Result<IdentifySpec> {
     let noise = args.noise.as_deref().map(values::noise).transpose()?.unwrap_or_default();
-    let norm = match args.criterion {
-        CriterionName::Euclidean => Norm::Euclidean,
-        CriterionName::Ise => Norm::Ise,
-        CriterionName::Iae => Norm::Iae,
-        CriterionName::Itse => Norm::Itse,
-        CriterionName::Itae => Norm::Itae,
-        CriterionName::Mse => Norm::Mse,
-        CriterionName::Nrmse => Norm::Nrmse,
-    };
-    let scale = match args.scale {
-        ScaleName::None => Scale::None,
-        ScaleName::Peak => Scale::Peak,
-        ScaleName::Std => Scale::Std,
-        ScaleName::Noise => Scale::Noise,
-    };
-    let discretization = match args.discretization {
-        DiscretizationName::Zoh => Discretization::Zoh,
-        DiscretizationName::Foh => Discretization::Foh,
-        DiscretizationName::Rk4 => Discretization::Rk4,
-        DiscretizationName::Euler => Discretization::Euler,
-    };
+    let (norm, scale) = (norm(args.criterion), scale(args.scale));
     let initial = match args.initial {
         InitialName::Auto => Initial::Auto,
         InitialName::Zero => Initial::Zero,
         InitialName::Measured => Initial::Measured,
         InitialName::Free => Initial::Free,
     };
-    if let Some(threads) = device.threads
-        && !(1..=THREADS_MAX).contains(&threads)
-    {
-        let remedy = format!("Give 1 to {THREADS_MAX}, or leave it out for all.");
-        return Err(Error::usage(format!("--threads is {threads}"), remedy));
-    }
+    let chosen = self::device(device, style)?;
     if args.time_origin.is_some_and(|t| !t.is_finite()) {
         return Err(Error::usage("--time-origin is not finite", "Give seconds from the start of the recording."));
     }
@@ -78,20 +53,63 @@ pub(super) fn spec(args: &ProblemArgs, device: &DeviceArgs, style: &Style) -> Re
         let message = "--time-origin has no effect without --criterion itse or itae";
         return Err(Error::usage(message, "Choose one of them or leave --time-origin out."));
     }
-    let chosen = which(&device.device)?;
     Ok(IdentifySpec {
         criterion: Criterion { norm, scale, time_origin_s: args.time_origin, noise },
-        model: Model { discretization, initial },
+        model: Model { discretization: discretization(args.discretization), initial },
         space: Space::table2_with(&values::bounds(&args.bounds)?, &values::parameters(&args.fix, "--fix")?)?,
         auto_bounds: values::auto_bounds(&args.bounds)?,
-        paces: if chosen == DeviceSpec::Auto { cache::paces(style) } else { None },
-        device: chosen,
-        precision: match device.precision {
+        ..chosen
+    })
+}
+
+/// The part of a spec that says what evaluates.
+pub(super) fn device(args: &DeviceArgs, style: &Style) -> Result<IdentifySpec> {
+    if let Some(threads) = args.threads
+        && !(1..=THREADS_MAX).contains(&threads)
+    {
+        let remedy = format!("Give 1 to {THREADS_MAX}, or leave it out for all.");
+        return Err(Error::usage(format!("--threads is {threads}"), remedy));
+    }
+    let device = which(&args.device)?;
+    Ok(IdentifySpec {
+        paces: if device == DeviceSpec::Auto { cache::paces(style) } else { None },
+        device,
+        precision: match args.precision {
             Precision::Auto => PrecisionSpec::Auto,
             Precision::F32 => PrecisionSpec::F32,
             Precision::F64 => PrecisionSpec::F64,
         },
-        threads: device.threads,
+        threads: args.threads,
         ..IdentifySpec::default()
     })
+}
+
+pub(super) fn norm(name: CriterionName) -> Norm {
+    match name {
+        CriterionName::Euclidean => Norm::Euclidean,
+        CriterionName::Ise => Norm::Ise,
+        CriterionName::Iae => Norm::Iae,
+        CriterionName::Itse => Norm::Itse,
+        CriterionName::Itae => Norm::Itae,
+        CriterionName::Mse => Norm::Mse,
+        CriterionName::Nrmse => Norm::Nrmse,
+    }
+}
+
+pub(super) fn scale(name: ScaleName) -> Scale {
+    match name {
+        ScaleName::None => Scale::None,
+        ScaleName::Peak => Scale::Peak,
+        ScaleName::Std => Scale::Std,
+        ScaleName::Noise => Scale::Noise,
+    }
+}
+
+pub(super) fn discretization(name: DiscretizationName) -> Discretization {
+    match name {
+        DiscretizationName::Zoh => Discretization::Zoh,
+        DiscretizationName::Foh => Discretization::Foh,
+        DiscretizationName::Rk4 => Discretization::Rk4,
+        DiscretizationName::Euler => Discretization::Euler,
+    }
 }

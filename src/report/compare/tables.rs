@@ -1,6 +1,8 @@
 //! Tables of a comparison: costs, ranking, parameters, errors, responses, time.
 
+use crate::identify::Method;
 use crate::motor::{Parameter, Parameters, Response, response, simulate};
+use crate::optimize::{GeneticOptions, GwoOptions, JayaOptions};
 use crate::report::Table;
 use crate::study::compare::{Block, Comparison, Contest, Setting, reached};
 use crate::study::statistics::quantile;
@@ -11,7 +13,26 @@ use crate::text::significant;
 pub fn setting_name(setting: &Setting) -> String {
     let criterion = format!("{:?}", setting.criterion.norm).to_lowercase();
     let scale = format!("{:?}", setting.criterion.scale).to_lowercase();
-    format!("{criterion}, scale {scale}, {} agents × {} generations", setting.population, setting.generations)
+    let own: String = setting.methods.iter().filter_map(changed).map(|own| format!("; {own}")).collect();
+    format!("{criterion}, scale {scale}, {} agents × {} generations{own}", setting.population, setting.generations)
+}
+
+/// Settings of a method that are not its usual ones.
+fn changed(method: &Method) -> Option<String> {
+    let usual = match method {
+        Method::Gwo(_) => Method::Gwo(GwoOptions::default()),
+        Method::Jaya(_) => Method::Jaya(JayaOptions::default()),
+        Method::Genetic(_) => Method::Genetic(GeneticOptions::default()),
+        _ => return None,
+    };
+    let parts = |method: &Method| {
+        let text = format!("{method:?}");
+        let inner = text.split_once('{').and_then(|(_, rest)| rest.rsplit_once('}')).map(|(inner, _)| inner.to_owned());
+        inner.unwrap_or_default().split(',').map(|part| part.trim().to_owned()).collect::<Vec<_>>()
+    };
+    let differing: Vec<String> =
+        parts(method).into_iter().zip(parts(&usual)).filter(|(a, b)| a != b).map(|(a, _)| a).collect();
+    (!differing.is_empty()).then(|| format!("{} {}", method.name(), differing.join(", ")))
 }
 
 /// A number for a cell, a dash where there is none.

@@ -1,0 +1,190 @@
+//! `compare`: methods side by side.
+
+use super::args::{CompareArgs, CriterionName, MethodName, ScaleName};
+use super::output::{STRONG, Style, data};
+use super::progress::Reporter;
+use super::{Outcome, inspect, interrupt, methods, problem, values};
+use clap::ValueEnum as _;
+use motorfit::criterion::Criterion;
+use motorfit::evaluate::{Initial, Model};
+use motorfit::identify::{Costs, DeviceSpec, IdentifySpec, Method, with_threads};
+use motorfit::motor::{Parameter, Space};
+use motorfit::report::compare::{CompareDocument, paper_tables, setting_name, tables};
+use motorfit::report::{Table, json};
+use motorfit::study::compare::{CompareSpec, Comparison, Setting, Subject, compare};
+use motorfit::text::{engineering, excerpt, significant};
+use motorfit::{Error, Result};
+use std::fmt::Write as _;
+use std::ops::ControlFlow;
+
+/// Columns that a terminal has at least.
+const WIDTH: usize = 80;
+
+pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
+    let device = problem::device(&args.device, style)?;
+    let (subject, spec) = (subject(args)?, spec(args, device)?);
+    interrupt::listen()?;
+    let mut reporter = Reporter::new(style);
+    let comparison = with_threads(args.device.threads, || {
+        let spec = CompareSpec { space: space(args, &subject, &spec)?, ..spec };
+        compare(subject, &spec, &mut |progress| {
+            reporter.show(progress);
+            if interrupt::pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        })
+    })?;
+    drop(reporter);
+    style.warnings(&comparison.warnings);
+    if comparison.interrupted {
+        style.note("interrupted: these are the best so far");
+    }
+    let text = if args.json { json(&CompareDocument::of(&comparison)) } else { text(args, &comparison) };
+    data(&text)?;
+    Ok(if comparison.interrupted { Outcome::Interrupted } else { Outcome::Done })
+}
+
+fn subject(args: &CompareArgs) -> Result<Subject> {
+    if args.records.is_empty() {
+        return Subject::m2();
+    }
+    Ok(Subject { records: inspect::read(&args.records, &args.columns)?, truth: None })
+}
+
+fn spec(args: &CompareArgs, device: IdentifySpec) -> Result<CompareSpec> {
+    let model = Model { discretization: problem::discretization(args.discretization), initial: Initial::Auto };
+    let base = if args.preset.is_some() { CompareSpec::paper() } else { CompareSpec::default() };
+    if args.target.is_some_and(|cost| !(cost.is_finite() && cost > 0.0)) {
+        return Err(Error::usage("--target is no cost", "Give a positive number."));
+    }
+    Ok(CompareSpec {
+        settings: if args.preset.is_some() { base.settings } else { settings(args)? },
+        runs: args.runs,
+        seed: args.seed,
+        model,
+        noise_records: if args.methods.contains(&MethodName::Sm) { args.noise_records } else { 0 },
+        target: args.target,
+        device: device.device,
+        precision: device.precision,
+        paces: device.paces,
+        ..base
+    })
+}
+
+/// The product of all factors.
+fn settings(args: &CompareArgs) -> Result<Vec<Setting>> {
+    let mut settings = Vec::new();
+    let variants = variants(args)?;
+    for criterion in &args.criteria {
+        let criterion = criterion_of(criterion)?;
+        for &population in &args.population {
+            for &generations in &args.generations {
+                settings.extend(variants.iter().map(|methods| Setting {
+                    criterion,
+                    population,
+                    generations,
+                    methods: methods.clone(),
+                }));
+            }
+        }
+    }
+    Ok(settings)
+}
+
+fn criterion_of(text: &str) -> Result<Criterion> {
+    let bad = || {
+        Error::usage(
+            format!("--criteria: \"{}\" is no criterion", excerpt(text)),
+            "Write CRITERION:SCALE, as in euclidean:peak; identify --help lists both.",
+        )
+    };
+    let (norm, scale) = text.split_once(':').unwrap_or((text, "std"));
+    let norm = CriterionName::from_str(norm.trim(), true).map_err(|_| bad())?;
+    let scale = ScaleName::from_str(scale.trim(), true).map_err(|_| bad())?;
+    Ok(Criterion { norm: problem::norm(norm), scale: problem::scale(scale), ..Criterion::default() })
+}
+
+/// The searches, with every combination of their settings.
+fn variants(args: &CompareArgs) -> Result<Vec<Vec<Method>>> {
+    if let Some(twice) = (1..args.methods.len()).find(|n| args.methods[..*n].contains(&args.methods[*n])) {
+        let name = methods::named(args.methods[twice]).name();
+        return Err(Error::usage(format!("--methods names {name} twice"), "Name each once."));
+    }
+    let all: Vec<Method> = args.methods.iter().map(|name| methods::named(*name)).collect();
+    if all.contains(&Method::Auto) {
+        return Err(Error::usage("--methods: auto is no method of its own", "Name gwo, jaya, ga, random or sm."));
+    }
+    let searches: Vec<Method> = all.into_iter().filter(Method::is_search).collect();
+    if searches.is_empty() {
+        return Err(Error::usage("--methods names no search", "Name at least one of gwo, jaya, ga and random."));
+    }
+    let mut variants = vec![searches];
+    for item in &args.set {
+        let (name, value) = values::pair(item, "--set", "ga.mutation=0.1/0.2")?;
+        let (method, key) = name.split_once('.').ok_or_else(|| {
+            Error::usage(
+                format!("--set \"{}\" names no method", excerpt(item)),
+                "Write METHOD.KEY=VALUE, as in ga.mutation=0.1.",
+            )
+        })?;
+        let mut next = Vec::new();
+        for variant in &variants {
+            for value in value.split('/') {
+                let mut changed = variant.clone();
+                let found = changed.iter_mut().find(|m| m.name() == method).ok_or_else(|| {
+                    let message = format!("--set: {} is not among the methods", excerpt(method));
+                    Error::usage(message, "Name it in --methods.")
+                })?;
+                methods::set(found, key, value)?;
+                next.push(changed);
+            }
+        }
+        variants = next;
+    }
+    Ok(variants)
+}
+
+/// What is free within which bounds.
+fn space(args: &CompareArgs, subject: &Subject, spec: &CompareSpec) -> Result<Space> {
+    let usual = if subject.truth.is_some() { "table2" } else { "auto" };
+    let bounds = if args.bounds.is_empty() { vec![usual.to_owned()] } else { args.bounds.clone() };
+    let space = Space::table2_with(&values::bounds(&bounds)?, &values::parameters(&args.fix, "--fix")?)?;
+    let auto_bounds: Vec<Parameter> = values::auto_bounds(&bounds)?;
+    let device = DeviceSpec::Cpu;
+    let identify = IdentifySpec { space, auto_bounds, device, model: spec.model, ..IdentifySpec::default() };
+    Ok(Costs::new(&subject.records, &identify)?.problem().space().clone())
+}
+
+fn text(args: &CompareArgs, comparison: &Comparison) -> String {
+    let mut text = String::new();
+    match comparison.subject.truth {
+        Some(_) => text.push_str("simulated M2 motor, 10.5 V from 1 s on, 3001 samples in steps of 1 ms, no noise\n"),
+        None => {
+            for record in &comparison.subject.records {
+                let _ = writeln!(text, "{}", inspect::understood(record));
+            }
+        }
+    }
+    #[expect(clippy::cast_precision_loss, reason = "for people")]
+    let rate = comparison.evaluations as f64 / comparison.batch_seconds;
+    let _ = writeln!(
+        text,
+        "{} evaluations in {}, {} a second, on {}, {}",
+        comparison.evaluations,
+        engineering(comparison.batch_seconds, "s", 3),
+        significant(rate, 3),
+        comparison.device.1,
+        comparison.device.2
+    );
+    let show = |text: &mut String, tables: &[Table]| {
+        for table in tables {
+            let _ = write!(text, "\n{}", table.text(WIDTH));
+        }
+    };
+    if args.preset.is_some() {
+        show(&mut text, &paper_tables(comparison));
+    }
+    for block in &comparison.blocks {
+        let _ = writeln!(text, "\n{STRONG}{}{STRONG:#}", setting_name(&block.setting));
+        show(&mut text, &tables(comparison, block));
+    }
+    text
+}
