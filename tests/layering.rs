@@ -20,7 +20,21 @@ const ALLOWED: [(&str, &[&str]); 13] = [
     ("estimate", &["record", "motor", "criterion", "evaluate"]),
     ("identify", &["record", "motor", "criterion", "evaluate", "optimize", "estimate"]),
     ("study", &["record", "motor", "criterion", "experiment", "evaluate", "optimize", "estimate", "identify"]),
-    ("report", &["record", "motor", "criterion", "evaluate", "optimize", "estimate", "identify", "study"]),
+    (
+        "report",
+        &[
+            "record",
+            "motor",
+            "criterion",
+            "experiment",
+            "evaluate",
+            "optimize",
+            "estimate",
+            "identify",
+            "study",
+            "report",
+        ],
+    ),
 ];
 const GROUND: [&str; 6] = ["error", "text", "candidates", "Error", "ErrorKind", "Result"];
 

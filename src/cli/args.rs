@@ -92,6 +92,9 @@ pub(crate) struct IdentifyArgs {
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
+    /// A new folder for report.html, result.json and curves.csv
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
     /// How the optimum is found; auto: Steiglitz–McBride, a population search where that cannot serve
     #[arg(long, value_enum, default_value = "auto", help_heading = "Search")]
     pub method: MethodName,

@@ -77,7 +77,9 @@ fn plots(path: &Path, spec: &ThroughputSpec, result: &Throughput, style: &Style)
             result.of(n).filter(|m| m.samples == samples).filter_map(point).collect()
         };
         let names = result.contenders.iter().enumerate();
-        let lines = names.map(|(n, contender)| Line { name: contender.name.clone(), points: points(n) }).collect();
+        let lines = names
+            .map(|(n, contender)| Line { name: contender.name.clone(), points: points(n), ..Line::default() })
+            .collect();
         let title = format!("{samples} samples, end to end");
         let svg = log_log(&title, ["candidates in a batch", "candidate-steps a second [1/s]"], lines);
         let mut file = path.to_path_buf();

@@ -1,6 +1,7 @@
 //! `compare`: methods side by side.
 
 use super::args::{CompareArgs, CriterionName, MethodName, ScaleName};
+use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
 use super::progress::Reporter;
 use super::{Outcome, inspect, interrupt, methods, problem, values};
@@ -9,9 +10,9 @@ use motorfit::criterion::Criterion;
 use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::{Costs, DeviceSpec, IdentifySpec, Method, with_threads};
 use motorfit::motor::{Parameter, Space};
-use motorfit::report::compare::{CompareDocument, paper_tables, setting_name, tables};
-use motorfit::report::{Table, json};
-use motorfit::study::compare::{CompareSpec, Comparison, Setting, Subject, compare};
+use motorfit::report::compare::{CompareDocument, paper_tables, quartiles, setting_name, tables};
+use motorfit::report::{Table, compare_page, json};
+use motorfit::study::compare::{Block, CompareSpec, Comparison, Setting, Subject, compare};
 use motorfit::text::{engineering, excerpt, significant};
 use motorfit::{Error, Result};
 use std::fmt::Write as _;
@@ -23,6 +24,7 @@ const WIDTH: usize = 80;
 pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     let device = problem::device(&args.device, style)?;
     let (subject, spec) = (subject(args)?, spec(args, device)?);
+    let out = args.out.as_deref().map(Out::take).transpose()?;
     interrupt::listen()?;
     let mut reporter = Reporter::new(style);
     let comparison = with_threads(args.device.threads, || {
@@ -37,9 +39,66 @@ pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     if comparison.interrupted {
         style.note("interrupted: these are the best so far");
     }
-    let text = if args.json { json(&CompareDocument::of(&comparison)) } else { text(args, &comparison) };
-    data(&text)?;
+    let document = json(&CompareDocument::of(&comparison));
+    data(if args.json { document.clone() } else { text(args, &comparison) }.as_str())?;
+    if let Some(out) = out {
+        out.write(report(args, &comparison, document), style)?;
+    }
     Ok(if comparison.interrupted { Outcome::Interrupted } else { Outcome::Done })
+}
+
+/// The files of `--out`.
+fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<(String, String)> {
+    let spec = &comparison.spec;
+    let bounds = spec.space.free().iter().map(|a| format!("{}={}:{}", a.parameter.symbol(), a.min, a.max));
+    let how = out::reproduced(vec![
+        ("runs", spec.runs.to_string()),
+        ("seed", spec.seed.to_string()),
+        ("bounds", bounds.collect::<Vec<_>>().join(", ")),
+        ("evaluations", comparison.evaluations.to_string()),
+        ("time of all runs", engineering(comparison.batch_seconds, "s", 3)),
+    ]);
+    let page = compare_page(comparison, args.preset.is_some(), &how);
+    let mut files = vec![("report.html".to_owned(), page.html()), ("result.json".to_owned(), document)];
+    if args.preset.is_some() {
+        files.extend(paper_tables(comparison).iter().map(|table| (format!("{}.csv", table.id), table.csv())));
+    }
+    for (n, block) in (1..).zip(&comparison.blocks) {
+        let tables = tables(comparison, block);
+        files.extend(tables.iter().map(|table| (format!("block{n}-{}.csv", table.id), table.csv())));
+        files.push((format!("block{n}-runs.csv"), runs(block)));
+        files.push((format!("block{n}-history.csv"), history(block)));
+    }
+    files
+}
+
+/// Every run: its method, number, cost and parameters.
+fn runs(block: &Block) -> String {
+    let mut text = String::from("method,run,cost,evaluations,R,L,K,B,J\n");
+    for contest in &block.contests {
+        for (n, run) in contest.runs.iter().enumerate() {
+            let values =
+                run.parameters.map_or_else(|| vec![String::new(); 5], |p| p.to_array().map(|v| v.to_string()).to_vec());
+            let cost = if run.cost.is_finite() { run.cost.to_string() } else { String::new() };
+            let _ = writeln!(text, "{},{n},{cost},{},{}", contest.method.name(), run.evaluations, values.join(","));
+        }
+    }
+    text
+}
+
+/// Quartiles of the lowest cost after each generation.
+fn history(block: &Block) -> String {
+    let names =
+        block.contests.iter().flat_map(|c| ["q25", "median", "q75"].map(|q| format!("{}_{q}", c.method.name())));
+    let heads: Vec<String> = std::iter::once("generation".to_owned()).chain(names).collect();
+    let all: Vec<Vec<[f64; 3]>> = block.contests.iter().map(quartiles).collect();
+    let longest = all.iter().map(Vec::len).max().unwrap_or(0);
+    #[expect(clippy::cast_precision_loss, reason = "a count")]
+    let mut columns = vec![(1..=longest).map(|n| n as f64).collect::<Vec<f64>>()];
+    for quartiles in &all {
+        columns.extend((0..3).map(|k| quartiles.iter().map(|q| q[k]).collect::<Vec<f64>>()));
+    }
+    out::curves(&heads, &columns)
 }
 
 fn subject(args: &CompareArgs) -> Result<Subject> {

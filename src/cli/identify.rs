@@ -1,6 +1,7 @@
 //! `identify`: the main job.
 
 use super::args::{IdentifyArgs, PolishName};
+use super::out::{self, Out};
 use super::output::{DIM, STRONG, Style, data};
 use super::progress::Reporter;
 use super::{Outcome, inspect, interrupt, methods, problem, values};
@@ -10,7 +11,8 @@ use motorfit::identify::{Identification, IdentifySpec, Method, Polish, Status, i
 use motorfit::motor::Parameter;
 use motorfit::optimize::Stop;
 use motorfit::record::Record;
-use motorfit::report::{IdentifyDocument, Names, json};
+use motorfit::report::figures::model;
+use motorfit::report::{IdentifyDocument, Names, identify_page, json};
 use motorfit::text::{engineering, significant};
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
@@ -18,6 +20,7 @@ use std::ops::ControlFlow;
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     let spec = spec(args, style)?;
     let records = inspect::read(&args.records, &args.columns)?;
+    let out = args.out.as_deref().map(Out::take).transpose()?;
     interrupt::listen()?;
     let mut reporter = Reporter::new(style);
     let found = identify_with(&records, &spec, &mut |progress| {
@@ -30,12 +33,59 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     if found.stop == Stop::Interrupted {
         style.note("interrupted: this is the best so far");
     }
+    let document = json(&IdentifyDocument::of(&records, &spec, &found));
     if args.json {
-        data(&json(&IdentifyDocument::of(&records, &spec, &found)))?;
+        data(&document)?;
     } else {
         data(&table(&records, &spec, &found, style))?;
     }
+    if let Some(out) = out {
+        out.write(report(&records, &spec, &found, document), style)?;
+    }
     Ok(if found.stop == Stop::Interrupted { Outcome::Interrupted } else { Outcome::Done })
+}
+
+/// The files of `--out`.
+fn report(records: &[Record], spec: &IdentifySpec, found: &Identification, document: String) -> Vec<(String, String)> {
+    let names = Names::of(spec);
+    let bounds = found.space.free().iter().map(|a| format!("{}={}:{}", a.parameter.symbol(), a.min, a.max));
+    let how = out::reproduced(vec![
+        ("method", format!("{} (found by {})", spec.method.name(), found.searched.method)),
+        ("polish", spec.polish.name().to_owned()),
+        ("population, generations", format!("{}, {}", spec.population, spec.generations)),
+        ("seed", spec.seed.to_string()),
+        ("criterion, scale", format!("{}, {}", names.criterion, names.scale)),
+        ("discretization, initial", format!("{}, {}", names.discretization, names.initial)),
+        ("bounds", bounds.collect::<Vec<_>>().join(", ")),
+        ("evaluations", format!("{}, {}", found.evaluations, found.stop.name())),
+        ("time", engineering(found.seconds, "s", 3)),
+    ]);
+    vec![
+        ("report.html".to_owned(), identify_page(records, spec, found, &how).html()),
+        ("curves.csv".to_owned(), curves(records, spec, found)),
+        ("result.json".to_owned(), document),
+    ]
+}
+
+/// Measured and modelled signals of all recordings, one below the other.
+fn curves(records: &[Record], spec: &IdentifySpec, found: &Identification) -> String {
+    let mut columns = vec![Vec::new(); 7];
+    for (n, record) in (1_u32..).zip(records) {
+        let samples = record.samples();
+        let place = found.initial.get(n as usize - 1).copied().unwrap_or_default();
+        let [current, speed] = model(record, &found.parameters, place, spec.model.discretization);
+        let none = || vec![f64::NAN; record.len()];
+        columns[0].extend(vec![f64::from(n); record.len()]);
+        columns[1].extend(&samples.time_s);
+        columns[2].extend(&samples.voltage);
+        columns[3].extend(samples.current.clone().unwrap_or_else(none));
+        columns[4].extend(current);
+        columns[5].extend(samples.speed.clone().unwrap_or_else(none));
+        columns[6].extend(speed);
+    }
+    let heads =
+        ["recording", "time_s", "voltage_V", "current_A", "current_model_A", "speed_rad_s", "speed_model_rad_s"];
+    out::curves(&heads.map(str::to_owned), &columns)
 }
 
 fn spec(args: &IdentifyArgs, style: &Style) -> Result<IdentifySpec> {

@@ -13,6 +13,7 @@ mod inspect;
 mod interrupt;
 mod later;
 mod methods;
+mod out;
 mod output;
 mod problem;
 mod progress;

@@ -5,11 +5,21 @@ mod bench;
 pub mod compare;
 mod document;
 #[cfg(feature = "report")]
+pub mod figures;
+#[cfg(feature = "report")]
+mod page;
+#[cfg(feature = "report")]
+mod pages;
+#[cfg(feature = "report")]
 pub mod plot;
 #[cfg(feature = "report")]
 mod table;
 
 pub use bench::BenchDocument;
 pub use document::{Devices, EvaluateDocument, IdentifyDocument, InspectDocument, Names, SignalFacts, json};
+#[cfg(feature = "report")]
+pub use page::{Figure, Page, Part, Section};
+#[cfg(feature = "report")]
+pub use pages::{Reproduced, compare_page, identify_page};
 #[cfg(feature = "report")]
 pub use table::{Table, folded};

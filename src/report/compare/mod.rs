@@ -6,4 +6,4 @@ mod tables;
 
 pub use document::CompareDocument;
 pub use paper::paper_tables;
-pub use tables::{setting_name, tables};
+pub use tables::{quartiles, setting_name, tables};

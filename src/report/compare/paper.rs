@@ -1,6 +1,6 @@
 //! The paper's Tables 4 to 8 and its discussion, ours beside.
 
-use super::tables::{cell, current_of, percent, setting_name, steiglitz_note};
+use super::tables::{cell, current_of, fixed, percent, setting_name, steiglitz_note};
 use crate::motor::{Parameter, Parameters};
 use crate::report::Table;
 use crate::study::compare::paper::{NOTES, PRINTED, Printed, REAL};
@@ -217,7 +217,7 @@ fn responses(comparison: &Comparison, block: &Block) -> Table {
             time(two.settling_time_s),
             time(five.settling_time_s),
             format!("{:.4}", two.steady_state),
-            format!("{:.4}", two.steady_state - truth),
+            fixed(two.steady_state - truth),
         ]);
     }
     table.note("*) Our simulation of the parameters that the paper prints.");

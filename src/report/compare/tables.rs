@@ -46,6 +46,12 @@ pub(super) fn cell(value: f64, digits: usize) -> String {
     }
 }
 
+/// Four decimals, zero without a sign.
+pub(super) fn fixed(value: f64) -> String {
+    let text = format!("{value:.4}");
+    if text == "-0.0000" { "0.0000".to_owned() } else { text }
+}
+
 /// Percent with two decimals, or fewer where they mean nothing.
 pub(super) fn percent(value: f64) -> String {
     if value.is_nan() {
@@ -281,8 +287,7 @@ fn responses(comparison: &Comparison, block: &Block) -> Option<Table> {
     let record = comparison.subject.records.first()?;
     let time = &record.samples().time_s;
     let measured = record.samples().current.as_ref()?;
-    let heads =
-        ["method", "peak [A]", "at [s]", "overshoot [%]", "settled 2 % [s]", "5 % [s]", "steady [A]", "error [A]"];
+    let heads = ["method", "peak [A]", "at [s]", "over [%]", "2 % [s]", "5 % [s]", "steady [A]", "error [A]"];
     let mut table = Table::new("response", "Current of the first recording, best run", &heads);
     let [real, wide] = [0.02, 0.05].map(|band| response(time, measured, band));
     let (real, wide) = (real?, wide?);
@@ -296,7 +301,7 @@ fn responses(comparison: &Comparison, block: &Block) -> Option<Table> {
             time(two.settling_time_s),
             time(five.settling_time_s),
             format!("{:.4}", two.steady_state),
-            format!("{:.4}", two.steady_state_error(&real)),
+            fixed(two.steady_state_error(&real)),
         ]);
     };
     row("measured", [real, wide]);
@@ -307,7 +312,9 @@ fn responses(comparison: &Comparison, block: &Block) -> Option<Table> {
             row(name, [two, five]);
         }
     }
-    table.note("Settled: from when on the current stays within the band around its mean over the last tenth.");
+    table.note(
+        "over: overshoot. 2 % and 5 %: from when on the current stays within that band around its mean over the last tenth.",
+    );
     Some(table)
 }
 

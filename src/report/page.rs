@@ -1,0 +1,185 @@
+//! One self-contained page: no script, nothing from outside, light and dark, for screen and print.
+
+use super::Table;
+use crate::text::printable;
+use base64::Engine as _;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use sha2::{Digest as _, Sha256};
+
+/// A figure of a page.
+#[derive(Debug, Clone)]
+pub struct Figure {
+    /// A short name for files and links.
+    pub id: String,
+    /// The drawing, as our plots make it.
+    pub svg: String,
+    /// What it shows, for those who do not see it.
+    pub alternative: String,
+    /// What is said below it.
+    pub caption: String,
+}
+
+/// A part of a section.
+#[derive(Debug, Clone)]
+pub enum Part {
+    /// A paragraph.
+    Text(String),
+    /// A remark that must not be overlooked.
+    Warning(String),
+    /// A table.
+    Table(Table),
+    /// A figure.
+    Figure(Box<Figure>),
+    /// Names and what belongs to them.
+    List(Vec<(String, String)>),
+    /// Text as it is typed.
+    Typed(String),
+}
+
+/// A section under a heading.
+#[derive(Debug, Clone)]
+pub struct Section {
+    /// The heading.
+    pub heading: String,
+    /// What it holds.
+    pub parts: Vec<Part>,
+}
+
+/// A page.
+#[derive(Debug, Clone)]
+pub struct Page {
+    /// The title.
+    pub title: String,
+    /// The answer in one sentence.
+    pub answer: String,
+    /// The sections.
+    pub sections: Vec<Section>,
+}
+
+const STYLE: &str = include_str!("page.css");
+
+impl Page {
+    /// The page as HTML.
+    #[must_use]
+    pub fn html(&self) -> String {
+        let digest = base64::engine::general_purpose::STANDARD.encode(Sha256::digest(STYLE));
+        let policy = format!("default-src 'none'; style-src 'sha256-{digest}'; base-uri 'none'; form-action 'none'");
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta http-equiv="Content-Security-Policy" content=(policy);
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta name="color-scheme" content="light dark";
+                    meta name="generator" content={ "motorfit " (env!("CARGO_PKG_VERSION")) };
+                    title { (printable(&self.title)) }
+                    style { (PreEscaped(STYLE)) }
+                }
+                body {
+                    main {
+                        h1 { (printable(&self.title)) }
+                        p.answer { (printable(&self.answer)) }
+                        @for section in &self.sections {
+                            section {
+                                h2 { (printable(&section.heading)) }
+                                @for part in &section.parts { (self::part(part)) }
+                            }
+                        }
+                    }
+                    footer { p { "Made by motorfit " (env!("CARGO_PKG_VERSION")) "." } }
+                }
+            }
+        };
+        page.into_string()
+    }
+}
+
+fn part(part: &Part) -> Markup {
+    match part {
+        Part::Text(text) => html! { p { (printable(text)) } },
+        Part::Warning(text) => html! { p.warning role="note" { strong { "Note: " } (printable(text)) } },
+        Part::Table(table) => self::table(table),
+        Part::Figure(figure) => html! {
+            figure id=(figure.id) {
+                (PreEscaped(embedded(figure)))
+                figcaption { (printable(&figure.caption)) }
+            }
+        },
+        Part::List(list) => html! {
+            dl { @for (name, value) in list { dt { (printable(name)) } dd { (printable(value)) } } }
+        },
+        Part::Typed(text) => html! { pre { code { (printable(text)) } } },
+    }
+}
+
+fn table(table: &Table) -> Markup {
+    html! {
+        div.table tabindex="0" role="region" aria-label=(printable(&table.title)) {
+            table {
+                caption { (printable(&table.title)) }
+                thead { tr { @for head in &table.heads { th scope="col" { (printable(head)) } } } }
+                tbody {
+                    @for row in &table.rows {
+                        tr {
+                            @for (n, cell) in row.iter().enumerate() {
+                                @if n == 0 { th scope="row" { (printable(cell)) } } @else { td { (printable(cell)) } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        @for note in &table.notes { p.note { (printable(note)) } }
+    }
+}
+
+/// A drawing within a page: it takes the width there is, has a name for those who do not see it, and names of its own.
+fn embedded(figure: &Figure) -> String {
+    let svg = figure.svg.replace("kuva-clip-", &format!("{}-clip-", figure.id));
+    let Some((head, rest)) = svg.split_once('>') else { return String::new() };
+    let size = |name: &str| {
+        let (_, after) = head.split_once(&format!(" {name}=\""))?;
+        after.split_once('"').map(|(value, _)| value.to_owned())
+    };
+    let (width, height) = (size("width").unwrap_or_default(), size("height").unwrap_or_default());
+    let name = html! { title { (printable(&figure.alternative)) } }.into_string();
+    let head =
+        head.replacen("<svg ", &format!("<svg class=\"plot\" role=\"img\" viewBox=\"0 0 {width} {height}\" "), 1);
+    format!("{head}>{name}{rest}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_does_no_harm_and_the_policy_fits_the_style() {
+        let evil = "<script>alert(1)</script>\u{1b}[2J\u{202e}\"'&";
+        let mut table = Table::new("t", evil, &[evil]);
+        table.row(vec![evil.to_owned()]);
+        table.note(evil);
+        let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"10\" height=\"20\"><g id=\"kuva-clip-0\"/></svg>";
+        let (id, alternative, caption) = ("f".to_owned(), evil.to_owned(), evil.to_owned());
+        let figure = Figure { id, svg: svg.to_owned(), alternative, caption };
+        let parts = vec![
+            Part::Text(evil.to_owned()),
+            Part::Warning(evil.to_owned()),
+            Part::Table(table),
+            Part::Figure(Box::new(figure)),
+            Part::List(vec![(evil.to_owned(), evil.to_owned())]),
+            Part::Typed(evil.to_owned()),
+        ];
+        let sections = vec![Section { heading: evil.to_owned(), parts }];
+        let page = Page { title: evil.to_owned(), answer: evil.to_owned(), sections }.html();
+        assert!(!page.contains("<script") && !page.contains('\u{1b}') && !page.contains('\u{202e}'), "{page}");
+        assert!(page.contains("&lt;script&gt;"));
+        assert!(page.contains("viewBox=\"0 0 10 20\"") && page.contains("id=\"f-clip-0\""));
+        // The digest in the policy is that of what stands between the tags.
+        let (_, rest) = page.split_once("<style>").unwrap();
+        let (style, _) = rest.split_once("</style>").unwrap();
+        let digest = base64::engine::general_purpose::STANDARD.encode(Sha256::digest(style));
+        assert!(page.contains(&format!("'sha256-{digest}'")));
+        assert!(!page.contains("http://") || page.matches("http://").count() == 1, "only the name of SVG");
+    }
+}

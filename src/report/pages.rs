@@ -1,0 +1,226 @@
+//! The pages of `identify` and `compare`: the answer first, then how sure, then the plots, then how to reproduce it.
+
+use super::compare::{paper_tables, setting_name, tables};
+use super::figures::{self, Modelled};
+use super::page::{Figure, Page, Part, Section};
+use super::{Names, Table};
+use crate::identify::{Identification, IdentifySpec, Status, Warning};
+use crate::motor::{Parameter, Parameters};
+use crate::record::Record;
+use crate::study::compare::{Block, Comparison, Contest};
+use crate::text::{engineering, significant};
+
+/// How a result was made.
+#[derive(Debug, Clone)]
+pub struct Reproduced {
+    /// The command line.
+    pub command: String,
+    /// All options, by name.
+    pub options: Vec<(String, String)>,
+}
+
+fn boxed(figure: Figure) -> Part {
+    Part::Figure(Box::new(figure))
+}
+
+fn section(heading: &str, parts: Vec<Part>) -> Section {
+    Section { heading: heading.to_owned(), parts }
+}
+
+fn warnings(list: &[Warning]) -> Vec<Part> {
+    list.iter().map(|w| Part::Warning(w.message.clone())).collect()
+}
+
+/// How to make it again.
+fn reproduce(records: &[Record], how: &Reproduced, device: (&str, &str)) -> Section {
+    let mut list = vec![
+        ("version".to_owned(), format!("motorfit {}", env!("CARGO_PKG_VERSION"))),
+        ("device".to_owned(), format!("{}, {}", device.0, device.1)),
+    ];
+    for record in records {
+        let source = record.source();
+        let path = source.path.as_ref().map_or("simulated".to_owned(), |path| path.display().to_string());
+        let digest = source.sha256.as_ref().map_or(String::new(), |digest| format!(", sha256 {digest}"));
+        let period = format!(" every {}", engineering(record.period_s(), "s", 6));
+        list.push(("recording".to_owned(), format!("{path}: {} samples{period}{digest}", record.len())));
+    }
+    list.extend(how.options.iter().cloned());
+    section("How to reproduce it", vec![Part::Typed(how.command.clone()), Part::List(list)])
+}
+
+/// The page of an identification.
+#[must_use]
+pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identification, how: &Reproduced) -> Page {
+    let value = |p: Parameter| {
+        let place = found.space.free().iter().position(|axis| axis.parameter == p);
+        let error = place.and_then(|n| found.uncertainty.as_ref()?.std_error[n]);
+        let spread = error.map_or(String::new(), |e| format!(" ± {}", significant(1.96 * e, 2)));
+        format!("{} = {}{spread} {}", p.symbol(), significant(found.parameters.get(p), 5), p.unit())
+    };
+    let answer = Parameter::ALL.map(value).join(", ");
+    let tail = if found.uncertainty.is_some() { " (95 % intervals)" } else { " (without a polish: no intervals)" };
+    let mut sure = vec![Part::Text(verdict(found))];
+    sure.extend(warnings(&found.warnings));
+    sure.push(Part::Table(parameters(found)));
+    sure.push(Part::Table(fit(found, spec)));
+    sure.extend(figures::correlations(found).map(boxed));
+    let mut plots: Vec<Part> = Vec::new();
+    for (n, record) in records.iter().enumerate() {
+        let initial = found.initial.get(n).copied().unwrap_or_default();
+        let signals = figures::model(record, &found.parameters, initial, spec.model.discretization);
+        let models = [Modelled { name: "model".to_owned(), signals }];
+        plots.push(boxed(figures::responses(&format!("response-{}", n + 1), record, &models)));
+    }
+    plots.extend(figures::history(found, spec).map(boxed));
+    let name =
+        records.first().and_then(|r| r.source().path.as_ref()?.file_name().map(|f| f.to_string_lossy().into_owned()));
+    Page {
+        title: format!("Motor of {}", name.unwrap_or_else(|| "a recording".to_owned())),
+        answer: format!("{answer}{tail}."),
+        sections: vec![
+            section("How sure this is", sure),
+            section("Measured and modelled", plots),
+            reproduce(records, how, (&found.device, found.precision)),
+        ],
+    }
+}
+
+fn verdict(found: &Identification) -> String {
+    let check = &found.verification;
+    match check.status {
+        Status::Agrees => "A search of the whole box finds the same optimum.".to_owned(),
+        Status::SearchStuck if check.refined_agrees => {
+            "The search was stuck in another optimum; the refinement left it, and a search of the whole box agrees."
+                .to_owned()
+        }
+        Status::SearchStuck => "The search is stuck: there is a better optimum than this.".to_owned(),
+        Status::ReferenceFailed => "The search of the whole box ended in a worse optimum: it says nothing.".to_owned(),
+        Status::NotApplicable => "There is no independent search to hold this against.".to_owned(),
+    }
+}
+
+fn parameters(found: &Identification) -> Table {
+    let heads = ["parameter", "value", "unit", "standard error", "95 % interval", "remark"];
+    let mut table = Table::new("parameters", "Parameters", &heads);
+    let dash = || "\u{2013}".to_owned();
+    for p in Parameter::ALL {
+        let place = found.space.free().iter().position(|axis| axis.parameter == p);
+        let known = place.zip(found.uncertainty.as_ref());
+        let error = known.and_then(|(n, u)| u.std_error[n]);
+        let interval = known.and_then(|(n, u)| u.ci95[n]);
+        let remark = match (place, found.at_bound(p)) {
+            (None, _) => "held".to_owned(),
+            (_, Some(side)) => format!("at its {side}"),
+            _ => String::new(),
+        };
+        table.row(vec![
+            format!("{}, {}", p.symbol(), p.name()),
+            significant(found.parameters.get(p), 6),
+            p.unit().to_owned(),
+            error.map_or_else(dash, |e| significant(e, 2)),
+            interval.map_or_else(dash, |[low, high]| format!("{} … {}", significant(low, 6), significant(high, 6))),
+            remark,
+        ]);
+    }
+    table
+}
+
+fn fit(found: &Identification, spec: &IdentifySpec) -> Table {
+    let mut table = Table::new("fit", "Fit", &["channel", "fit [%]", "residual", "residual white"]);
+    let units = ["A", "rad/s"];
+    for (channel, name) in ["current", "speed"].into_iter().enumerate() {
+        let white = found.uncertainty.as_ref().and_then(|u| u.whiteness[channel].as_ref());
+        let white = white.map_or("\u{2013}", |w| if w.is_white { "yes" } else { "no" });
+        let Some(fit) = found.fit_percent[channel] else { continue };
+        let sigma = found.residual_sigma[channel];
+        let residual = sigma.map_or("\u{2013}".to_owned(), |s| format!("{} {}", significant(s, 3), units[channel]));
+        table.row(vec![name.to_owned(), format!("{fit:.3}"), residual, white.to_owned()]);
+    }
+    let names = Names::of(spec);
+    table.note(format!("Cost {} ({}, scale {}).", significant(found.cost, 4), names.criterion, names.scale));
+    table
+}
+
+/// The page of a comparison.
+#[must_use]
+pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> Page {
+    let mut sections = Vec::new();
+    let mut sure = warnings(&comparison.warnings);
+    if comparison.interrupted {
+        sure.push(Part::Warning("This comparison was interrupted: it shows the best so far.".to_owned()));
+    }
+    sure.extend(
+        comparison.reference.as_ref().err().map(|e| Part::Warning(format!("There is no refined estimate: {e}"))),
+    );
+    let failed = comparison.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().err());
+    sure.extend(failed.map(|e| Part::Warning(format!("Steiglitz\u{2013}McBride cannot serve: {e}."))));
+    if !sure.is_empty() {
+        sections.push(section("What to know first", sure));
+    }
+    if paper {
+        let tables = paper_tables(comparison).into_iter().map(Part::Table).collect();
+        sections.push(section("The paper's tables, ours beside", tables));
+    }
+    for (n, block) in comparison.blocks.iter().enumerate() {
+        let id = format!("block{}", n + 1);
+        let mut parts: Vec<Part> = tables(comparison, block).into_iter().map(Part::Table).collect();
+        parts.push(boxed(figures::convergence(&id, block)));
+        parts.push(boxed(figures::distributions(&id, comparison, block)));
+        parts.push(boxed(figures::waterfall(&id, block)));
+        parts.extend(figures::errors(&id, comparison, block).map(boxed));
+        sections.push(section(&setting_name(&block.setting), parts));
+    }
+    sections.push(section("Measured and modelled", responses(comparison)));
+    if let Ok(found) = &comparison.reference {
+        let figure = figures::correlations(found).map(boxed);
+        if let Some(figure) = figure {
+            sections.push(section("Correlation of the refined estimate", vec![figure]));
+        }
+    }
+    let device = (comparison.device.1.as_str(), comparison.device.2);
+    sections.push(reproduce(&comparison.subject.records, how, device));
+    Page { title: "Methods compared".to_owned(), answer: answer(comparison), sections }
+}
+
+/// Who ends lowest, block by block.
+fn answer(comparison: &Comparison) -> String {
+    let one = |block: &Block| {
+        let ranking = block.ranking();
+        let name = |n: usize| block.contests[n].method.name();
+        let first = ranking.order[0];
+        let ahead = ranking.pairs.iter().find(|pair| pair.methods[0] == first);
+        let median = block.contests[first].summary(comparison.spec.seed).median;
+        let sure = match ahead {
+            Some(pair) if pair.corrected < 0.05 => format!(", ahead of {} beyond doubt at 5 %", name(pair.methods[1])),
+            Some(pair) => format!(", though no difference to {} is shown", name(pair.methods[1])),
+            None => String::new(),
+        };
+        let cost = significant(median, 3);
+        format!("Under {} {} ends lowest (median cost {cost}){sure}.", setting_name(&block.setting), name(first))
+    };
+    let sm = comparison.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok().map(|_| sm.seconds));
+    let sm = sm.map_or(String::new(), |s| format!(" Steiglitz\u{2013}McBride takes {}.", engineering(s, "s", 2)));
+    comparison.blocks.iter().map(one).collect::<Vec<_>>().join(" ") + &sm
+}
+
+/// Each method's best run under the first setting against what was measured (the paper's Figs. 11–18).
+fn responses(comparison: &Comparison) -> Vec<Part> {
+    let (Some(block), Some(record)) = (comparison.blocks.first(), comparison.subject.records.first()) else {
+        return Vec::new();
+    };
+    let best = |contest: &Contest| Some((contest.method.name().to_owned(), contest.best()?.parameters?));
+    let mut best: Vec<(String, Parameters)> = block.contests.iter().filter_map(best).collect();
+    let sm = comparison.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok());
+    best.extend(sm.map(|p| ("sm".to_owned(), *p)));
+    let how = comparison.spec.model.discretization;
+    let found = comparison.reference.as_ref().ok();
+    let initial = found.and_then(|found| found.initial.first().copied()).unwrap_or_default();
+    let figure = |(name, parameters): (String, Parameters)| {
+        let signals = figures::model(record, &parameters, initial, how);
+        let mut figure =
+            figures::responses(&format!("response-{name}"), record, &[Modelled { name: name.clone(), signals }]);
+        figure.caption = format!("{name}, best run. {}", figure.caption);
+        boxed(figure)
+    };
+    best.into_iter().map(figure).collect()
+}

@@ -1,0 +1,69 @@
+//! Maps of a quantity over two axes.
+
+use super::svg;
+use kuva::plot::line::LinePlot;
+use kuva::plot::scatter::ScatterPlot;
+use kuva::plot::{ColorMap, Heatmap};
+use kuva::render::layout::Layout;
+use kuva::render::plots::Plot;
+
+/// A map of a quantity over two axes.
+pub struct Map<'a> {
+    /// What the colours show, with its unit.
+    pub title: &'a str,
+    /// The axes, with units.
+    pub labels: [&'a str; 2],
+    /// From where to where the axes go.
+    pub ranges: [[f64; 2]; 2],
+    /// Row by row, the second axis from its low end up.
+    pub values: Vec<Vec<f64>>,
+    /// A point that is marked.
+    pub mark: [f64; 2],
+    /// A closed curve, such as an ellipse of confidence.
+    pub curve: Vec<(f64, f64)>,
+}
+
+/// A heat map with its mark and curve.
+#[must_use]
+pub fn heat_map(map: Map<'_>) -> String {
+    let [[x0, x1], [y0, y1]] = map.ranges;
+    let heat = Heatmap::new()
+        .with_data(map.values)
+        .with_color_map(ColorMap::Viridis)
+        .with_x_range(x0, x1)
+        .with_y_range(y0, y1)
+        .with_cell_size(1.0);
+    let inside = |(x, y): &(f64, f64)| (x0..=x1).contains(x) && (y0..=y1).contains(y);
+    let mut plots = vec![Plot::Heatmap(heat)];
+    // Only what lies within is drawn; where the curve leaves the map, its parts are not joined.
+    for part in map.curve.split(|point| !inside(point)).filter(|part| part.len() > 1) {
+        plots.push(Plot::Line(LinePlot::new().with_data(part.to_vec()).with_color("#ffffff").with_stroke_width(2.0)));
+    }
+    let mark = vec![(map.mark[0], map.mark[1])];
+    plots.push(Plot::Scatter(ScatterPlot::new().with_data(mark).with_color("#ffffff")));
+    let layout = Layout::auto_from_plots(&plots)
+        .with_title(map.title)
+        .with_x_label(map.labels[0])
+        .with_y_label(map.labels[1])
+        .with_width(780.0)
+        .with_height(600.0);
+    svg(plots, layout)
+}
+
+/// A matrix of correlations with its values written in.
+#[must_use]
+pub fn correlation(names: &[String], values: Vec<Vec<f64>>) -> String {
+    let heat = Heatmap::new()
+        .with_data(values)
+        .with_labels(names.to_vec(), names.to_vec())
+        .with_color_map(ColorMap::Cividis)
+        .with_values();
+    let plots = vec![Plot::Heatmap(heat)];
+    let layout = Layout::auto_from_plots(&plots)
+        .with_title("Correlation of the estimates [1]")
+        .with_x_categories(names.to_vec())
+        .with_y_categories(names.to_vec())
+        .with_width(520.0)
+        .with_height(440.0);
+    svg(plots, layout)
+}

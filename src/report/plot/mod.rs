@@ -1,0 +1,220 @@
+//! Plots as SVG: units on every axis, colours that the colour-blind tell apart, and dashes for print in grey. All that
+//! knows the plotting library is here.
+
+mod heat;
+
+pub use heat::{Map, correlation, heat_map};
+
+use kuva::backend::svg::SvgBackend;
+use kuva::plot::BoxPlot;
+use kuva::plot::line::LinePlot;
+use kuva::render::figure::Figure;
+use kuva::render::layout::Layout;
+use kuva::render::plots::Plot;
+use kuva::render::render::render_multiple;
+
+/// M. Okabe and K. Ito's colours, the yellow left out: it is lost on white.
+const COLORS: [&str; 7] = ["#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00"];
+/// The most points of a line: more are not seen.
+const POINTS: usize = 1600;
+
+/// A line of a chart.
+#[derive(Debug, Clone, Default)]
+pub struct Line {
+    /// Its name in the legend.
+    pub name: String,
+    /// Its points.
+    pub points: Vec<(f64, f64)>,
+    /// Below and above it at each point.
+    pub band: Option<(Vec<f64>, Vec<f64>)>,
+    /// Whether it goes in steps.
+    pub steps: bool,
+}
+
+/// Lines over two axes.
+#[derive(Debug, Clone, Default)]
+pub struct Chart {
+    /// What it shows.
+    pub title: String,
+    /// The axes, with units.
+    pub labels: [String; 2],
+    /// Which axes are logarithmic.
+    pub log: [bool; 2],
+    /// The lines.
+    pub lines: Vec<Line>,
+    /// What is shown of the first axis, if not all.
+    pub range: Option<[f64; 2]>,
+}
+
+impl Chart {
+    /// A chart with nothing in it.
+    #[must_use]
+    pub fn new(title: impl Into<String>, labels: [&str; 2]) -> Self {
+        Self { title: title.into(), labels: labels.map(str::to_owned), ..Self::default() }
+    }
+
+    /// The same with logarithmic axes.
+    #[must_use]
+    pub fn log(self, log: [bool; 2]) -> Self {
+        Self { log, ..self }
+    }
+
+    fn plots(&self, with_legend: bool) -> Vec<Plot> {
+        let line = |(n, line): (usize, &Line)| plot(n, line, self.log, with_legend);
+        self.lines.iter().enumerate().filter_map(line).collect()
+    }
+
+    fn layout(&self, plots: &[Plot]) -> Layout {
+        let mut layout = Layout::auto_from_plots(plots)
+            .with_title(self.title.clone())
+            .with_x_label(self.labels[0].clone())
+            .with_y_label(self.labels[1].clone());
+        if self.log[0] {
+            layout = layout.with_log_x();
+        }
+        if self.log[1] {
+            layout = layout.with_log_y();
+        }
+        if let Some([from, to]) = self.range {
+            layout = layout.with_x_axis_min(from).with_x_axis_max(to);
+        }
+        layout
+    }
+}
+
+/// A line in its colour and dashes; `None` where there is nothing to show.
+fn plot(n: usize, line: &Line, log: [bool; 2], with_legend: bool) -> Option<Plot> {
+    let shown = |v: f64, axis: usize| v.is_finite() && (!log[axis] || v > 0.0);
+    let kept: Vec<usize> = (0..line.points.len())
+        .filter(|&k| shown(line.points[k].0, 0) && shown(line.points[k].1, 1))
+        .filter(|&k| line.band.as_ref().is_none_or(|(low, high)| shown(low[k], 1) && shown(high[k], 1)))
+        .collect();
+    let kept = thinned(&kept, &line.points);
+    if kept.is_empty() {
+        return None;
+    }
+    let mut plot = LinePlot::new()
+        .with_data(kept.iter().map(|&k| line.points[k]).collect::<Vec<_>>())
+        .with_color(COLORS[n % COLORS.len()])
+        .with_stroke_width(2.0);
+    if let Some((low, high)) = &line.band {
+        let side = |values: &[f64]| kept.iter().map(|&k| values[k]).collect::<Vec<_>>();
+        plot = plot.with_band(side(low), side(high));
+    }
+    if with_legend {
+        plot = plot.with_legend(line.name.clone());
+    }
+    if line.steps {
+        plot = plot.with_step();
+    }
+    Some(Plot::Line(match n % 4 {
+        0 => plot,
+        1 => plot.with_dashed(),
+        2 => plot.with_dashdot(),
+        _ => plot.with_dotted(),
+    }))
+}
+
+/// Places of a long line that show the same: the lowest and the highest of each stretch.
+fn thinned(kept: &[usize], points: &[(f64, f64)]) -> Vec<usize> {
+    if kept.len() <= POINTS {
+        return kept.to_vec();
+    }
+    let stretch = kept.len().div_ceil(POINTS / 2);
+    let ends = |stretch: &[usize]| {
+        let of = |k: &&usize| points[**k].1;
+        let low = stretch.iter().min_by(|a, b| of(a).total_cmp(&of(b))).copied();
+        let high = stretch.iter().max_by(|a, b| of(a).total_cmp(&of(b))).copied();
+        let mut ends: Vec<usize> = low.into_iter().chain(high).collect();
+        ends.sort_unstable();
+        ends.dedup();
+        ends
+    };
+    kept.chunks(stretch).flat_map(ends).collect()
+}
+
+/// One chart.
+#[must_use]
+pub fn chart(chart: &Chart) -> String {
+    let plots = chart.plots(true);
+    let layout = chart.layout(&plots).with_width(1000.0).with_height(560.0);
+    svg(plots, layout)
+}
+
+/// Lines over logarithmic axes.
+#[must_use]
+pub fn log_log(title: &str, labels: [&str; 2], lines: Vec<Line>) -> String {
+    chart(&Chart { lines, ..Chart::new(title, labels).log([true; 2]) })
+}
+
+/// Charts side by side in so many columns, with one legend for all, that of the first.
+#[must_use]
+pub fn panels(charts: &[Chart], columns: usize, [width, height]: [f64; 2]) -> String {
+    let plots: Vec<Vec<Plot>> = charts.iter().enumerate().map(|(n, chart)| chart.plots(n == 0)).collect();
+    let layouts = charts.iter().zip(&plots).map(|(chart, plots)| chart.layout(plots)).collect();
+    let figure = Figure::new(charts.len().div_ceil(columns), columns)
+        .with_plots(plots)
+        .with_layouts(layouts)
+        .with_cell_size(width, height)
+        .with_shared_legend_bottom();
+    SvgBackend::default().render_scene(&figure.render())
+}
+
+/// A panel of boxes.
+#[derive(Debug, Clone)]
+pub struct Boxes {
+    /// What it shows, with its unit.
+    pub title: String,
+    /// Names and values of the boxes.
+    pub groups: Vec<(String, Vec<f64>)>,
+}
+
+/// Boxes (quartiles, Tukey's whiskers) of groups of values, panels side by side.
+#[must_use]
+pub fn boxes(panels: &[Boxes], label: &str) -> String {
+    let plot = |panel: &Boxes| {
+        let finite = |values: &[f64]| values.iter().copied().filter(|v| v.is_finite()).collect::<Vec<f64>>();
+        let groups = panel.groups.iter().map(|(name, values)| (name, finite(values)));
+        let groups = groups.filter(|(_, values)| !values.is_empty());
+        let plot = groups.fold(BoxPlot::new(), |plot, (name, values)| plot.with_group(name.clone(), values));
+        vec![Plot::Box(plot.with_color(COLORS[5]).with_width(0.6))]
+    };
+    let plots: Vec<Vec<Plot>> = panels.iter().map(plot).collect();
+    let layout = |(n, plots): (usize, &Vec<Plot>)| {
+        let layout = Layout::auto_from_plots(plots).with_title(panels[n].title.clone());
+        if n == 0 { layout.with_y_label(label) } else { layout }
+    };
+    let layouts = plots.iter().enumerate().map(layout).collect();
+    let figure = Figure::new(1, panels.len()).with_plots(plots).with_layouts(layouts).with_cell_size(230.0, 360.0);
+    SvgBackend::default().render_scene(&figure.render())
+}
+
+fn svg(plots: Vec<Plot>, layout: Layout) -> String {
+    SvgBackend::default().render_scene(&render_multiple(plots, layout))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lines_keep_their_ends() {
+        let points: Vec<(f64, f64)> =
+            (0..100_000).map(|n| (f64::from(n), if n == 51_234 { 9.0 } else { 0.0 })).collect();
+        let kept = thinned(&(0..points.len()).collect::<Vec<_>>(), &points);
+        assert!(kept.len() <= POINTS && kept.contains(&51_234), "{}", kept.len());
+        assert!(kept.is_sorted());
+    }
+
+    #[test]
+    fn what_cannot_be_shown_is_left_out() {
+        let line = |points: Vec<(f64, f64)>| Line { name: "<b>&".to_owned(), points, ..Line::default() };
+        let mut chart = Chart::new("a < b", ["x [s]", "y [1]"]).log([false, true]);
+        chart.lines = vec![line(vec![(0.0, f64::NAN), (1.0, 0.0), (2.0, 1.0), (3.0, f64::INFINITY), (4.0, 2.0)])];
+        let svg = self::chart(&chart);
+        assert!(svg.contains("a &lt; b") && svg.contains("&lt;b&gt;&amp;") && !svg.contains("NaN"), "{svg}");
+        assert!(svg.contains("x [s]") && svg.contains("y [1]"));
+        chart.lines.clear();
+        assert!(self::chart(&chart).starts_with("<svg"), "an empty chart is one too");
+    }
+}
