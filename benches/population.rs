@@ -10,7 +10,10 @@ use motorfit::candidates::Candidates;
 use motorfit::evaluate::{Batch, Evaluator, Group, Problem, Simd};
 use motorfit::identify::Lockstep;
 use motorfit::motor::Space;
-use motorfit::optimize::{Budget, Gwo, GwoOptions, Jaya, JayaOptions, Optimizer, Run, Setup, minimize};
+use motorfit::optimize::{
+    Budget, Gwo, GwoOptions, Jaya, JayaOptions, Optimizer, Run, Sample, Sampling, Setup, minimize,
+};
+use motorfit::study::compare::{CompareSpec, Setting, Subject, compare};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use support::{m2_problem, median, seconds};
@@ -70,8 +73,36 @@ fn report(device: &str, evaluator: &(dyn Fn() -> Box<dyn Evaluator> + Sync), pro
     }
 }
 
+/// The paper's preset as one batch, against the raw evaluator on as many candidates of both criteria.
+fn preset() {
+    let share = || {
+        let spec = CompareSpec { noise_records: 0, ..CompareSpec::paper() };
+        let subject = Subject::m2().unwrap();
+        let records = subject.records.clone();
+        let comparison = compare(subject, &spec, &mut |_| ControlFlow::Continue(())).unwrap();
+        let of = |setting: &Setting| {
+            let model = spec.model;
+            Arc::new(Problem::new(&records, model, spec.space.clone(), setting.criterion).unwrap())
+        };
+        let problems: Vec<Arc<Problem>> = spec.settings.iter().map(of).collect();
+        let bounds = Space::table2().bounds();
+        let mut values = vec![0.0; 5 * 100 * 150];
+        Sample::new(Sampling::Uniform, 15_000, bounds, 1).unwrap().fill(0, &mut values);
+        let candidates = Candidates::new(&values, 5);
+        let groups: Vec<Group<'_>> =
+            problems.iter().map(|problem| Group { problem, candidates, reference: None }).collect();
+        let (mut simd, mut costs) = (Simd::default(), vec![0.0; 30_000]);
+        let mut once = || simd.evaluate(&Batch { groups: &groups }, &mut costs).unwrap();
+        let raw = 100.0 * median((0..9).map(|_| seconds(&mut once)).collect());
+        100.0 * raw / comparison.batch_seconds
+    };
+    let share = median((0..5).map(|_| rayon::scope(|_| share())).collect());
+    println!("SIMD, compare --preset paper (300 runs of 100 × 100): {share:.0} % of the raw evaluator's rate");
+}
+
 fn main() {
     let problem = m2_problem();
+    preset();
     report("SIMD", &|| Box::new(Simd::default()), &problem);
     #[cfg(feature = "gpu")]
     {

@@ -1,6 +1,7 @@
 //! Commands and flags.
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+pub(crate) use super::names::*;
+use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
 /// Parameters of DC motors from recordings of voltage, current and speed
@@ -35,19 +36,6 @@ pub(crate) struct Common {
     /// How progress is shown on stderr: a bar where it is a terminal, or JSON lines
     #[arg(long, value_enum, default_value = "auto", global = true, value_name = "HOW", help_heading = "Output")]
     pub progress: ProgressKind,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum When {
-    Auto,
-    Always,
-    Never,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum ProgressKind {
-    Auto,
-    Json,
 }
 
 #[derive(Subcommand)]
@@ -221,12 +209,6 @@ pub(crate) struct CompareArgs {
     pub device: DeviceArgs,
 }
 
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum Preset {
-    /// Tables 2 and 3, 100 agents × 100 generations; euclidean with scale peak, and with scale none as printed
-    Paper,
-}
-
 #[derive(Args)]
 pub(crate) struct EvaluateArgs {
     /// Recordings: CSV with time, voltage, current and speed
@@ -348,70 +330,4 @@ pub(crate) struct DevicesArgs {
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum MethodName {
-    /// Steiglitz–McBride, or a search where it cannot serve
-    Auto,
-    /// Steiglitz–McBride
-    Sm,
-    /// Grey Wolf Optimizer
-    Gwo,
-    /// Jaya
-    Jaya,
-    /// Genetic algorithm
-    Ga,
-    /// Random search
-    Random,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum PolishName {
-    /// Levenberg–Marquardt: maximum likelihood, with standard errors
-    Lm,
-    /// No refinement
-    None,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum CriterionName {
-    Euclidean,
-    Ise,
-    Iae,
-    Itse,
-    Itae,
-    Mse,
-    Nrmse,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum ScaleName {
-    None,
-    Peak,
-    Std,
-    Noise,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum DiscretizationName {
-    Zoh,
-    Foh,
-    Rk4,
-    Euler,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum InitialName {
-    Auto,
-    Zero,
-    Measured,
-    Free,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum Precision {
-    Auto,
-    F32,
-    F64,
 }

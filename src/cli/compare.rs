@@ -226,7 +226,7 @@ fn text(args: &CompareArgs, comparison: &Comparison) -> String {
     let rate = comparison.evaluations as f64 / comparison.batch_seconds;
     let _ = writeln!(
         text,
-        "{} evaluations in {}, {} a second, on {}, {}",
+        "{} evaluations in {}, {} a second\non {}, {}",
         comparison.evaluations,
         engineering(comparison.batch_seconds, "s", 3),
         significant(rate, 3),

@@ -13,6 +13,7 @@ mod inspect;
 mod interrupt;
 mod later;
 mod methods;
+mod names;
 mod out;
 mod output;
 mod problem;

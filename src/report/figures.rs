@@ -63,6 +63,7 @@ pub fn responses(id: &str, record: &Record, models: &[Modelled]) -> Figure {
     let names: Vec<&str> = models.iter().map(|m| m.name.as_str()).collect();
     Figure {
         id: id.to_owned(),
+        map: false,
         svg: panels(&charts, 2, [560.0, 300.0]),
         alternative: format!("Current and speed over time, measured and by {}, with residuals", names.join(", ")),
         caption: "Above: measured and model. Middle: what the model leaves. Below: the transient after the largest change of \
@@ -97,6 +98,7 @@ pub fn correlations(found: &Identification) -> Option<Figure> {
     });
     Some(Figure {
         id: "correlation".to_owned(),
+        map: true,
         svg: correlation(&names, values),
         alternative: format!("Matrix of the correlations of the estimates of {}", names.join(", ")),
         caption,
@@ -115,6 +117,7 @@ pub fn history(found: &Identification, spec: &IdentifySpec) -> Option<Figure> {
     let chart_of = Chart { lines, ..Chart::new("Search", ["generation [1]", "lowest cost [1]"]).log([false, true]) };
     Some(Figure {
         id: "history".to_owned(),
+        map: false,
         svg: chart(&chart_of),
         alternative: "Lowest cost of the search after each generation, on a logarithmic axis".to_owned(),
         caption: format!("{} agents, seed {}.", spec.population, spec.seed),
@@ -135,6 +138,7 @@ pub fn convergence(id: &str, block: &Block) -> Figure {
     let of = Chart { lines, ..Chart::new("Lowest cost so far", ["generation [1]", "cost [1]"]).log([false, true]) };
     Figure {
         id: format!("{id}-convergence"),
+        map: false,
         svg: chart(&of),
         alternative: "Lowest cost after each generation for each method: median and quartiles over runs".to_owned(),
         caption: "Median over runs with the band of the middle half (the paper's Figs. 8\u{2013}10).".to_owned(),
@@ -158,6 +162,7 @@ pub fn errors(id: &str, comparison: &Comparison, block: &Block) -> Option<Figure
     };
     Some(Figure {
         id: format!("{id}-errors"),
+        map: false,
         svg: boxes(&Parameter::ALL.map(panel), "relative error [%]"),
         alternative: "Boxes of the relative errors of each parameter over runs, for each method".to_owned(),
         caption: "Quartiles and median over runs; whiskers reach 1.5 of the box. Steiglitz\u{2013}McBride: over records with new \
@@ -199,6 +204,7 @@ pub fn distributions(id: &str, comparison: &Comparison, block: &Block) -> Figure
     ];
     Figure {
         id: format!("{id}-distributions"),
+        map: false,
         svg: panels(&charts, 3, [400.0, 340.0]),
         alternative: "Empirical distributions of final costs and of targets reached over evaluations and time".to_owned(),
         caption: "Left: how many runs end at a cost or below. Middle and right: share of all pairs of a run and a target reached, \
@@ -219,6 +225,7 @@ pub fn waterfall(id: &str, block: &Block) -> Figure {
     let of = Chart { lines, ..Chart::new("Final costs, sorted", ["run [1]", "cost [1]"]).log([false, true]) };
     Figure {
         id: format!("{id}-waterfall"),
+        map: false,
         svg: chart(&of),
         alternative: "Final costs of all runs in order, for each method, on a logarithmic axis".to_owned(),
         caption: "Steps in a curve are optima in which runs are trapped.".to_owned(),

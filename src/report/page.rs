@@ -17,6 +17,8 @@ pub struct Figure {
     pub alternative: String,
     /// What is said below it.
     pub caption: String,
+    /// Whether it is a map with writing on its colours: small, and on paper white also in the dark.
+    pub map: bool,
 }
 
 /// A part of a section.
@@ -143,9 +145,10 @@ fn embedded(figure: &Figure) -> String {
         after.split_once('"').map(|(value, _)| value.to_owned())
     };
     let (width, height) = (size("width").unwrap_or_default(), size("height").unwrap_or_default());
+    let class = if figure.map { "plot map" } else { "plot" };
     let name = html! { title { (printable(&figure.alternative)) } }.into_string();
     let head =
-        head.replacen("<svg ", &format!("<svg class=\"plot\" role=\"img\" viewBox=\"0 0 {width} {height}\" "), 1);
+        head.replacen("<svg ", &format!("<svg class=\"{class}\" role=\"img\" viewBox=\"0 0 {width} {height}\" "), 1);
     format!("{head}>{name}{rest}")
 }
 
@@ -161,7 +164,7 @@ mod tests {
         table.note(evil);
         let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"10\" height=\"20\"><g id=\"kuva-clip-0\"/></svg>";
         let (id, alternative, caption) = ("f".to_owned(), evil.to_owned(), evil.to_owned());
-        let figure = Figure { id, svg: svg.to_owned(), alternative, caption };
+        let figure = Figure { id, svg: svg.to_owned(), alternative, caption, map: false };
         let parts = vec![
             Part::Text(evil.to_owned()),
             Part::Warning(evil.to_owned()),

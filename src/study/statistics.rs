@@ -137,6 +137,7 @@ pub fn superiority(a: &[f64], b: &[f64]) -> f64 {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "exact equality is meant")]
 mod tests {
     use super::*;
 

@@ -6,6 +6,7 @@ use kuva::plot::scatter::ScatterPlot;
 use kuva::plot::{ColorMap, Heatmap};
 use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
+use std::sync::Arc;
 
 /// A map of a quantity over two axes.
 pub struct Map<'a> {
@@ -53,10 +54,19 @@ pub fn heat_map(map: Map<'_>) -> String {
 /// A matrix of correlations with its values written in.
 #[must_use]
 pub fn correlation(names: &[String], values: Vec<Vec<f64>>) -> String {
+    let all = || values.iter().flatten().copied().filter(|v| v.is_finite());
+    let (low, high) = (all().fold(1.0, f64::min), all().fold(-1.0, f64::max));
+    // Colours that dark figures are read on: blue above 0, orange below, white at 0.
+    let shade = move |share: f64| {
+        let value = (low + share * (high - low)).clamp(-1.0, 1.0);
+        let full = if value > 0.0 { [86.0, 180.0, 233.0] } else { [240.0, 150.0, 80.0] };
+        let [r, g, b] = full.map(|c: f64| (255.0 + (c - 255.0) * value.abs()).round());
+        format!("rgb({r},{g},{b})")
+    };
     let heat = Heatmap::new()
         .with_data(values)
         .with_labels(names.to_vec(), names.to_vec())
-        .with_color_map(ColorMap::Cividis)
+        .with_color_map(ColorMap::Custom(Arc::new(shade)))
         .with_values();
     let plots = vec![Plot::Heatmap(heat)];
     let layout = Layout::auto_from_plots(&plots)

@@ -151,13 +151,18 @@ pub fn log_log(title: &str, labels: [&str; 2], lines: Vec<Line>) -> String {
 #[must_use]
 pub fn panels(charts: &[Chart], columns: usize, [width, height]: [f64; 2]) -> String {
     let plots: Vec<Vec<Plot>> = charts.iter().enumerate().map(|(n, chart)| chart.plots(n == 0)).collect();
-    let layouts = charts.iter().zip(&plots).map(|(chart, plots)| chart.layout(plots)).collect();
+    let layouts = charts.iter().zip(&plots).map(|(chart, plots)| small(chart.layout(plots))).collect();
     let figure = Figure::new(charts.len().div_ceil(columns), columns)
         .with_plots(plots)
         .with_layouts(layouts)
         .with_cell_size(width, height)
         .with_shared_legend_bottom();
     SvgBackend::default().render_scene(&figure.render())
+}
+
+/// Writing that is still read where a panel is a part of a page's width.
+fn small(layout: Layout) -> Layout {
+    layout.with_title_size(19).with_label_size(17).with_tick_size(15)
 }
 
 /// A panel of boxes.
@@ -182,7 +187,7 @@ pub fn boxes(panels: &[Boxes], label: &str) -> String {
     let plots: Vec<Vec<Plot>> = panels.iter().map(plot).collect();
     let layout = |(n, plots): (usize, &Vec<Plot>)| {
         let layout = Layout::auto_from_plots(plots).with_title(panels[n].title.clone());
-        if n == 0 { layout.with_y_label(label) } else { layout }
+        small(if n == 0 { layout.with_y_label(label) } else { layout })
     };
     let layouts = plots.iter().enumerate().map(layout).collect();
     let figure = Figure::new(1, panels.len()).with_plots(plots).with_layouts(layouts).with_cell_size(230.0, 360.0);

@@ -130,32 +130,33 @@ pub fn compare(
     }
     let agents: usize = batches.values().flatten().map(|e| spec.settings[e.place[0]].population).sum();
     let generations = spec.settings.iter().map(|s| s.generations).max().unwrap_or(1);
-    let mut searches = Lockstep::open(&spec.search(agents, generations), problems.clone())?;
+    let searches = Lockstep::open(&spec.search(agents, generations), problems.clone())?;
+    let mut arena = Arena { spec, problems, searches };
     let mut blocks: Vec<Block> = spec.settings.iter().map(empty).collect();
     let (mut interrupted, mut batch_seconds, mut before) = (false, 0.0, 0);
     for (generations, entries) in batches {
         let begun = Instant::now();
         let mut watch = |p: &Progress| observe(&Progress { evaluations: before + p.evaluations, ..*p });
-        let (runs, stop) = batch(spec, &problems, &mut searches, generations, &entries, &mut watch)?;
+        let (runs, stop) = arena.batch(generations, &entries, &mut watch)?;
         batch_seconds += begun.elapsed().as_secs_f64();
         interrupted |= stop == Stop::Interrupted;
         before += runs.iter().map(|run| run.evaluations).sum::<u64>();
         for (entry, run) in entries.iter().zip(runs) {
             let [setting, method] = entry.place;
-            blocks[setting].contests[method].runs.push(outcome(&problems[setting], run));
+            blocks[setting].contests[method].runs.push(outcome(&arena.problems[setting], run));
         }
         if interrupted {
             break;
         }
     }
     if !interrupted {
-        alone(spec, &problems, &mut searches, &mut blocks)?;
+        arena.alone(&mut blocks)?;
     }
     let reference = reference(&subject, spec);
     let steiglitz = (spec.noise_records > 0)
         .then(|| Steiglitz::of(&subject, spec, reference.as_ref().ok().map(AsRef::as_ref)))
         .transpose()?;
-    for (block, problem) in blocks.iter_mut().zip(&problems) {
+    for (block, problem) in blocks.iter_mut().zip(&arena.problems) {
         let cost = |p: &Parameters| {
             let values: Vec<f64> = problem.space().free().iter().map(|axis| p.get(axis.parameter)).collect();
             Some(Scalar::cost(problem, &values)).filter(|cost| cost.is_finite())
@@ -163,7 +164,7 @@ pub fn compare(
         block.reference_cost = reference.as_ref().ok().and_then(|found| cost(&found.parameters));
         block.steiglitz_cost = steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok().and_then(cost));
     }
-    let (device, warnings) = (searches.device(), searches.warnings().to_vec());
+    let (device, warnings) = (arena.searches.device(), arena.searches.warnings().to_vec());
     let spec = spec.clone();
     let evaluations = before;
     Ok(Comparison {
@@ -186,27 +187,53 @@ fn empty(setting: &Setting) -> Block {
     Block { setting: setting.clone(), contests, reference_cost: None, steiglitz_cost: None }
 }
 
-/// All runs that have so many generations, in lock step.
-fn batch(
-    spec: &CompareSpec,
-    problems: &[Arc<Problem>],
-    searches: &mut Lockstep,
-    generations: usize,
-    entries: &[Entry],
-    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> Result<(Vec<Run>, Stop)> {
-    let run = |entry: &Entry| {
-        let [s, m] = entry.place;
-        let setting = &spec.settings[s];
-        let (bounds, population) = (problems[s].space().bounds(), setting.population);
-        let setup = Setup { bounds, population, generations, seed: spec.seed, run: entry.run };
-        Ok(Run::new(setting.methods[m].optimizer(setup)?))
-    };
-    let mut runs: Vec<Run> = entries.iter().map(run).collect::<Result<_>>()?;
-    searches.turn_to(entries.iter().map(|entry| problems[entry.place[0]].clone()).collect());
-    let budget = Budget { generations, slice: searches.slice() };
-    let stop = minimize(&mut runs, budget, searches, observe)?;
-    Ok((runs, stop))
+/// Where runs are run.
+struct Arena<'a> {
+    spec: &'a CompareSpec,
+    /// One for each setting.
+    problems: Vec<Arc<Problem>>,
+    searches: Lockstep,
+}
+
+impl Arena<'_> {
+    /// All runs that have so many generations, in lock step.
+    fn batch(
+        &mut self,
+        generations: usize,
+        entries: &[Entry],
+        observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<(Vec<Run>, Stop)> {
+        let run = |entry: &Entry| {
+            let [s, m] = entry.place;
+            let setting = &self.spec.settings[s];
+            let (bounds, population) = (self.problems[s].space().bounds(), setting.population);
+            let setup = Setup { bounds, population, generations, seed: self.spec.seed, run: entry.run };
+            Ok(Run::new(setting.methods[m].optimizer(setup)?))
+        };
+        let mut runs: Vec<Run> = entries.iter().map(run).collect::<Result<_>>()?;
+        self.searches.turn_to(entries.iter().map(|entry| self.problems[entry.place[0]].clone()).collect());
+        let budget = Budget { generations, slice: self.searches.slice() };
+        let stop = minimize(&mut runs, budget, &mut self.searches, observe)?;
+        Ok((runs, stop))
+    }
+
+    /// Seconds of one run of each method by itself: the median of three.
+    fn alone(&mut self, blocks: &mut [Block]) -> Result<()> {
+        for (s, block) in blocks.iter_mut().enumerate() {
+            for (m, contest) in block.contests.iter_mut().enumerate() {
+                let mut seconds = Vec::new();
+                for run in 0..3 {
+                    let entry = [Entry { place: [s, m], run }];
+                    let begun = Instant::now();
+                    self.batch(block.setting.generations, &entry, &mut |_| ControlFlow::Continue(()))?;
+                    seconds.push(begun.elapsed().as_secs_f64());
+                }
+                seconds.sort_by(f64::total_cmp);
+                contest.seconds = seconds.get(1).copied();
+            }
+        }
+        Ok(())
+    }
 }
 
 fn outcome(problem: &Problem, run: Run) -> Outcome {
@@ -215,25 +242,6 @@ fn outcome(problem: &Problem, run: Run) -> Outcome {
     let best = best.filter(|(_, cost)| cost.is_finite());
     let (parameters, cost) = best.map_or((None, f64::INFINITY), |(p, cost)| (Some(p), cost));
     Outcome { parameters, cost, history: run.history, evaluations: run.evaluations }
-}
-
-/// Seconds of one run of each method by itself: the median of three.
-fn alone(spec: &CompareSpec, problems: &[Arc<Problem>], searches: &mut Lockstep, blocks: &mut [Block]) -> Result<()> {
-    for (s, block) in blocks.iter_mut().enumerate() {
-        for (m, contest) in block.contests.iter_mut().enumerate() {
-            let mut seconds = Vec::new();
-            for run in 0..3 {
-                let entry = [Entry { place: [s, m], run }];
-                let begun = Instant::now();
-                let generations = block.setting.generations;
-                batch(spec, problems, searches, generations, &entry, &mut |_| ControlFlow::Continue(()))?;
-                seconds.push(begun.elapsed().as_secs_f64());
-            }
-            seconds.sort_by(f64::total_cmp);
-            contest.seconds = seconds.get(1).copied();
-        }
-    }
-    Ok(())
 }
 
 /// The refined estimate: what all searches would end at with a perfect method and noise weights.

@@ -71,7 +71,7 @@ fn noiseless(
     }
     let Some(found) = reference else { return Ok(None) };
     let [Some(current), Some(speed)] = found.residual_sigma else { return Ok(None) };
-    if found.initial.first().is_some_and(|state| *state != [0.0; 2]) {
+    if found.initial.first().is_some_and(|state| state.iter().any(|v| *v != 0.0)) {
         return Ok(None);
     }
     let samples = first.samples().clone();

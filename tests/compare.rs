@@ -1,0 +1,321 @@
+//! Proves: `compare` finds what the paper and independent prototypes found, as distributions over seeds; the same seed gives
+//! the same tables on any number of threads; tables fit a terminal; recordings that cannot serve are reported; the page is
+//! one file that a real browser opens without a complaint and without asking anything of the outside.
+//! Does not prove: that a page is beautiful.
+#![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
+
+use motorfit::criterion::Scale;
+use motorfit::motor::Parameter;
+use motorfit::study::compare::{CompareSpec, Comparison, Setting, Subject, compare};
+use serde_json::Value;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::process::{Command, Output};
+
+const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/m2-step.csv");
+
+fn run(args: &[&str]) -> Output {
+    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("motorfit"));
+    command.env("XDG_CACHE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"));
+    command.args(args).output().unwrap()
+}
+
+fn ok(args: &[&str]) -> String {
+    let output = run(args);
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn paper(runs: usize) -> Comparison {
+    let spec = CompareSpec { runs, ..CompareSpec::paper() };
+    compare(Subject::m2().unwrap(), &spec, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+#[test]
+fn gwo_is_what_the_paper_found() {
+    let comparison = paper(200);
+    let contest = &comparison.blocks[0].contests[0];
+    assert_eq!((contest.method.name(), contest.runs.len()), ("gwo", 200));
+    let summary = contest.summary(1);
+    // The paper's ten or fifty runs: best .029, worst .062, average .042. An independent prototype's ten of 200 seeds:
+    // .0256, .0586, .0406. The standard error of a mean of 200 is .0008.
+    assert!((0.036..0.045).contains(&summary.average), "{summary:?}");
+    assert!(summary.best < 0.029 && summary.worst > 0.058, "more runs reach farther: {summary:?}");
+    // Mean relative errors of the paper .42 .96 .08 .16 .55 %, of the prototype .38 .91 .07 .21 .45 %.
+    let expected = comparison.expected().unwrap();
+    let errors = contest.errors(&expected).map(|pair| pair[1]);
+    for (error, (paper, prototype)) in
+        errors.iter().zip([0.42, 0.96, 0.08, 0.16, 0.55].into_iter().zip([0.38, 0.91, 0.07, 0.21, 0.45]))
+    {
+        let (low, high) = (0.7 * f64::min(paper, prototype), 1.4 * f64::max(paper, prototype));
+        assert!((low..high).contains(error), "{errors:?}: {error} is not within {low}..{high}");
+    }
+    // Standard deviations of the paper and of the prototype, which differ by up to 1.3.
+    let deviations = contest.deviations();
+    for (ours, (paper, prototype)) in deviations
+        .iter()
+        .zip([0.0040, 9.2e-5, 7.2e-5, 1.2e-6, 7.0e-7].into_iter().zip([0.0044, 9.1e-5, 5.9e-5, 1.7e-6, 7.8e-7]))
+    {
+        let (low, high) = (0.7 * f64::min(paper, prototype), 1.4 * f64::max(paper, prototype));
+        assert!((low..high).contains(ours), "{deviations:?}: {ours} is not within {low}..{high}");
+    }
+    // Eq. 13 as printed: a flat valley. Independent prototypes: medians 11.1 (gwo), 11.6 (jaya), 19.5 (ga).
+    for (contest, median) in comparison.blocks[1].contests.iter().zip([11.1, 11.6, 19.5]) {
+        let ours = contest.summary(1).median;
+        assert!((0.7 * median..1.4 * median).contains(&ours), "{}: {ours}", contest.method.name());
+    }
+    let ranking = comparison.blocks[0].ranking();
+    assert_eq!(ranking.order, [1, 0, 2], "jaya, gwo, ga");
+    assert!(ranking.pairs.iter().all(|pair| pair.corrected < 1e-6 && pair.superiority > 0.8), "{ranking:?}");
+    // Steiglitz–McBride at 60 dB: the Cramér–Rao bound is a tenth of that at 40 dB.
+    let steiglitz = comparison.steiglitz.as_ref().unwrap();
+    assert_eq!((steiglitz.records, steiglitz.spread.len()), (200, 200));
+    let bound = [0.0490, 0.0900, 0.0194, 0.0427, 0.0634];
+    for ((p, ours), bound) in Parameter::ALL.iter().zip(steiglitz.deviations()).zip(bound) {
+        let percent = 100.0 * ours / expected.get(*p);
+        assert!((0.85 * bound..1.2 * bound).contains(&(10.0 * percent)), "{p:?}: {percent} %");
+    }
+}
+
+#[test]
+fn runs_start_alike_and_depend_on_nothing_else() {
+    let alone = |settings: Vec<Setting>, runs: usize| {
+        let spec = CompareSpec { settings, runs, noise_records: 0, ..CompareSpec::default() };
+        compare(Subject::m2().unwrap(), &spec, &mut |_| ControlFlow::Continue(())).unwrap()
+    };
+    let small = Setting { population: 20, generations: 10, ..Setting::paper(Scale::Std) };
+    let longer = Setting { generations: 14, ..small.clone() };
+    let both = alone(vec![small.clone(), longer], 5);
+    let one = alone(vec![small.clone()], 3);
+    for (a, b) in both.blocks[0].contests.iter().zip(&one.blocks[0].contests) {
+        assert_eq!(a.runs[..3], b.runs, "{}", a.method.name());
+        assert_eq!(b.runs[0].history.len(), 10);
+    }
+    assert_eq!(both.blocks[1].contests[0].runs[0].history.len(), 14);
+    // The first population is that of the number of the run, whatever the method.
+    let first = |m: usize| one.blocks[0].contests[m].runs.iter().map(|run| run.history[0]).collect::<Vec<_>>();
+    assert_eq!(first(0), first(1));
+    assert_eq!(first(0), first(2));
+    // Ended after four generations, it keeps what it has.
+    let spec = CompareSpec { settings: vec![small], runs: 4, noise_records: 0, ..CompareSpec::default() };
+    let mut seen = 0;
+    let ended = compare(Subject::m2().unwrap(), &spec, &mut |_| {
+        seen += 1;
+        if seen == 4 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })
+    .unwrap();
+    assert!(ended.interrupted);
+    assert!(
+        ended.blocks[0]
+            .contests
+            .iter()
+            .all(|c| c.runs.iter().all(|run| run.cost.is_finite() && run.history.len() == 4))
+    );
+}
+
+/// A document without what depends on the clock and the machine's threads.
+fn without_times(text: &str) -> Value {
+    fn strip(value: &mut Value) {
+        match value {
+            Value::Object(map) => {
+                map.retain(|key, _| !key.starts_with("seconds") && key != "device");
+                map.values_mut().for_each(strip);
+            }
+            Value::Array(list) => list.iter_mut().for_each(strip),
+            _ => {}
+        }
+    }
+    let mut value = serde_json::from_str(text).unwrap();
+    strip(&mut value);
+    value
+}
+
+#[test]
+fn the_same_seed_is_the_same_on_any_number_of_threads() {
+    let args =
+        ["compare", "--runs", "6", "--generations", "20", "--population", "30", "--criteria", "nrmse:std,iae:peak"];
+    let of = |threads: &str, seed: &str| {
+        without_times(&ok(
+            &[&args[..], &["--noise-records", "8", "--json", "--threads", threads, "--seed", seed]].concat()
+        ))
+    };
+    let one = of("1", "1");
+    assert_eq!(one, of("2", "1"));
+    assert_ne!(one, of("2", "2"));
+    assert_eq!(one["blocks"].as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn tables_fit_a_terminal_and_factors_are_named() {
+    let text = ok(&["compare", "--preset", "paper", "--runs", "6"]);
+    for line in text.lines() {
+        assert!(line.chars().count() <= 80, "{} columns: {line}", line.chars().count());
+    }
+    for part in ["Table 4", "Table 5, sm", "Table 6, jaya", "Table 7", "Table 8", "Discussion", "swapped", "no seeds"] {
+        assert!(text.contains(part), "{part} is missing");
+    }
+    // What does not depend on anything: the paper's own figures.
+    for golden in [
+        "  gwo, peak         0.029 0.062   0.042",
+        "  real       paper   7.8717  1.014       1.107       –     1.1821    0.0000",
+        "  jaya    printed*   3.2446  1.005       1.135   1.115     0.0827   -1.0993",
+        "  gwo    paper   0.00400 0.0000922 0.0000724",
+    ] {
+        assert!(text.contains(golden), "{golden:?} is missing in\n{text}");
+    }
+    let text = ok(&[
+        "compare",
+        "--runs",
+        "3",
+        "--methods",
+        "ga,random",
+        "--generations",
+        "5",
+        "--set",
+        "ga.mutation=0.05/0.4",
+    ]);
+    assert!(text.contains("ga mutation: 0.05") && text.contains("ga mutation: 0.4"), "{text}");
+    for (args, code) in [
+        (&["--methods", "sm"][..], 2),
+        (&["--methods", "gwo,gwo"], 2),
+        (&["--criteria", "nrmse:nothing"], 2),
+        (&["--set", "ga.nothing=1"], 2),
+        (&["--set", "mutation=1"], 2),
+        (&["--runs", "0"], 2),
+        (&["--population", "0"], 2),
+        (&["--target", "-1"], 2),
+        (&["nowhere.csv"], 3),
+    ] {
+        let output = run(&[&["compare"][..], args].concat());
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+        assert!(output.stdout.is_empty());
+    }
+}
+
+/// A recording under a name that is markup, with headings that are.
+fn awkward(folder: &Path, rows: &str) -> String {
+    let path = folder.join("<img src=x onerror=alert(1)>.csv");
+    std::fs::write(&path, format!("time_s,voltage_V,current_A,speed_rad_s\n{rows}")).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn recordings_that_cannot_serve_are_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    // A ramp without a step and without a steady state, of a motor that is not in the box, and sampled unevenly.
+    let rows: String = (0..300_u32)
+        .map(|n| {
+            let t = 0.002 * f64::from(n) + if n % 3 == 0 { 0.0 } else { 2e-5 };
+            format!("{t},{},{},{}\n", 5.0 * t, 2.0 * t + 0.001 * f64::from(n % 7), 30.0 * t * t)
+        })
+        .collect();
+    let file = awkward(folder.path(), &rows);
+    let out = folder.path().join("report").to_str().unwrap().to_owned();
+    let args = ["compare", &file, "--runs", "4", "--generations", "15", "--bounds", "table2", "--out", &out];
+    let text = ok(&args);
+    assert!(text.contains("McBride cannot serve"), "{text}");
+    let page = std::fs::read_to_string(folder.path().join("report/report.html")).unwrap();
+    assert!(page.contains("cannot serve") && !page.contains("<img"), "the name of the file is escaped");
+    assert!(page.contains("&lt;img src=x"));
+    // Again into the same folder, but not into one of something else.
+    ok(&args);
+    let other = folder.path().join("other");
+    std::fs::create_dir(&other).unwrap();
+    std::fs::write(other.join("thesis.txt"), "mine").unwrap();
+    let output = run(&["identify", EXAMPLE, "--out", other.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(std::fs::read_dir(&other).unwrap().count(), 1);
+}
+
+#[test]
+fn drawings_have_units_names_and_nothing_that_is_no_number() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    ok(&["compare", "--runs", "5", "--generations", "12", "--noise-records", "10", "--out", out]);
+    let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    let drawings: Vec<&str> = page.split("<svg ").skip(1).map(|rest| rest.split("</svg>").next().unwrap()).collect();
+    // Convergence, distributions, waterfall, errors; responses of gwo, jaya, ga, sm; the correlation.
+    assert_eq!(drawings.len(), 9);
+    for drawing in &drawings {
+        assert!(drawing.contains("role=\"img\"") && drawing.contains("<title>"), "an alternative text");
+        assert!(!drawing.contains("NaN") && !drawing.contains("inf"));
+        assert!(drawing.contains("[1]") || drawing.contains("[s]") || drawing.contains("[%]"), "units");
+        assert!(!drawing.contains("style="), "the policy forbids it");
+    }
+    for id in page.split(" id=\"").skip(1).map(|rest| rest.split('"').next().unwrap()) {
+        assert_eq!(page.matches(&format!(" id=\"{id}\"")).count(), 1, "{id} is there once");
+    }
+    let header =
+        |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap().lines().next().unwrap().to_owned();
+    assert_eq!(header("block1-runs.csv"), "method,run,cost,evaluations,R,L,K,B,J");
+    assert_eq!(
+        header("block1-history.csv"),
+        "generation,gwo_q25,gwo_median,gwo_q75,jaya_q25,jaya_median,jaya_q75,ga_q25,ga_median,ga_q75"
+    );
+    let document: Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join("result.json")).unwrap()).unwrap();
+    assert_eq!(document["blocks"][0]["methods"][1]["runs"].as_array().unwrap().len(), 5);
+}
+
+/// A browser, if there is one or none is demanded.
+fn browser() -> Option<&'static str> {
+    let found = ["chromium", "chromium-browser", "google-chrome"]
+        .into_iter()
+        .find(|name| Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success()));
+    assert!(found.is_some() || std::env::var_os("MOTORFIT_NO_SKIP").is_none(), "no Chromium to open pages with");
+    if found.is_none() {
+        println!("SKIPPED: no Chromium");
+    }
+    found
+}
+
+/// Opens a page: its document, what the browser says, and what it asks of the outside (but for its maker's hosts).
+fn opened(browser: &str, folder: &Path, page: &Path) -> (String, String, Vec<String>) {
+    let (log, profile) = (folder.join("net.json"), tempfile::tempdir_in(folder).unwrap());
+    let output = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"])
+        .args(["--disable-background-networking", "--disable-component-update", "--disable-sync"])
+        .args(["--enable-logging=stderr", "--dump-dom", "--virtual-time-budget=2000"])
+        .args([
+            format!("--user-data-dir={}", profile.path().display()),
+            format!("--log-net-log={}", log.display()),
+            format!("file://{}", page.display()),
+        ])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let asked = std::fs::read_to_string(&log).unwrap();
+    let urls = asked.split("\"url\":\"").skip(1).map(|rest| rest.split('"').next().unwrap().to_owned());
+    let host = |url: &str| url.split('/').nth(2).unwrap_or_default().to_owned();
+    let own = |url: &String| host(url).ends_with(".google.com") || host(url).ends_with(".googleapis.com");
+    let outside = urls.filter(|url| url.starts_with("http") || url.starts_with("ws")).filter(|url| !own(url)).collect();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (text(&output.stdout), text(&output.stderr), outside)
+}
+
+#[test]
+fn a_browser_opens_the_pages_without_a_complaint() {
+    let Some(browser) = browser() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let out = |name: &str| path(name).to_str().unwrap().to_owned();
+    ok(&["identify", EXAMPLE, "--method", "gwo", "--out", &out("identify")]);
+    ok(&["compare", "--preset", "paper", "--runs", "5", "--out", &out("compare")]);
+    for (page, heading, figures) in [("identify", "Motor of m2-step.csv", 3), ("compare", "Methods compared", 13)] {
+        let (dom, said, outside) = opened(browser, folder.path(), &path(page).join("report.html"));
+        assert!(dom.contains(heading));
+        assert_eq!(dom.matches("<figure").count(), figures, "{page}");
+        assert!(!said.contains("CONSOLE"), "{said}");
+        assert!(outside.is_empty(), "{outside:?}");
+    }
+    // The same page with a picture from outside: its policy keeps that out and says so; without the policy it is asked for.
+    let page = std::fs::read_to_string(path("identify").join("report.html")).unwrap();
+    let evil = page.replace("<main>", "<main><img src=\"http://example.invalid/x.png\">");
+    std::fs::write(path("evil.html"), &evil).unwrap();
+    let (_, said, outside) = opened(browser, folder.path(), &path("evil.html"));
+    assert!(said.contains("CONSOLE") && outside.is_empty(), "{said} {outside:?}");
+    std::fs::write(path("open.html"), evil.replace("http-equiv=\"Content-Security-Policy\"", "")).unwrap();
+    let (_, _, outside) = opened(browser, folder.path(), &path("open.html"));
+    assert!(outside.iter().any(|url| url.contains("example.invalid")), "{outside:?}");
+}
