@@ -848,7 +848,7 @@ fn wrong_usage() {
     identify(&["--population", "150000000"], "does not fit");
     identify(&["--method", "\u{9b}31m"], "\\u{9b}");
     identify(&["--method", "\u{1b}[31m"], "invalid value");
-    for planned in [["--out", "x"], ["--with", "coulomb"], ["--validate", "x"]] {
+    for planned in [["--with", "coulomb"], ["--validate", "x"]] {
         identify(&planned, "planned");
     }
     fails(&["sweep", "x.toml"], 2, "planned");

@@ -81,7 +81,7 @@ fn gwo_is_what_the_paper_found() {
 #[test]
 fn runs_start_alike_and_depend_on_nothing_else() {
     let alone = |settings: Vec<Setting>, runs: usize| {
-        let spec = CompareSpec { settings, runs, noise_records: 0, ..CompareSpec::default() };
+        let spec = CompareSpec { settings, runs, steiglitz_mcbride: false, ..CompareSpec::default() };
         compare(Subject::m2().unwrap(), &spec, &mut |_| ControlFlow::Continue(())).unwrap()
     };
     let small = Setting { population: 20, generations: 10, ..Setting::paper(Scale::Std) };
@@ -98,7 +98,7 @@ fn runs_start_alike_and_depend_on_nothing_else() {
     assert_eq!(first(0), first(1));
     assert_eq!(first(0), first(2));
     // Ended after four generations, it keeps what it has.
-    let spec = CompareSpec { settings: vec![small], runs: 4, noise_records: 0, ..CompareSpec::default() };
+    let spec = CompareSpec { settings: vec![small], runs: 4, steiglitz_mcbride: false, ..CompareSpec::default() };
     let mut seen = 0;
     let ended = compare(Subject::m2().unwrap(), &spec, &mut |_| {
         seen += 1;
@@ -119,7 +119,9 @@ fn without_times(text: &str) -> Value {
     fn strip(value: &mut Value) {
         match value {
             Value::Object(map) => {
-                map.retain(|key, _| !key.starts_with("seconds") && key != "device");
+                map.retain(|key, _| {
+                    !key.starts_with("seconds") && !["device", "tables", "paper"].contains(&key.as_str())
+                });
                 map.values_mut().for_each(strip);
             }
             Value::Array(list) => list.iter_mut().for_each(strip),
@@ -158,6 +160,8 @@ fn tables_fit_a_terminal_and_factors_are_named() {
     // What does not depend on anything: the paper's own figures.
     for golden in [
         "  gwo, peak         0.029 0.062   0.042",
+        "  jaya, peak         0.35  1.92    0.99",
+        "  ga, peak (b)      0.044  1.06   0.058",
         "  real       paper   7.8717  1.014       1.107       –     1.1821    0.0000",
         "  jaya    printed*   3.2446  1.005       1.135   1.115     0.0827   -1.0993",
         "  gwo    paper   0.00400 0.0000922 0.0000724",
@@ -185,6 +189,7 @@ fn tables_fit_a_terminal_and_factors_are_named() {
         (&["--runs", "0"], 2),
         (&["--population", "0"], 2),
         (&["--target", "-1"], 2),
+        (&["--criteria", "nrmse:std,nrmse:std"], 2),
         (&["nowhere.csv"], 3),
     ] {
         let output = run(&[&["compare"][..], args].concat());
@@ -226,6 +231,41 @@ fn recordings_that_cannot_serve_are_reported() {
     let output = run(&["identify", EXAMPLE, "--out", other.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(std::fs::read_dir(&other).unwrap().count(), 1);
+}
+
+#[test]
+fn what_was_not_run_or_diverged_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let page = |name: &str| std::fs::read_to_string(folder.path().join(name).join("report.html")).unwrap();
+    // Every candidate diverges.
+    let wild = ["compare", "--runs", "3", "--generations", "4", "--population", "5", "--discretization", "euler"];
+    let bounds = ["--bounds", "R=100:1000,L=1e-6:1e-5", "--methods", "gwo,ga", "--out", &out("wild")];
+    let text = ok(&[&wild[..], &bounds].concat());
+    assert!(text.contains("do not diverge") || text.contains("does not diverge"), "{text}");
+    assert!(page("wild").contains("finds nothing that does not diverge") && !page("wild").contains("ends lowest"));
+    // The second block is never begun.
+    let small = Setting { population: 20, generations: 5, ..Setting::paper(Scale::Std) };
+    let later = Setting { generations: 6, ..small.clone() };
+    let spec =
+        CompareSpec { settings: vec![small, later], runs: 4, steiglitz_mcbride: false, ..CompareSpec::default() };
+    let mut seen = 0;
+    let ended = compare(Subject::m2().unwrap(), &spec, &mut |_| {
+        seen += 1;
+        if seen == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })
+    .unwrap();
+    let how = motorfit::report::Reproduced { command: String::new(), options: Vec::new() };
+    let page = motorfit::report::compare_page(&ended, false, &how);
+    assert!(page.answer.contains("was not run") && !page.answer.contains("NaN"), "{}", page.answer);
+    assert!(!page.html().contains("NaN"));
+    // Held parameters are no errors, and Steiglitz–McBride is judged as it is.
+    let text = ok(&["compare", "--runs", "6", "--generations", "20", "--fix", "R=0.921042", "--noise-records", "0"]);
+    let line = text.lines().find(|line| line.trim_start().starts_with("gwo") && line.contains('/')).unwrap();
+    assert!(line.contains("held"), "{text}");
+    let document: Value = serde_json::from_str(&ok(&["compare", "--runs", "2", "--fix", "R=0.5", "--json"])).unwrap();
+    assert!(document["blocks"][0]["steiglitz_mcbride_cost"].as_f64().unwrap() < 1e-9);
+    assert_eq!(document["fixed"]["R"], 0.5);
 }
 
 #[test]

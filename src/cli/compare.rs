@@ -39,7 +39,7 @@ pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     if comparison.interrupted {
         style.note("interrupted: these are the best so far");
     }
-    let document = json(&CompareDocument::of(&comparison));
+    let document = json(&CompareDocument::of(&comparison, args.preset.is_some()));
     data(if args.json { document.clone() } else { text(args, &comparison) }.as_str())?;
     if let Some(out) = out {
         out.write(report(args, &comparison, document), style)?;
@@ -51,7 +51,19 @@ pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
 fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<(String, String)> {
     let spec = &comparison.spec;
     let bounds = spec.space.free().iter().map(|a| format!("{}={}:{}", a.parameter.symbol(), a.min, a.max));
+    let held = spec.space.fixed().iter().map(|(p, _, value)| format!("{}={value}", p.symbol()));
+    let settings = spec.settings.iter().map(|setting| {
+        let methods: Vec<&str> = setting.methods.iter().map(Method::name).collect();
+        format!("{}: {}", setting_name(setting), methods.join(", "))
+    });
+    let sm = format!("{} records with new noise, {} dB where simulated", spec.noise_records, spec.noise_db);
     let how = out::reproduced(vec![
+        ("settings", settings.collect::<Vec<_>>().join("; ")),
+        ("steiglitz-mcbride", if spec.steiglitz_mcbride { sm } else { "no".to_owned() }),
+        ("discretization", format!("{:?}", spec.model.discretization).to_lowercase()),
+        ("held", held.collect::<Vec<_>>().join(", ")),
+        ("target", spec.target.map_or("a range".to_owned(), |cost| cost.to_string())),
+        ("device asked for", format!("{}, threads {}", args.device.device, rayon::current_num_threads())),
         ("runs", spec.runs.to_string()),
         ("seed", spec.seed.to_string()),
         ("bounds", bounds.collect::<Vec<_>>().join(", ")),
@@ -119,7 +131,8 @@ fn spec(args: &CompareArgs, device: IdentifySpec) -> Result<CompareSpec> {
         runs: args.runs,
         seed: args.seed,
         model,
-        noise_records: if args.methods.contains(&MethodName::Sm) { args.noise_records } else { 0 },
+        steiglitz_mcbride: args.methods.contains(&MethodName::Sm),
+        noise_records: args.noise_records,
         target: args.target,
         device: device.device,
         precision: device.precision,
@@ -132,6 +145,15 @@ fn spec(args: &CompareArgs, device: IdentifySpec) -> Result<CompareSpec> {
 fn settings(args: &CompareArgs) -> Result<Vec<Setting>> {
     let mut settings = Vec::new();
     let variants = variants(args)?;
+    for (flag, twice) in [
+        ("--criteria", has_twice(&args.criteria)),
+        ("--population", has_twice(&args.population)),
+        ("--generations", has_twice(&args.generations)),
+    ] {
+        if twice {
+            return Err(Error::usage(format!("{flag} has a value twice"), "Give each once."));
+        }
+    }
     for criterion in &args.criteria {
         let criterion = criterion_of(criterion)?;
         for &population in &args.population {
@@ -146,6 +168,10 @@ fn settings(args: &CompareArgs) -> Result<Vec<Setting>> {
         }
     }
     Ok(settings)
+}
+
+fn has_twice<T: PartialEq>(list: &[T]) -> bool {
+    (1..list.len()).any(|n| list[..n].contains(&list[n]))
 }
 
 fn criterion_of(text: &str) -> Result<Criterion> {

@@ -8,35 +8,60 @@ use motorfit::{Error, Result};
 use std::path::{Path, PathBuf};
 
 /// A folder for results.
-pub(super) struct Out(PathBuf);
+pub(super) struct Out {
+    folder: PathBuf,
+    /// Whether it was made for this run.
+    is_new: bool,
+}
+
+/// Whether a file of this name is one of ours.
+fn is_ours(name: &str) -> bool {
+    let table = ["table", "block", "averages", "discussion", "curves"].iter().any(|start| name.starts_with(start));
+    matches!(name, "report.html" | "result.json") || (table && name.ends_with(".csv"))
+}
+
+impl Drop for Out {
+    fn drop(&mut self) {
+        if self.is_new {
+            // Only if nothing came to lie in it.
+            let _ = std::fs::remove_dir(&self.folder);
+        }
+    }
+}
 
 impl Out {
     /// Takes a folder: a new or an empty one, or one of results of ours, which are then replaced.
     pub(super) fn take(path: &Path) -> Result<Self> {
         let failed = |what: String| Error::data(what, "Name a new folder with --out.").in_file(path);
         let unreadable = |e: std::io::Error| failed(format!("cannot be used: {e}"));
-        if path.exists() {
-            let mut entries = std::fs::read_dir(path).map_err(unreadable)?;
-            let ours = || {
-                let text = std::fs::read_to_string(path.join("result.json")).ok()?;
-                serde_json::from_str::<serde_json::Value>(&text).ok()?.get("motorfit")?.as_str().map(str::to_owned)
-            };
-            if entries.next().is_some() && ours().is_none() {
-                return Err(failed("holds something else than results: it is left as it is".to_owned()));
-            }
-        } else {
+        let is_new = !path.exists();
+        if is_new {
             std::fs::create_dir_all(path).map_err(unreadable)?;
         }
-        Ok(Self(path.to_path_buf()))
+        let out = Self { folder: path.to_path_buf(), is_new };
+        for entry in std::fs::read_dir(path).map_err(unreadable)? {
+            let entry = entry.map_err(unreadable)?;
+            if !(entry.path().is_file() && is_ours(&entry.file_name().to_string_lossy())) {
+                return Err(failed("holds something else than results: it is left as it is".to_owned()));
+            }
+        }
+        // Better now than after the work.
+        tempfile::tempfile_in(path).map_err(unreadable)?;
+        Ok(out)
     }
 
     /// Writes files by name; the document last, as a sign that all are there.
     pub(super) fn write(&self, mut list: Vec<(String, String)>, style: &Style) -> Result<()> {
         list.sort_by_key(|(name, _)| name == "result.json");
-        for (name, text) in &list {
-            files::write(&self.0.join(name), text)?;
+        // What an earlier run left and this one does not write would be taken for its own.
+        let left = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        for entry in left.filter(|entry| is_ours(&entry.file_name().to_string_lossy())) {
+            let _ = std::fs::remove_file(entry.path());
         }
-        style.note(&format!("wrote {}", self.0.join("report.html").display()));
+        for (name, text) in &list {
+            files::write(&self.folder.join(name), text)?;
+        }
+        style.note(&format!("wrote {}", self.folder.join("report.html").display()));
         Ok(())
     }
 }

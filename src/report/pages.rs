@@ -164,6 +164,10 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
     for (n, block) in comparison.blocks.iter().enumerate() {
         let id = format!("block{}", n + 1);
         let mut parts: Vec<Part> = tables(comparison, block).into_iter().map(Part::Table).collect();
+        if !block.has_results() {
+            sections.push(section(&setting_name(&block.setting), parts));
+            continue;
+        }
         parts.push(boxed(figures::convergence(&id, block)));
         parts.push(boxed(figures::distributions(&id, comparison, block)));
         parts.push(boxed(figures::waterfall(&id, block)));
@@ -185,14 +189,24 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
 /// Who ends lowest, block by block.
 fn answer(comparison: &Comparison) -> String {
     let one = |block: &Block| {
+        if !block.has_results() {
+            let why = if block.contests.iter().all(|c| c.runs.is_empty()) {
+                "was not run"
+            } else {
+                "finds nothing that does not diverge"
+            };
+            return format!("Under {}: {why}.", setting_name(&block.setting));
+        }
         let ranking = block.ranking();
         let name = |n: usize| block.contests[n].method.name();
         let first = ranking.order[0];
         let ahead = ranking.pairs.iter().find(|pair| pair.methods[0] == first);
         let median = block.contests[first].summary(comparison.spec.seed).median;
         let sure = match ahead {
-            Some(pair) if pair.corrected < 0.05 => format!(", ahead of {} beyond doubt at 5 %", name(pair.methods[1])),
-            Some(pair) => format!(", though no difference to {} is shown", name(pair.methods[1])),
+            Some(pair) if pair.corrected < 0.05 && pair.superiority > 0.5 => {
+                format!(", ahead of {} (significant at 5 %)", name(pair.methods[1]))
+            }
+            Some(pair) => format!(", though no lead over {} is shown", name(pair.methods[1])),
             None => String::new(),
         };
         let cost = significant(median, 3);
@@ -213,8 +227,7 @@ fn responses(comparison: &Comparison) -> Vec<Part> {
     let sm = comparison.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok());
     best.extend(sm.map(|p| ("sm".to_owned(), *p)));
     let how = comparison.spec.model.discretization;
-    let found = comparison.reference.as_ref().ok();
-    let initial = found.and_then(|found| found.initial.first().copied()).unwrap_or_default();
+    let initial = comparison.initial.first().copied().unwrap_or_default();
     let figure = |(name, parameters): (String, Parameters)| {
         let signals = figures::model(record, &parameters, initial, how);
         let mut figure =

@@ -1,7 +1,9 @@
 //! The document of `compare --json`.
 
-use super::tables::setting_name;
+use super::paper::paper_tables;
+use super::tables::{setting_name, tables};
 use crate::motor::Parameter;
+use crate::report::Table;
 use crate::report::document::{plain, record_head, warnings};
 use crate::study::compare::{Block, Comparison, Contest, Outcome, reached};
 use serde_json::{Map, Value, json as value};
@@ -10,15 +12,20 @@ use serde_json::{Map, Value, json as value};
 pub struct CompareDocument;
 
 impl CompareDocument {
-    /// Everything that was found.
+    /// Everything that was found; with `paper` its tables beside ours.
     #[must_use]
-    pub fn of(comparison: &Comparison) -> Value {
+    pub fn of(comparison: &Comparison, paper: bool) -> Value {
         let Comparison { subject, spec, device, .. } = comparison;
         let bounds = spec.space.free().iter().map(|a| (a.parameter.symbol().to_owned(), value!([a.min, a.max])));
         value!({
             "motorfit": env!("CARGO_PKG_VERSION"),
             "records": subject.records.iter().map(record_head).collect::<Value>(),
             "truth": subject.truth.as_ref().map(plain),
+            "paper": paper.then(|| paper_tables(comparison).iter().map(shown).collect::<Value>()),
+            "discretization": format!("{:?}", spec.model.discretization).to_lowercase(),
+            "fixed": fixed(comparison),
+            "target": spec.target,
+            "noise_db": spec.noise_db,
             "runs": spec.runs,
             "seed": spec.seed,
             "bounds": bounds.collect::<Map<String, Value>>(),
@@ -42,6 +49,17 @@ impl CompareDocument {
             "seconds": comparison.batch_seconds,
         })
     }
+}
+
+/// A table as it is shown.
+fn shown(table: &Table) -> Value {
+    value!({"id": table.id, "title": table.title, "heads": table.heads, "rows": table.rows, "notes": table.notes})
+}
+
+/// Values that are held.
+fn fixed(comparison: &Comparison) -> Value {
+    let held = comparison.spec.space.fixed().iter().map(|(p, _, value)| (p.symbol().to_owned(), Value::from(*value)));
+    Value::Object(held.collect())
 }
 
 fn by_symbol(values: [f64; 5]) -> Value {
@@ -72,6 +90,7 @@ fn block(comparison: &Comparison, block: &Block) -> Value {
         "methods": block.contests.iter().map(|c| contest(comparison, c)).collect::<Value>(),
         "ranking": ranking.order.iter().map(|n| name(*n)).collect::<Value>(),
         "pairs": ranking.pairs.iter().map(pair).collect::<Value>(),
+        "tables": tables(comparison, block).iter().map(shown).collect::<Value>(),
         "targets": targets,
         "reached": reached.collect::<Map<String, Value>>(),
         "steiglitz_mcbride_cost": block.steiglitz_cost,

@@ -41,7 +41,7 @@ fn costs(comparison: &Comparison) -> Table {
             let name = contest.method.name();
             let printed = PRINTED.iter().find(|p| p.method == name).and_then(|p| p.cost).filter(|_| n == 0);
             let mark = if name == "ga" && n == 0 { " (b)" } else { "" };
-            let theirs = |k: usize| printed.map_or("\u{2013}".to_owned(), |cost| significant(cost[k], 2));
+            let theirs = |k: usize| printed.map_or("\u{2013}".to_owned(), |cost| cost[k].to_string());
             let s = contest.summary(comparison.spec.seed);
             let ours = [s.best, s.worst, s.average, s.median].map(|cost| cell(cost, 3));
             let head = format!("{name}, {scale}{mark}");
@@ -89,6 +89,7 @@ fn parameters(comparison: &Comparison, block: &Block, printed: &Printed) -> Tabl
     if printed.method == "sm" {
         table.note(steiglitz_note(comparison));
     }
+    noted(&mut table, mark);
     table
 }
 
@@ -97,13 +98,7 @@ fn ours(comparison: &Comparison, block: &Block, method: &str) -> (Option<Paramet
     let none = (None, [[f64::NAN; 2]; 5]);
     if method == "sm" {
         let Some(sm) = &comparison.steiglitz else { return none };
-        let best = sm.estimate.as_ref().ok().copied();
-        let error = |p: Parameter, value: f64| 100.0 * (value / Parameters::M2.get(p) - 1.0).abs();
-        let means = sm.errors(&Parameters::M2);
-        let one = |(n, p): (usize, Parameter)| [best.map_or(f64::NAN, |b| error(p, b.get(p))), means[n]];
-        let mut errors = [[f64::NAN; 2]; 5];
-        Parameter::ALL.into_iter().enumerate().for_each(|(n, p)| errors[n] = one((n, p)));
-        return (best, errors);
+        return (sm.estimate.as_ref().ok().copied(), sm.all_errors(&Parameters::M2));
     }
     let Some(contest) = contest(block, method) else { return none };
     (contest.best().and_then(|run| run.parameters), contest.errors(&Parameters::M2))
@@ -113,7 +108,8 @@ fn ours(comparison: &Comparison, block: &Block, method: &str) -> (Option<Paramet
 fn mean_squares(comparison: &Comparison, parameters: &Parameters) -> Option<[f64; 2]> {
     let record = comparison.subject.records.first()?;
     let drive = crate::experiment::drive(record);
-    let model = crate::motor::simulate(parameters, &drive, [0.0; 2], comparison.spec.model.discretization);
+    let initial = comparison.initial.first().copied().unwrap_or_default();
+    let model = crate::motor::simulate(parameters, &drive, initial, comparison.spec.model.discretization);
     let [current, speed] = record.measured();
     let of = |measured: Option<&[f64]>, model: &[f64]| {
         let squares: Vec<f64> = measured?.iter().zip(model).map(|(a, b)| (a - b).powi(2)).collect();
@@ -135,7 +131,7 @@ fn summary(comparison: &Comparison, block: &Block) -> Table {
         let theirs = percent(printed.error_percent.iter().sum::<f64>() / 5.0);
         table.row(vec![printed.method.to_owned(), theirs, average(0), average(1)]);
     }
-    noted(&mut table, "cdh");
+    noted(&mut table, "h");
     table
 }
 
@@ -163,7 +159,7 @@ fn times(comparison: &Comparison, block: &Block) -> Table {
 /// Table 8.
 fn deviations(comparison: &Comparison, block: &Block) -> Table {
     let heads = ["method", "", "R", "L", "K", "B", "J"];
-    let mut table = Table::new("table8", "Table 8: standard deviations of the parameters (f)", &heads);
+    let mut table = Table::new("table8", "Table 8: standard deviations of the parameters [SI units] (f)", &heads);
     for printed in &PRINTED {
         let ours = match printed.method {
             "sm" => comparison.steiglitz.as_ref().map(crate::study::compare::Steiglitz::deviations),

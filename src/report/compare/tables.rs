@@ -4,8 +4,8 @@ use crate::identify::Method;
 use crate::motor::{Parameter, Parameters, Response, response, simulate};
 use crate::optimize::{GeneticOptions, GwoOptions, JayaOptions};
 use crate::report::Table;
-use crate::study::compare::{Block, Comparison, Contest, Setting, reached};
-use crate::study::statistics::quantile;
+use crate::study::compare::{Block, Comparison, Contest, FEW, Setting, reached};
+use crate::study::statistics::{mean, quantile};
 use crate::text::significant;
 
 /// The heading of a block: criterion, scale and budget.
@@ -67,8 +67,11 @@ pub(super) fn percent(value: f64) -> String {
 #[must_use]
 pub fn tables(comparison: &Comparison, block: &Block) -> Vec<Table> {
     let mut tables = vec![costs(comparison, block)];
+    if !block.has_results() {
+        return tables;
+    }
     if block.contests.len() > 1 {
-        tables.push(ranking(comparison, block));
+        tables.push(ranking(block));
     }
     tables.push(parameters(comparison, block));
     if comparison.expected().is_some() {
@@ -87,7 +90,11 @@ fn costs(comparison: &Comparison, block: &Block) -> Table {
         Table::new("cost", title, &["method", "best", "median", "95 % interval", "worst", "average", "a run"]);
     for contest in &block.contests {
         let s = contest.summary(comparison.spec.seed);
-        let interval = format!("{}\u{2026}{}", cell(s.interval[0], 3), cell(s.interval[1], 3));
+        let interval = if s.interval[0].is_nan() {
+            "\u{2013}".to_owned()
+        } else {
+            format!("{}\u{2026}{}", cell(s.interval[0], 3), cell(s.interval[1], 3))
+        };
         let seconds = contest.seconds.map_or("\u{2013}".to_owned(), |s| crate::text::engineering(s, "s", 3));
         let name = contest.method.name().to_owned();
         table.row(vec![
@@ -118,6 +125,16 @@ fn costs(comparison: &Comparison, block: &Block) -> Table {
         table.row(single("refined", cost, "\u{2013}".to_owned()));
     }
     let runs = block.contests.iter().map(|c| c.runs.len()).max().unwrap_or(0);
+    if runs == 0 {
+        table.note("Interrupted before it was run.");
+        return table;
+    }
+    if comparison.interrupted {
+        table.note("Interrupted: these are the best so far, not of the whole budget.");
+    }
+    if comparison.subject.records.len() > 1 && block.steiglitz_cost.is_some() {
+        table.note("sm: from the first recording alone; its cost is over all.");
+    }
     table.note(format!(
         "{runs} runs each, seed {}; the interval is that of the median (bootstrap). A run's time is that of one run alone.",
         comparison.spec.seed
@@ -125,15 +142,22 @@ fn costs(comparison: &Comparison, block: &Block) -> Table {
     table
 }
 
-fn ranking(comparison: &Comparison, block: &Block) -> Table {
+fn ranking(block: &Block) -> Table {
     let ranking = block.ranking();
     let name = |n: usize| block.contests[n].method.name();
+    let runs = block.contests.iter().map(|c| c.runs.len()).max().unwrap_or(0);
     let order: Vec<&str> = ranking.order.iter().map(|n| name(*n)).collect();
     let title = format!("Ranking by median cost: {}", order.join(", "));
     let mut table = Table::new("ranking", title, &["pair", "first is lower in", "p", "p corrected", "at 5 %"]);
     for pair in &ranking.pairs {
         let [a, b] = pair.methods;
-        let verdict = if pair.corrected < 0.05 { "differ" } else { "no difference shown" };
+        let verdict = if runs < FEW {
+            "too few runs"
+        } else if pair.corrected < 0.05 {
+            "differ"
+        } else {
+            "no difference shown"
+        };
         table.row(vec![
             format!("{} before {}", name(a), name(b)),
             format!("{:.0} % of pairs", 100.0 * pair.superiority),
@@ -142,7 +166,6 @@ fn ranking(comparison: &Comparison, block: &Block) -> Table {
             verdict.to_owned(),
         ]);
     }
-    let _ = comparison;
     table.note(
         "Wilcoxon's signed-rank test, two-sided, of the logarithms of final costs of runs with the same number (they start from \
          the same population), corrected by Holm's method for all pairs of this block; the budget is equal in evaluations.",
@@ -191,21 +214,20 @@ fn errors(comparison: &Comparison, block: &Block) -> Table {
     let title = format!("Relative errors to {against} [%]: best run / mean over runs");
     let mut table = Table::new("errors", title, &["method", "R", "L", "K", "B", "J", "average"]);
     let Some(expected) = comparison.expected() else { return table };
-    for contest in &block.contests {
-        let errors = contest.errors(&expected);
+    let mut row = |name: &str, errors: [[f64; 2]; 5], free: &dyn Fn(Parameter) -> bool| {
         let pair = |[best, mean]: [f64; 2]| format!("{}/{}", percent(best), percent(mean));
-        let average = [0, 1].map(|n| errors.iter().map(|e| e[n]).sum::<f64>() / 5.0);
-        let cells = errors.iter().map(|e| pair(*e)).chain([pair(average)]);
-        table.row(std::iter::once(contest.method.name().to_owned()).chain(cells).collect());
+        let kept: Vec<[f64; 2]> =
+            Parameter::ALL.into_iter().zip(errors).filter(|(p, _)| free(*p)).map(|(_, e)| e).collect();
+        let average = [0, 1].map(|n| mean(&kept.iter().map(|e| e[n]).collect::<Vec<f64>>()));
+        let cells = Parameter::ALL.into_iter().zip(errors);
+        let cells = cells.map(|(p, e)| if free(p) { pair(e) } else { "held".to_owned() }).chain([pair(average)]);
+        table.row(std::iter::once(name.to_owned()).chain(cells).collect());
+    };
+    for contest in &block.contests {
+        row(contest.method.name(), contest.errors(&expected), &|p| comparison.is_free(p));
     }
-    if let Some(sm) = comparison.steiglitz.as_ref().filter(|sm| !sm.spread.is_empty()) {
-        let errors = sm.errors(&expected);
-        let average = errors.iter().sum::<f64>() / 5.0;
-        let cells = errors
-            .iter()
-            .map(|e| format!("\u{2013}/{}", percent(*e)))
-            .chain([format!("\u{2013}/{}", percent(average))]);
-        table.row(std::iter::once("sm".to_owned()).chain(cells).collect());
+    if let Some(sm) = comparison.steiglitz.as_ref().filter(|sm| sm.estimate.is_ok() || !sm.spread.is_empty()) {
+        row("sm", sm.all_errors(&expected), &|_| true);
         table.note(steiglitz_note(comparison));
     }
     table
@@ -278,7 +300,8 @@ fn targets(comparison: &Comparison, block: &Block) -> Table {
 pub(super) fn current_of(comparison: &Comparison, parameters: &Parameters, band: f64) -> Option<Response> {
     let record = comparison.subject.records.first()?;
     let drive = crate::experiment::drive(record);
-    let model = simulate(parameters, &drive, [0.0; 2], comparison.spec.model.discretization);
+    let initial = comparison.initial.first().copied().unwrap_or_default();
+    let model = simulate(parameters, &drive, initial, comparison.spec.model.discretization);
     response(&record.samples().time_s, &model.current, band)
 }
 

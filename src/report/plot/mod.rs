@@ -137,6 +137,9 @@ fn thinned(kept: &[usize], points: &[(f64, f64)]) -> Vec<usize> {
 #[must_use]
 pub fn chart(chart: &Chart) -> String {
     let plots = chart.plots(true);
+    if plots.is_empty() {
+        return nothing(&chart.title);
+    }
     let layout = chart.layout(&plots).with_width(1000.0).with_height(560.0);
     svg(plots, layout)
 }
@@ -150,7 +153,14 @@ pub fn log_log(title: &str, labels: [&str; 2], lines: Vec<Line>) -> String {
 /// Charts side by side in so many columns, with one legend for all, that of the first.
 #[must_use]
 pub fn panels(charts: &[Chart], columns: usize, [width, height]: [f64; 2]) -> String {
-    let plots: Vec<Vec<Plot>> = charts.iter().enumerate().map(|(n, chart)| chart.plots(n == 0)).collect();
+    let charts: Vec<&Chart> = charts.iter().filter(|chart| !chart.plots(false).is_empty()).collect();
+    if charts.is_empty() {
+        return nothing("");
+    }
+    // The first that has all lines explains them all.
+    let most = charts.iter().map(|chart| chart.plots(false).len()).max().unwrap_or(0);
+    let named = charts.iter().position(|chart| chart.plots(false).len() == most).unwrap_or(0);
+    let plots: Vec<Vec<Plot>> = charts.iter().enumerate().map(|(n, chart)| chart.plots(n == named)).collect();
     let layouts = charts.iter().zip(&plots).map(|(chart, plots)| small(chart.layout(plots))).collect();
     let figure = Figure::new(charts.len().div_ceil(columns), columns)
         .with_plots(plots)
@@ -184,7 +194,12 @@ pub fn boxes(panels: &[Boxes], label: &str) -> String {
         let plot = groups.fold(BoxPlot::new(), |plot, (name, values)| plot.with_group(name.clone(), values));
         vec![Plot::Box(plot.with_color(COLORS[5]).with_width(0.6))]
     };
-    let plots: Vec<Vec<Plot>> = panels.iter().map(plot).collect();
+    let panels: Vec<&Boxes> =
+        panels.iter().filter(|p| p.groups.iter().any(|(_, v)| v.iter().any(|v| v.is_finite()))).collect();
+    if panels.is_empty() {
+        return nothing(label);
+    }
+    let plots: Vec<Vec<Plot>> = panels.iter().map(|panel| plot(panel)).collect();
     let layout = |(n, plots): (usize, &Vec<Plot>)| {
         let layout = Layout::auto_from_plots(plots).with_title(panels[n].title.clone());
         small(if n == 0 { layout.with_y_label(label) } else { layout })
@@ -192,6 +207,23 @@ pub fn boxes(panels: &[Boxes], label: &str) -> String {
     let layouts = plots.iter().enumerate().map(layout).collect();
     let figure = Figure::new(1, panels.len()).with_plots(plots).with_layouts(layouts).with_cell_size(230.0, 360.0);
     SvgBackend::default().render_scene(&figure.render())
+}
+
+/// A drawing that says that there is nothing to draw.
+fn nothing(title: &str) -> String {
+    let mut escaped = String::new();
+    for c in format!("{title}: no data").trim_start_matches(": ").chars() {
+        match c {
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '&' => escaped.push_str("&amp;"),
+            c => escaped.push(c),
+        }
+    }
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"600\" height=\"60\"><text x=\"10\" y=\"35\" \
+         font-family=\"sans-serif\" font-size=\"16\">{escaped}</text></svg>"
+    )
 }
 
 fn svg(plots: Vec<Plot>, layout: Layout) -> String {

@@ -4,6 +4,9 @@ use super::{Block, Contest};
 use crate::motor::{Parameter, Parameters};
 use crate::study::statistics::{deviation, holm, mean, median_interval, quantile, sorted, superiority, wilcoxon};
 
+/// Runs below which neither an interval nor a test of 5 % can be had.
+pub const FEW: usize = 6;
+
 /// Costs of a method's runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Summary {
@@ -64,7 +67,7 @@ impl Contest {
         Summary {
             best: quantile(&sorted, 0.0),
             median: quantile(&sorted, 0.5),
-            interval: median_interval(&costs, seed),
+            interval: if costs.len() < FEW { [f64::NAN; 2] } else { median_interval(&costs, seed) },
             worst: quantile(&sorted, 1.0),
             average: mean(&costs),
             failed: self.runs.iter().filter(|run| run.parameters.is_none()).count(),

@@ -10,14 +10,14 @@ mod spec;
 mod steiglitz;
 mod targets;
 
-pub use judged::{Comparable, Ranking, Summary};
+pub use judged::{Comparable, FEW, Ranking, Summary};
 pub use spec::{CompareSpec, Setting, Subject};
 pub use steiglitz::Steiglitz;
 pub use targets::{Reached, reached};
 
 use crate::evaluate::{Problem, Scalar};
 use crate::identify::{Identification, IdentifySpec, Lockstep, Method, Warning, identify};
-use crate::motor::Parameters;
+use crate::motor::{Parameter, Parameters, Space};
 use crate::optimize::{Budget, Progress, Run, Setup, Stop, minimize};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
@@ -75,6 +75,8 @@ pub struct Comparison {
     pub steiglitz: Option<Steiglitz>,
     /// The refined estimate of the recordings, or why there is none.
     pub reference: std::result::Result<Box<Identification>, String>,
+    /// State `[i, ω]` at the start of each recording, as the searches take it.
+    pub initial: Vec<[f64; 2]>,
     /// What evaluated: cpu or gpu, its name, its numbers.
     pub device: (&'static str, String, &'static str),
     /// What the reader should know.
@@ -95,6 +97,22 @@ impl Comparison {
     }
 }
 
+impl Comparison {
+    /// Whether a parameter is searched for; the others are held.
+    #[must_use]
+    pub fn is_free(&self, parameter: Parameter) -> bool {
+        self.spec.space.free().iter().any(|axis| axis.parameter == parameter)
+    }
+}
+
+impl Block {
+    /// Whether any run found a candidate that does not diverge.
+    #[must_use]
+    pub fn has_results(&self) -> bool {
+        self.contests.iter().flat_map(|contest| &contest.runs).any(|run| run.parameters.is_some())
+    }
+}
+
 /// A run and where it belongs: its setting, its method among the setting's, its number.
 struct Entry {
     place: [usize; 2],
@@ -111,12 +129,7 @@ pub fn compare(
     spec: &CompareSpec,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Comparison> {
-    if spec.settings.is_empty() || spec.runs == 0 || spec.settings.iter().any(|s| s.methods.is_empty()) {
-        return Err(Error::usage("there is nothing to compare", "Give at least one method, criterion and run."));
-    }
-    if spec.runs > 100_000 {
-        return Err(Error::usage(format!("--runs is {}", spec.runs), "Give at most 100000."));
-    }
+    check(spec)?;
     let of = |setting: &Setting| {
         let problem = Problem::new(&subject.records, spec.model, spec.space.clone(), setting.criterion)?;
         Ok(Arc::new(problem))
@@ -134,9 +147,13 @@ pub fn compare(
     let mut arena = Arena { spec, problems, searches };
     let mut blocks: Vec<Block> = spec.settings.iter().map(empty).collect();
     let (mut interrupted, mut batch_seconds, mut before) = (false, 0.0, 0);
+    let mut last = Progress { generation: 0, generations: 0, evaluations: 0, cost: f64::INFINITY };
     for (generations, entries) in batches {
         let begun = Instant::now();
-        let mut watch = |p: &Progress| observe(&Progress { evaluations: before + p.evaluations, ..*p });
+        let mut watch = |p: &Progress| {
+            last = Progress { evaluations: before + p.evaluations, ..*p };
+            observe(&last)
+        };
         let (runs, stop) = arena.batch(generations, &entries, &mut watch)?;
         batch_seconds += begun.elapsed().as_secs_f64();
         interrupted |= stop == Stop::Interrupted;
@@ -150,20 +167,16 @@ pub fn compare(
         }
     }
     if !interrupted {
-        arena.alone(&mut blocks)?;
+        interrupted = arena.alone(&mut blocks, &mut || observe(&last))?.is_break();
     }
     let reference = reference(&subject, spec);
-    let steiglitz = (spec.noise_records > 0)
+    let steiglitz = spec
+        .steiglitz_mcbride
         .then(|| Steiglitz::of(&subject, spec, reference.as_ref().ok().map(AsRef::as_ref)))
         .transpose()?;
-    for (block, problem) in blocks.iter_mut().zip(&arena.problems) {
-        let cost = |p: &Parameters| {
-            let values: Vec<f64> = problem.space().free().iter().map(|axis| p.get(axis.parameter)).collect();
-            Some(Scalar::cost(problem, &values)).filter(|cost| cost.is_finite())
-        };
-        block.reference_cost = reference.as_ref().ok().and_then(|found| cost(&found.parameters));
-        block.steiglitz_cost = steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok().and_then(cost));
-    }
+    let initial: Vec<[f64; 2]> = arena.problems[0].signals().iter().map(|signals| signals.initial()).collect();
+    let (found, estimate) = (reference.as_deref().ok(), steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok()));
+    add_costs(&mut blocks, &subject, spec, (found, estimate, &initial))?;
     let (device, warnings) = (arena.searches.device(), arena.searches.warnings().to_vec());
     let spec = spec.clone();
     let evaluations = before;
@@ -173,12 +186,42 @@ pub fn compare(
         blocks,
         steiglitz,
         reference,
+        initial,
         device,
         warnings,
         interrupted,
         evaluations,
         batch_seconds,
     })
+}
+
+fn check(spec: &CompareSpec) -> Result<()> {
+    if spec.settings.is_empty() || spec.runs == 0 || spec.settings.iter().any(|s| s.methods.is_empty()) {
+        return Err(Error::usage("there is nothing to compare", "Give at least one method, criterion and run."));
+    }
+    if spec.runs > 100_000 {
+        return Err(Error::usage(format!("--runs is {}", spec.runs), "Give at most 100000."));
+    }
+    Ok(())
+}
+
+/// Costs of what was estimated without a search, in the criterion of each block.
+fn add_costs(
+    blocks: &mut [Block],
+    subject: &Subject,
+    spec: &CompareSpec,
+    (found, estimate, initial): (Option<&Identification>, Option<&Parameters>, &[[f64; 2]]),
+) -> Result<()> {
+    for block in blocks {
+        // Of all five parameters: what is held in the searches is not held in these.
+        let problem = Problem::new(&subject.records, spec.model, Space::table2(), block.setting.criterion)?;
+        let cost = |p: &Parameters| Some(Scalar::cost(&problem, &p.to_array())).filter(|cost| cost.is_finite());
+        // The refinement may have estimated another initial state than the searches take.
+        let same = |found: &&Identification| found.initial.iter().flatten().eq(initial.iter().flatten());
+        block.reference_cost = found.filter(same).and_then(|found| cost(&found.parameters));
+        block.steiglitz_cost = estimate.and_then(cost);
+    }
+    Ok(())
 }
 
 fn empty(setting: &Setting) -> Block {
@@ -218,21 +261,24 @@ impl Arena<'_> {
     }
 
     /// Seconds of one run of each method by itself: the median of three.
-    fn alone(&mut self, blocks: &mut [Block]) -> Result<()> {
+    fn alone(&mut self, blocks: &mut [Block], observe: &mut dyn FnMut() -> ControlFlow<()>) -> Result<ControlFlow<()>> {
         for (s, block) in blocks.iter_mut().enumerate() {
             for (m, contest) in block.contests.iter_mut().enumerate() {
                 let mut seconds = Vec::new();
                 for run in 0..3 {
                     let entry = [Entry { place: [s, m], run }];
                     let begun = Instant::now();
-                    self.batch(block.setting.generations, &entry, &mut |_| ControlFlow::Continue(()))?;
+                    let (_, stop) = self.batch(block.setting.generations, &entry, &mut |_| observe())?;
+                    if stop == Stop::Interrupted {
+                        return Ok(ControlFlow::Break(()));
+                    }
                     seconds.push(begun.elapsed().as_secs_f64());
                 }
                 seconds.sort_by(f64::total_cmp);
                 contest.seconds = seconds.get(1).copied();
             }
         }
-        Ok(())
+        Ok(ControlFlow::Continue(()))
     }
 }
 

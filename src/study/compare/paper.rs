@@ -101,7 +101,7 @@ pub const NOTES: [(&str, &str); 8] = [
         "\"MSE\" of Tables 5 and 6 is the mean relative error over runs. The true mean squared error, with N the number of \
            samples rather than of parameters, is given apart. B is in N·m·s/rad.",
     ),
-    ("e", "Minutes in Simulink against seconds of one run here, on this machine."),
+    ("e", "Minutes in Simulink against milliseconds of one run here, on this machine."),
     (
         "f",
         "Steiglitz–McBride has no seeds: its spread is over records with new noise. The paper does not say where its own \

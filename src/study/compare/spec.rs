@@ -73,7 +73,9 @@ pub struct CompareSpec {
     pub model: Model,
     /// What is free within which bounds.
     pub space: Space,
-    /// Records with new noise that Steiglitz–McBride, which has no seeds, is run on; 0 leaves it out.
+    /// Whether Steiglitz–McBride stands beside the searches.
+    pub steiglitz_mcbride: bool,
+    /// Records with new noise that it, which has no seeds, is run on for its spread.
     pub noise_records: usize,
     /// Their noise, where the motor is simulated \[dB\]; else it is that of the residuals.
     pub noise_db: f64,
@@ -96,6 +98,7 @@ impl Default for CompareSpec {
             seed: 1,
             model: Model { discretization: Discretization::Zoh, initial: Initial::Auto },
             space: Space::table2(),
+            steiglitz_mcbride: true,
             noise_records: 200,
             noise_db: 60.0,
             target: None,

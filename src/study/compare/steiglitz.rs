@@ -44,6 +44,9 @@ impl Steiglitz {
             seconds.push(begun.elapsed().as_secs_f64());
         }
         seconds.sort_by(f64::total_cmp);
+        if spec.noise_records == 0 {
+            return Ok(Self { estimate, spread: Vec::new(), records: 0, sigma: [0.0; 2], seconds: seconds[2] });
+        }
         let (clean, sigma) = match noiseless(subject, spec, reference)? {
             Some(pair) => pair,
             None => return Ok(Self { estimate, spread: Vec::new(), records: 0, sigma: [0.0; 2], seconds: seconds[2] }),
@@ -93,6 +96,15 @@ impl Steiglitz {
             self.values(p).into_iter().map(|value| relative(value, expected.get(p))).collect()
         };
         Parameter::ALL.map(|p| mean(&error(p)))
+    }
+
+    /// Relative errors of its estimate, and their means over the records with new noise, in percent; NaN without.
+    #[must_use]
+    pub fn all_errors(&self, expected: &Parameters) -> [[f64; 2]; 5] {
+        let means = self.errors(expected);
+        let own =
+            |p: Parameter| self.estimate.as_ref().map_or(f64::NAN, |found| relative(found.get(p), expected.get(p)));
+        Parameter::ALL.map(|p| [own(p), means[p as usize]])
     }
 
     fn values(&self, parameter: Parameter) -> Vec<f64> {

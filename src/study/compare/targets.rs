@@ -27,7 +27,7 @@ pub fn reached(block: &Block, target: Option<f64>) -> (Vec<f64>, Vec<Reached>) {
         let generations = contest.runs.iter().map(|run| run.history.len()).max().unwrap_or(0);
         #[expect(clippy::cast_precision_loss, reason = "counts")]
         let (pairs, agents, all) = (
-            (contest.runs.len() * targets.len()) as f64,
+            (contest.runs.len() * targets.len()).max(1) as f64,
             block.setting.population as f64,
             block.setting.generations as f64,
         );
@@ -56,7 +56,7 @@ fn range(block: &Block) -> Vec<f64> {
     let easiest = crate::study::statistics::quantile(&firsts, 0.5);
     let hardest = runs().filter_map(|run| run.history.last().copied()).fold(f64::INFINITY, f64::min);
     if !(easiest.is_finite() && hardest.is_finite()) {
-        return vec![f64::MAX];
+        return Vec::new();
     }
     let (top, bottom) = (easiest.max(1e-300).ln(), hardest.max(1e-12 * easiest).max(1e-300).ln());
     #[expect(clippy::cast_precision_loss, reason = "small")]
