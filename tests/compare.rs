@@ -289,6 +289,9 @@ fn drawings_have_units_names_and_nothing_that_is_no_number() {
     let header =
         |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap().lines().next().unwrap().to_owned();
     assert_eq!(header("block1-runs.csv"), "method,run,cost,evaluations,R,L,K,B,J");
+    let curves = "time_s,voltage_V,current_A,speed_rad_s,gwo_current_A,gwo_speed_rad_s,jaya_current_A";
+    assert!(header("curves.csv").starts_with(curves));
+    assert!(header("block1-reached.csv").starts_with("gwo_evaluations,gwo_seconds,gwo_share,jaya_evaluations"));
     assert_eq!(
         header("block1-history.csv"),
         "generation,gwo_q25,gwo_median,gwo_q75,jaya_q25,jaya_median,jaya_q75,ga_q25,ga_median,ga_q75"

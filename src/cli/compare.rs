@@ -11,8 +11,9 @@ use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::{Costs, DeviceSpec, IdentifySpec, Method, with_threads};
 use motorfit::motor::{Parameter, Space};
 use motorfit::report::compare::{CompareDocument, paper_tables, quartiles, setting_name, tables};
+use motorfit::report::figures::model;
 use motorfit::report::{Table, compare_page, json};
-use motorfit::study::compare::{Block, CompareSpec, Comparison, Setting, Subject, compare};
+use motorfit::study::compare::{Block, CompareSpec, Comparison, Setting, Subject, compare, reached};
 use motorfit::text::{engineering, excerpt, significant};
 use motorfit::{Error, Result};
 use std::fmt::Write as _;
@@ -75,11 +76,13 @@ fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<
     if args.preset.is_some() {
         files.extend(paper_tables(comparison).iter().map(|table| (format!("{}.csv", table.id), table.csv())));
     }
+    files.push(("curves.csv".to_owned(), curves(comparison)));
     for (n, block) in (1..).zip(&comparison.blocks) {
         let tables = tables(comparison, block);
         files.extend(tables.iter().map(|table| (format!("block{n}-{}.csv", table.id), table.csv())));
         files.push((format!("block{n}-runs.csv"), runs(block)));
         files.push((format!("block{n}-history.csv"), history(block)));
+        files.push((format!("block{n}-reached.csv"), shares(comparison, block)));
     }
     files
 }
@@ -96,6 +99,42 @@ fn runs(block: &Block) -> String {
         }
     }
     text
+}
+
+/// The first recording, measured and by the best run of each method of the first block.
+fn curves(comparison: &Comparison) -> String {
+    let Some(record) = comparison.subject.records.first() else { return String::new() };
+    let samples = record.samples();
+    let none = || vec![f64::NAN; record.len()];
+    let mut heads = ["time_s", "voltage_V", "current_A", "speed_rad_s"].map(str::to_owned).to_vec();
+    let mut columns = vec![
+        samples.time_s.clone(),
+        samples.voltage.clone(),
+        samples.current.clone().unwrap_or_else(none),
+        samples.speed.clone().unwrap_or_else(none),
+    ];
+    let contests = comparison.blocks.first().map_or(&[][..], |block| &block.contests);
+    let best = contests.iter().filter_map(|c| Some((c.method.name(), c.best()?.parameters?)));
+    let sm = comparison.steiglitz.as_ref().and_then(|sm| Some(("sm", *sm.estimate.as_ref().ok()?)));
+    let initial = comparison.initial.first().copied().unwrap_or_default();
+    for (name, parameters) in best.chain(sm) {
+        let [current, speed] = model(record, &parameters, initial, comparison.spec.model.discretization);
+        heads.extend([format!("{name}_current_A"), format!("{name}_speed_rad_s")]);
+        columns.extend([current, speed]);
+    }
+    out::curves(&heads, &columns)
+}
+
+/// Share of targets reached by each method, over evaluations and over time.
+fn shares(comparison: &Comparison, block: &Block) -> String {
+    let (_, reached) = reached(block, comparison.spec.target);
+    let (mut heads, mut columns) = (Vec::new(), Vec::new());
+    for (contest, reached) in block.contests.iter().zip(reached) {
+        let name = contest.method.name();
+        heads.extend(["evaluations", "seconds", "share"].map(|what| format!("{name}_{what}")));
+        columns.extend([reached.evaluations, reached.seconds, reached.share]);
+    }
+    out::curves(&heads, &columns)
 }
 
 /// Quartiles of the lowest cost after each generation.
