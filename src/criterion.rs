@@ -26,6 +26,22 @@ pub enum Norm {
     Nrmse,
 }
 
+impl Norm {
+    /// Its name in flags and results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Euclidean => "euclidean",
+            Self::Ise => "ise",
+            Self::Iae => "iae",
+            Self::Itse => "itse",
+            Self::Itae => "itae",
+            Self::Mse => "mse",
+            Self::Nrmse => "nrmse",
+        }
+    }
+}
+
 /// What the error of each channel is divided by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
@@ -39,6 +55,19 @@ pub enum Scale {
     Std,
     /// The standard deviation of the noise, given or estimated.
     Noise,
+}
+
+impl Scale {
+    /// Its name in flags and results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Peak => "peak",
+            Self::Std => "std",
+            Self::Noise => "noise",
+        }
+    }
 }
 
 /// A criterion: its norm, its scale, and what these need.

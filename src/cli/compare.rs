@@ -61,7 +61,7 @@ fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<
     let how = out::reproduced(vec![
         ("settings", settings.collect::<Vec<_>>().join("; ")),
         ("steiglitz-mcbride", if spec.steiglitz_mcbride { sm } else { "no".to_owned() }),
-        ("discretization", format!("{:?}", spec.model.discretization).to_lowercase()),
+        ("discretization", spec.model.discretization.name().to_owned()),
         ("held", held.collect::<Vec<_>>().join(", ")),
         ("target", spec.target.map_or("a range".to_owned(), |cost| cost.to_string())),
         ("device asked for", format!("{}, threads {}", args.device.device, rayon::current_num_threads())),

@@ -20,6 +20,13 @@ fn is_ours(name: &str) -> bool {
     matches!(name, "report.html" | "result.json") || (table && name.ends_with(".csv"))
 }
 
+/// Whether a folder says that its results are ours: by its page, which is written first, or its document.
+fn is_marked(folder: &Path) -> bool {
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap_or_default();
+    let document = serde_json::from_str::<serde_json::Value>(&read("result.json")).unwrap_or_default();
+    document["motorfit"].is_string() || read("report.html").contains("content=\"motorfit ")
+}
+
 impl Drop for Out {
     fn drop(&mut self) {
         if self.is_new {
@@ -39,11 +46,16 @@ impl Out {
             std::fs::create_dir_all(path).map_err(unreadable)?;
         }
         let out = Self { folder: path.to_path_buf(), is_new };
+        let mut is_empty = true;
         for entry in std::fs::read_dir(path).map_err(unreadable)? {
+            is_empty = false;
             let entry = entry.map_err(unreadable)?;
             if !(entry.path().is_file() && is_ours(&entry.file_name().to_string_lossy())) {
                 return Err(failed("holds something else than results: it is left as it is".to_owned()));
             }
+        }
+        if !is_empty && !is_marked(path) {
+            return Err(failed("holds tables that are not of this program: they are left as they are".to_owned()));
         }
         // Better now than after the work.
         tempfile::tempfile_in(path).map_err(unreadable)?;

@@ -29,6 +29,19 @@ pub enum Discretization {
 }
 
 impl Discretization {
+    /// Its name in flags and results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Zoh => "zoh",
+            Self::Foh => "foh",
+            Self::Rk4 => "rk4",
+            Self::Euler => "euler",
+        }
+    }
+}
+
+impl Discretization {
     /// Terms of φ₁ that are added up; 18 reach rounding error for a spectral radius up to 1.1.
     fn terms(self) -> u32 {
         match self {

@@ -124,8 +124,8 @@ impl EvaluateDocument {
         value!({
             "motorfit": env!("CARGO_PKG_VERSION"),
             "records": records.iter().map(record_head).collect::<Value>(),
-            "criterion": format!("{:?}", problem.criterion().norm).to_lowercase(),
-            "scale": format!("{:?}", problem.criterion().scale).to_lowercase(),
+            "criterion": problem.criterion().norm.name(),
+            "scale": problem.criterion().scale.name(),
             "bounds": bounds.collect::<Map<String, Value>>(),
             "device": {"kind": kind, "name": name, "precision": precision},
             "candidates": self.candidates,
@@ -181,11 +181,11 @@ fn parameter(found: &Identification, parameter: Parameter) -> (String, Value) {
 /// Settings by the names of their flags.
 pub struct Names {
     /// `--criterion`.
-    pub criterion: String,
+    pub criterion: &'static str,
     /// `--scale`.
-    pub scale: String,
+    pub scale: &'static str,
     /// `--discretization`.
-    pub discretization: String,
+    pub discretization: &'static str,
     /// `--initial`.
     pub initial: &'static str,
 }
@@ -195,9 +195,9 @@ impl Names {
     #[must_use]
     pub fn of(spec: &IdentifySpec) -> Self {
         Self {
-            criterion: format!("{:?}", spec.criterion.norm).to_lowercase(),
-            scale: format!("{:?}", spec.criterion.scale).to_lowercase(),
-            discretization: format!("{:?}", spec.model.discretization).to_lowercase(),
+            criterion: spec.criterion.norm.name(),
+            scale: spec.criterion.scale.name(),
+            discretization: spec.model.discretization.name(),
             initial: match spec.model.initial {
                 Initial::Auto => "auto",
                 Initial::Zero => "zero",

@@ -22,7 +22,7 @@ impl CompareDocument {
             "records": subject.records.iter().map(record_head).collect::<Value>(),
             "truth": subject.truth.as_ref().map(plain),
             "paper": paper.then(|| paper_tables(comparison).iter().map(shown).collect::<Value>()),
-            "discretization": format!("{:?}", spec.model.discretization).to_lowercase(),
+            "discretization": spec.model.discretization.name(),
             "fixed": fixed(comparison),
             "target": spec.target,
             "noise_db": spec.noise_db,
@@ -83,8 +83,8 @@ fn block(comparison: &Comparison, block: &Block) -> Value {
     });
     value!({
         "setting": setting_name(&block.setting),
-        "criterion": format!("{:?}", block.setting.criterion.norm).to_lowercase(),
-        "scale": format!("{:?}", block.setting.criterion.scale).to_lowercase(),
+        "criterion": block.setting.criterion.norm.name(),
+        "scale": block.setting.criterion.scale.name(),
         "population": block.setting.population,
         "generations": block.setting.generations,
         "methods": block.contests.iter().map(|c| contest(comparison, c)).collect::<Value>(),

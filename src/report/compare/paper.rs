@@ -36,7 +36,7 @@ fn costs(comparison: &Comparison) -> Table {
     let heads = ["method", "paper best", "worst", "average", "ours best", "worst", "average", "median"];
     let mut table = Table::new("table4", "Table 4: cost over runs (a)", &heads);
     for (n, block) in comparison.blocks.iter().enumerate() {
-        let scale = format!("{:?}", block.setting.criterion.scale).to_lowercase();
+        let scale = block.setting.criterion.scale.name();
         for contest in &block.contests {
             let name = contest.method.name();
             let printed = PRINTED.iter().find(|p| p.method == name).and_then(|p| p.cost).filter(|_| n == 0);

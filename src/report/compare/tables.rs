@@ -11,8 +11,8 @@ use crate::text::significant;
 /// The heading of a block: criterion, scale and budget.
 #[must_use]
 pub fn setting_name(setting: &Setting) -> String {
-    let criterion = format!("{:?}", setting.criterion.norm).to_lowercase();
-    let scale = format!("{:?}", setting.criterion.scale).to_lowercase();
+    let criterion = setting.criterion.norm.name();
+    let scale = setting.criterion.scale.name();
     let own: String = setting.methods.iter().filter_map(changed).map(|own| format!("; {own}")).collect();
     format!("{criterion}, scale {scale}, {} agents × {} generations{own}", setting.population, setting.generations)
 }
