@@ -87,6 +87,12 @@ impl Error {
         self.0.line
     }
 
+    /// What happened, without its place.
+    #[must_use]
+    pub fn message(&self) -> String {
+        printable(&self.0.message)
+    }
+
     /// What to do about it, free of control characters.
     #[must_use]
     pub fn remedy(&self) -> String {

@@ -65,18 +65,55 @@ pub(crate) enum Command {
 
 #[derive(Args)]
 pub(crate) struct Columns {
-    /// What columns hold, as QUANTITY=HEADING[:UNIT],…; quantities: time, voltage, current, speed, load_torque
-    #[arg(long, value_name = "LIST")]
+    /// What columns hold, as QUANTITY=HEADING,…; quantities: time, voltage, current, speed, load_torque, position.
+    /// Behind a heading (or its number, #2) may stand operations, a unit, or the two voltages of a flag:
+    /// current=I:mA, time=tick:8kHz, voltage=PWM*12/255:V, voltage=step:0..12, position=count/4096:turns
+    #[arg(long, value_name = "LIST", help_heading = "Recording")]
     pub columns: Option<String>,
+}
+
+/// How recordings are read and prepared.
+#[derive(Args)]
+pub(crate) struct Reading {
+    #[command(flatten)]
+    pub columns: Columns,
+    /// Samples per second: of a recording without a time column; any other is brought to it, behind an anti-alias
+    /// filter where it is faster
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, help_heading = "Recording")]
+    pub rate: Option<f64>,
+    /// What becomes of gaps in time: bad data, a long step, or a recording for each stretch
+    #[arg(long, value_enum, default_value = "error", value_name = "HOW", help_heading = "Recording")]
+    pub gaps: GapsName,
+    /// Leave out rows whose time repeats that of the row before
+    #[arg(long, help_heading = "Recording")]
+    pub drop_repeats: bool,
+    /// Use the time FROM:TO only, in seconds; either may be left out
+    #[arg(long, value_name = "FROM:TO", allow_hyphen_values = true, help_heading = "Recording")]
+    pub crop: Option<String>,
+    /// Offsets of sensors that are subtracted: auto (the means while at rest before the voltage changes), or
+    /// current=0.02,speed=…,voltage=… in SI units
+    #[arg(long, value_name = "OFFSETS", help_heading = "Recording")]
+    pub offset: Option<String>,
+    /// What does not count: auto (saturated current, an input reset at the end, stretches with the drive disabled), or
+    /// FROM:TO, current@FROM:TO, speed@FROM:TO in seconds; repeatable
+    #[arg(long, value_name = "MASK", value_delimiter = ',', allow_hyphen_values = true, help_heading = "Recording")]
+    pub mask: Vec<String>,
+    /// Keep every Nth sample, behind an anti-alias filter
+    #[arg(long, value_name = "N", conflicts_with = "rate", help_heading = "Recording")]
+    pub decimate: Option<usize>,
+    /// A low-pass on all signals alike: butterworth:HZ[:ORDER] or chebyshev:HZ[:ORDER[:RIPPLE_DB]]
+    #[arg(long, value_name = "FILTER", help_heading = "Recording")]
+    pub filter: Option<String>,
 }
 
 #[derive(Args)]
 pub(crate) struct IdentifyArgs {
-    /// Recordings: CSV with time, voltage, current and speed
+    /// Recordings: CSV, XLSX, MAT or SysId JSON with time, voltage, current and speed; A+B makes one recording of two
+    /// files
     #[arg(required = true, value_name = "RECORD")]
     pub records: Vec<PathBuf>,
     #[command(flatten)]
-    pub columns: Columns,
+    pub reading: Reading,
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
@@ -159,7 +196,7 @@ pub(crate) struct CompareArgs {
     #[arg(value_name = "RECORD")]
     pub records: Vec<PathBuf>,
     #[command(flatten)]
-    pub columns: Columns,
+    pub reading: Reading,
     /// The set-up of the paper, its tables beside ours
     #[arg(long, value_enum, conflicts_with_all = ["records", "methods", "criteria", "population", "generations", "set", "bounds", "fix"])]
     pub preset: Option<Preset>,
@@ -211,11 +248,12 @@ pub(crate) struct CompareArgs {
 
 #[derive(Args)]
 pub(crate) struct EvaluateArgs {
-    /// Recordings: CSV with time, voltage, current and speed
+    /// Recordings: CSV, XLSX, MAT or SysId JSON with time, voltage, current and speed; A+B makes one recording of two
+    /// files
     #[arg(required = true, value_name = "RECORD")]
     pub records: Vec<PathBuf>,
     #[command(flatten)]
-    pub columns: Columns,
+    pub reading: Reading,
     /// Candidates, CSV or .parquet, with a column for each free parameter (R,L,K,B,J; SI units); - reads CSV from stdin
     #[arg(long, value_name = "FILE", required_unless_present_any = ["sample", "slice"])]
     #[arg(conflicts_with_all = ["sample", "slice"])]
@@ -286,7 +324,7 @@ pub(crate) struct InspectArgs {
     #[arg(required = true, value_name = "RECORD")]
     pub records: Vec<PathBuf>,
     #[command(flatten)]
-    pub columns: Columns,
+    pub reading: Reading,
     #[command(flatten)]
     pub band: Band,
     /// Print one JSON document

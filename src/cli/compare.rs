@@ -4,7 +4,7 @@ use super::args::{CompareArgs, CriterionName, MethodName, ScaleName};
 use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
 use super::progress::Reporter;
-use super::{Outcome, inspect, interrupt, methods, problem, values};
+use super::{Outcome, interrupt, methods, problem, reading, values};
 use clap::ValueEnum as _;
 use motorfit::criterion::Criterion;
 use motorfit::evaluate::{Initial, Model};
@@ -156,7 +156,10 @@ fn subject(args: &CompareArgs) -> Result<Subject> {
     if args.records.is_empty() {
         return Subject::m2();
     }
-    Ok(Subject { records: inspect::read(&args.records, &args.columns)?, truth: None })
+    Ok(Subject {
+        records: reading::records(&args.records, &args.reading, problem::discretization(args.discretization))?,
+        truth: None,
+    })
 }
 
 fn spec(args: &CompareArgs, device: IdentifySpec) -> Result<CompareSpec> {
@@ -283,7 +286,7 @@ fn text(args: &CompareArgs, comparison: &Comparison) -> String {
         Some(_) => text.push_str("simulated M2 motor, 10.5 V from 1 s on, 3001 samples in steps of 1 ms, no noise\n"),
         None => {
             for record in &comparison.subject.records {
-                let _ = writeln!(text, "{}", inspect::understood(record));
+                let _ = writeln!(text, "{}", reading::understood(record));
             }
         }
     }

@@ -4,7 +4,7 @@ use super::args::EvaluateArgs;
 use super::candidates::{Source, sampling};
 use super::output::{Style, data, is_read};
 use super::progress::Reporter;
-use super::{Outcome, inspect, interrupt, problem};
+use super::{Outcome, interrupt, problem, reading};
 use motorfit::candidates::Candidates;
 use motorfit::identify::{Costs, with_threads};
 use motorfit::motor::Axis;
@@ -32,7 +32,7 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     if args.top == Some(0) {
         return Err(Error::usage("--top is 0", "Give how many of the best to print."));
     }
-    let records = inspect::read(&args.records, &args.columns)?;
+    let records = reading::records(&args.records, &args.reading, problem::discretization(args.problem.discretization))?;
     // For the choice of a device: how many candidates come at once and in all; of a file that is not known.
     let axes = u32::try_from(spec.space.free().len()).unwrap_or(u32::MAX);
     let expected = match sampled {

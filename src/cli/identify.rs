@@ -4,7 +4,7 @@ use super::args::{IdentifyArgs, PolishName};
 use super::out::{self, Out};
 use super::output::{DIM, STRONG, Style, data};
 use super::progress::Reporter;
-use super::{Outcome, inspect, interrupt, methods, problem, values};
+use super::{Outcome, interrupt, methods, problem, reading, values};
 use motorfit::Result;
 use motorfit::estimate::ReferenceKind;
 use motorfit::identify::{Identification, IdentifySpec, Method, Polish, Status, identify_with};
@@ -19,7 +19,7 @@ use std::ops::ControlFlow;
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     let spec = spec(args, style)?;
-    let records = inspect::read(&args.records, &args.columns)?;
+    let records = reading::records(&args.records, &args.reading, problem::discretization(args.problem.discretization))?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
     interrupt::listen()?;
     let mut reporter = Reporter::new(style);
@@ -118,7 +118,7 @@ fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style:
     let mut text = String::new();
     if !style.quiet {
         for record in records {
-            let _ = writeln!(text, "{}", inspect::understood(record));
+            let _ = writeln!(text, "{}", reading::understood(record));
         }
         text.push('\n');
     }

@@ -1,20 +1,19 @@
 //! `inspect`: what a recording holds and how it was understood.
 
-use super::Outcome;
-use super::args::{Columns, InspectArgs};
+use super::args::InspectArgs;
 use super::output::{STRONG, Style, data};
+use super::{Outcome, reading};
 use motorfit::identify::{Outlook, outlook, record_warnings};
-use motorfit::motor::Parameter;
-use motorfit::record::{Record, parse_columns, read_csv};
+use motorfit::motor::{Discretization, Parameter};
+use motorfit::record::Record;
 use motorfit::report::{InspectDocument, SignalFacts, json};
-use motorfit::text::{engineering, printable, significant};
+use motorfit::text::{printable, significant};
 use motorfit::{Error, Result};
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
     let band = band(args.band.settling_band)?;
-    let records = read(&args.records, &args.columns)?;
+    let records = reading::records(&args.records, &args.reading, Discretization::Zoh)?;
     if args.json {
         data(&json(&InspectDocument::of(&records, band)))?;
         return Ok(Outcome::Done);
@@ -34,33 +33,8 @@ pub(super) fn band(percent: f64) -> Result<f64> {
     Err(Error::usage(format!("--settling-band is {percent}"), "Give percent between 0 and 100, usually 2 or 5."))
 }
 
-/// Reads all recordings.
-pub(super) fn read(paths: &[PathBuf], columns: &Columns) -> Result<Vec<Record>> {
-    let columns = parse_columns(columns.columns.as_deref().unwrap_or_default())?;
-    paths.iter().map(|path| read_csv(path, &columns)).collect()
-}
-
-/// One line: file, samples, period, duration, columns with units.
-pub(super) fn understood(record: &Record) -> String {
-    let source = record.source();
-    let path = source.path.as_ref().map_or_else(String::new, |path| path.display().to_string());
-    let time = &record.samples().time_s;
-    let columns: Vec<String> = source
-        .columns
-        .iter()
-        .map(|c| format!("{} [{}{}]", c.heading, c.unit, if c.unit_named { "" } else { " assumed" }))
-        .collect();
-    printable(&format!(
-        "{path}: {} samples every {}, {}; {}",
-        record.len(),
-        engineering(record.period_s(), "s", 4),
-        engineering(time[time.len() - 1] - time[0], "s", 4),
-        columns.join(", ")
-    ))
-}
-
 fn text(record: &Record, band: f64) -> String {
-    let mut text = format!("{}\n", understood(record));
+    let mut text = format!("{}\n", reading::understood(record));
     let jitter = significant(100.0 * record.steps().jitter, 2);
     let _ = writeln!(text, "  jitter of the period: at most {jitter} %");
     if !record.source().ignored.is_empty() {

@@ -4,7 +4,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use motorfit::Error;
 
 const COMMANDS: [&str; 1] = ["sweep"];
-const FLAGS: [&str; 5] = ["--with", "--validate", "--split", "--rate", "--crop"];
+const FLAGS: [&str; 3] = ["--with", "--validate", "--split"];
 
 /// The error for a command, flag or value that a later version brings; `None` when clap's own words fit.
 pub(super) fn planned(error: &clap::Error) -> Option<Error> {

@@ -18,6 +18,7 @@ mod out;
 mod output;
 mod problem;
 mod progress;
+mod reading;
 mod shell;
 mod simulate;
 mod slice;

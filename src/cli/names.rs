@@ -86,3 +86,13 @@ pub(crate) enum Precision {
     F32,
     F64,
 }
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum GapsName {
+    /// Bad data
+    Error,
+    /// A long step, over which the voltage is held
+    Keep,
+    /// Each stretch between gaps is a recording of its own
+    Split,
+}

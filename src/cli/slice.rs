@@ -2,7 +2,7 @@
 
 use super::args::EvaluateArgs;
 use super::output::{Style, data};
-use super::{Outcome, files, inspect, problem};
+use super::{Outcome, files, problem, reading};
 use motorfit::identify::with_threads;
 use motorfit::motor::Parameter;
 use motorfit::report::Names;
@@ -31,7 +31,7 @@ pub(super) fn run(args: &EvaluateArgs, slice: &str, style: &Style) -> Result<Out
             return Err(Error::usage(message, "Leave --sample out, or give the points a side as grid:N."));
         }
     };
-    let records = inspect::read(&args.records, &args.columns)?;
+    let records = reading::records(&args.records, &args.reading, problem::discretization(args.problem.discretization))?;
     let map = with_threads(spec.threads, || cost_map(&records, &spec, parameters, side))?;
     style.warnings(&map.found.warnings);
     let names = Names::of(&spec);

@@ -60,8 +60,9 @@ impl<'a> Fit<'a> {
 
     /// Values measured in all recordings.
     pub(super) fn count(&self) -> usize {
-        let channels = |s: &Signals| usize::from(s.has(0)) + usize::from(s.has(1));
-        self.problem.signals().iter().map(|s| s.len() * channels(s)).sum()
+        let counting =
+            |s: &Signals| (0..2).filter(|&channel| s.has(channel)).map(|channel| s.count(channel)).sum::<usize>();
+        self.problem.signals().iter().map(|s| counting(s)).sum()
     }
 
     /// The unknowns at the parameters `values`, with initial states as measured.

@@ -82,6 +82,8 @@ fn run<const FMA: bool>(signals: &Signals, steps: &[Step], initial: [f64; 2]) ->
     let mut totals = [[[0.0; ROW]; ROW]; 2];
     let mut rows = [[[0.0; ROW]; BLOCK]; 2];
     let mut waiting = 0;
+    // Masks are rare: a row that does not count is nothing.
+    let masked = !signals.weight.is_empty();
     for span in &signals.spans {
         let Step { map, d, taps, torque } = &steps[usize::from(span.step)];
         let [v, v_next] = span.voltage;
@@ -94,10 +96,13 @@ fn run<const FMA: bool>(signals: &Signals, steps: &[Step], initial: [f64; 2]) ->
             }
         }
         let phi = [map.d[0] + 1.0, map.d[1], map.d[2], map.d[3] + 1.0];
-        for y in &signals.measured[span.start..span.end] {
+        for (n, y) in (span.start..span.end).zip(&signals.measured[span.start..span.end]) {
             for channel in 0..2 {
                 rows[channel][waiting] = s[channel];
                 rows[channel][waiting][ERROR] = y[channel] - x[channel];
+                if masked && signals.weight[n][channel] == 0.0 {
+                    rows[channel][waiting] = [0.0; ROW];
+                }
             }
             waiting += 1;
             if waiting == BLOCK {

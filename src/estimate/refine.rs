@@ -260,7 +260,7 @@ impl<'a> Search<'a> {
                     return 1.0;
                 }
                 #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
-                let count = signals.len() as f64;
+                let count = signals.count(channel) as f64;
                 let power: f64 = signals.measured.iter().map(|y| y[channel] * y[channel]).sum();
                 let sigma = (self.normal.squares(recording, channel) / (count * freedom).max(1.0)).sqrt();
                 sigma.max(SIGMA_MIN * (power / count).sqrt()).max(SMALLEST)
@@ -275,7 +275,7 @@ impl<'a> Search<'a> {
         [0, 1].map(|channel| {
             let measured = || (0..signals.len()).filter(|n| signals[*n].has(channel));
             let squares: f64 = measured().map(|n| self.normal.squares(n, channel)).sum();
-            let count: usize = measured().map(|n| signals[n].len()).sum();
+            let count: usize = measured().map(|n| signals[n].count(channel)).sum();
             #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
             let freedom = (count as f64 * self.freedom()).max(1.0);
             (count > 0).then(|| (squares / freedom).sqrt())
@@ -285,7 +285,10 @@ impl<'a> Search<'a> {
     fn finish(self, converged: bool) -> Refined {
         let Self { fit, at, normal, evaluations, .. } = &self;
         let axes = fit.problem.space().free();
-        let (matrix, gradient) = fit.weighted(normal, &self.sigma);
+        // Samples behind a filter are not independent: fewer of them inform.
+        let share = |(sigma, signals): (&[f64; 2], &Arc<Signals>)| sigma.map(|s| s / signals.independent.sqrt());
+        let informing: Sigma = self.sigma.iter().zip(fit.problem.signals()).map(share).collect();
+        let (matrix, gradient) = fit.weighted(normal, &informing);
         let free = self.free(&gradient);
         let at_bound = (0..axes.len()).map(|n| match (free.contains(&n), at[n] <= self.lower[n]) {
             (true, _) => None,

@@ -49,6 +49,8 @@ const SPREAD_MAX: f64 = 1.0;
 const INFORMATION_MIN: f64 = 1e-13;
 /// Residuals below this part of a signal are rounding.
 const ROUNDING: f64 = 1e-10;
+/// Below this part of independent samples residuals are not tested.
+const INDEPENDENT_MIN: f64 = 0.9;
 /// Quantile of the normal distribution for 95 %.
 const Z95: f64 = 1.959_963_984_540_054;
 
@@ -147,13 +149,20 @@ fn student95(freedom: usize) -> f64 {
 fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> [Option<Whiteness>; 2] {
     let mut worst: [Option<Whiteness>; 2] = [None; 2];
     for (recording, signals) in fit.problem.signals().iter().enumerate() {
+        // What a filter has passed is correlated, whatever the model misses.
+        if signals.independent < INDEPENDENT_MIN {
+            continue;
+        }
         let mut residuals = [Vec::new(), Vec::new()];
-        let mut measured = signals.measured.iter();
+        let mut measured = signals.measured.iter().enumerate();
         let parameters = fit.problem.parameters(values, recording);
         walk(&parameters, &signals.drive(), initial[recording], fit.problem.model().discretization, |x| {
-            if let Some(y) = measured.next() {
-                residuals[0].push(y[0] - x[0]);
-                residuals[1].push(y[1] - x[1]);
+            if let Some((n, y)) = measured.next() {
+                for (channel, residuals) in
+                    residuals.iter_mut().enumerate().filter(|(channel, _)| signals.counts(*channel, n))
+                {
+                    residuals.push(y[channel] - x[channel]);
+                }
             }
         });
         for channel in (0..2).filter(|&channel| signals.has(channel)) {

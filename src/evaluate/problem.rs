@@ -40,7 +40,7 @@ impl Problem {
             .iter()
             .map(|record| Signals::new(record, &criterion, model.initial, model.discretization).map(Arc::new))
             .collect::<Result<Vec<_>>>()?;
-        let samples = signals.iter().map(|s| s.len()).sum();
+        let samples = signals.iter().map(|s| s.samples()).sum();
         Ok(Self { signals, model, space, criterion, samples })
     }
 

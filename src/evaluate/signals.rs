@@ -44,8 +44,12 @@ pub struct Signals {
     pub(crate) torque: Vec<f64>,
     /// Measured current and speed; zeros for a channel that was not measured.
     pub(crate) measured: Vec<[f64; 2]>,
-    /// Weights of the errors; empty when all are 1.
+    /// Weights of the errors; empty when all are 1. A masked sample weighs 0.
     pub(crate) weight: Vec<[f64; 2]>,
+    /// For each sample whether its current and its speed count; empty when all do.
+    counting: Vec<[bool; 2]>,
+    /// The part of the samples that count as independent.
+    pub(crate) independent: f64,
     /// What each channel's sum is multiplied by: its scale and, where weights are empty, the step; 0 for a channel that
     /// was not measured.
     pub(crate) factor: [f64; 2],
@@ -67,8 +71,10 @@ impl Signals {
     /// `NotIdentified` when a channel is constant where the scale divides by its variation.
     pub fn new(record: &Record, criterion: &Criterion, initial: Initial, method: Discretization) -> Result<Self> {
         let (samples, steps) = (record.samples(), record.steps());
-        let measured = record.measured();
-        let (initial, initial_is_free) = initial_state(record, initial);
+        let counting = record.counting();
+        let filled = filled(record, &counting);
+        let measured = [0, 1].map(|channel| filled[channel].as_deref().or(record.measured()[channel]));
+        let (initial, initial_is_free) = initial_state(measured, initial);
         let mut signals = Self {
             step_s: steps.step_s.clone(),
             step_index: steps.step_index.clone(),
@@ -76,6 +82,8 @@ impl Signals {
             torque: samples.torque.clone().unwrap_or_default(),
             measured: (0..record.len()).map(|n| measured.map(|m| m.map_or(0.0, |m| m[n]))).collect(),
             weight: Vec::new(),
+            counting,
+            independent: record.independent(),
             factor: [0.0; 2],
             initial,
             initial_is_free,
@@ -139,6 +147,24 @@ impl Signals {
         self.factor[channel] > 0.0
     }
 
+    /// Whether a channel of a sample counts.
+    #[must_use]
+    pub fn counts(&self, channel: usize, sample: usize) -> bool {
+        self.counting.get(sample).is_none_or(|counts| counts[channel])
+    }
+
+    /// How many samples of a channel count.
+    #[must_use]
+    pub fn count(&self, channel: usize) -> usize {
+        if self.counting.is_empty() { self.len() } else { self.counting.iter().filter(|c| c[channel]).count() }
+    }
+
+    /// How many samples count in any channel that was measured.
+    pub(super) fn samples(&self) -> usize {
+        let any = |counts: &&[bool; 2]| (0..2).any(|channel| counts[channel] && self.has(channel));
+        if self.counting.is_empty() { self.len() } else { self.counting.iter().filter(any).count() }
+    }
+
     /// The inputs, as the oracle takes them.
     #[must_use]
     pub fn drive(&self) -> Drive<'_> {
@@ -158,6 +184,12 @@ impl Signals {
             self.weight = (0..self.len()).map(|n| [weight(n); 2]).collect();
         } else if criterion.is_integral() {
             self.factor = self.factor.map(|factor| factor * self.step_s[0]);
+        }
+        if !self.counting.is_empty() {
+            self.weight.resize(self.len(), [1.0; 2]);
+            for (weight, counts) in self.weight.iter_mut().zip(&self.counting) {
+                *weight = [0, 1].map(|channel| if counts[channel] { weight[channel] } else { 0.0 });
+            }
         }
     }
 
@@ -213,11 +245,41 @@ fn divisor(criterion: &Criterion, channel: usize, signal: &[f64]) -> Result<f64>
     Err(Error::new(ErrorKind::NotIdentified, message, remedy))
 }
 
+/// Measured channels with a straight line where samples do not count, so that nothing is made of what they hold; `None`
+/// for a channel whose samples all count.
+fn filled(record: &Record, counting: &[[bool; 2]]) -> [Option<Vec<f64>>; 2] {
+    [0, 1].map(|channel| {
+        let signal = record.measured()[channel].filter(|_| counting.iter().any(|c| !c[channel]))?;
+        let mut filled = signal.to_vec();
+        let mut last: Option<usize> = None;
+        for n in 0..=signal.len() {
+            let good = counting.get(n).is_none_or(|c| c[channel]);
+            if !good {
+                continue;
+            }
+            let after = signal.get(n).copied();
+            let from = last.map_or(0, |l| l + 1);
+            let before = last.map(|l| signal[l]);
+            for (k, value) in filled[from..n].iter_mut().enumerate() {
+                #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
+                let part = (k + 1) as f64 / (n - from + 1) as f64;
+                *value = match (before, after) {
+                    (Some(before), Some(after)) => before + part * (after - before),
+                    (Some(one), None) | (None, Some(one)) => one,
+                    (None, None) => 0.0,
+                };
+            }
+            last = Some(n);
+        }
+        Some(filled)
+    })
+}
+
 /// The state at the first sample, and whether a refinement estimates it.
-fn initial_state(record: &Record, initial: Initial) -> ([f64; 2], bool) {
-    let first = record.measured().map(|m| m.map_or(0.0, |m| m[0]));
+fn initial_state(measured: [Option<&[f64]>; 2], initial: Initial) -> ([f64; 2], bool) {
+    let first = measured.map(|m| m.map_or(0.0, |m| m[0]));
     let at_rest = || {
-        record.measured().into_iter().flatten().all(|signal| {
+        measured.into_iter().flatten().all(|signal| {
             let peak = signal.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()));
             // Five σ of the noise, or one percent of what the signal reaches.
             signal[0].abs() <= (0.01 * peak).max(5.0 * crate::criterion::noise_sigma(signal))

@@ -16,8 +16,12 @@ pub(super) fn of(records: &[Record], problem: &Problem, candidate: &[f64]) -> ([
             record.measured().into_iter().zip([model.current, model.speed]).enumerate()
         {
             let Some(measured) = measured else { continue };
-            let mean = mean(measured);
-            for (y, y_hat) in measured.iter().zip(simulated) {
+            let counting: Vec<f64> =
+                measured.iter().enumerate().filter(|(n, _)| signals.counts(channel, *n)).map(|(_, y)| *y).collect();
+            let mean = mean(&counting);
+            for (_, (y, y_hat)) in
+                measured.iter().zip(simulated).enumerate().filter(|(n, _)| signals.counts(channel, *n))
+            {
                 count[channel] += 1.0;
                 squares[channel][0] += (y - y_hat) * (y - y_hat);
                 squares[channel][1] += (y - mean) * (y - mean);

@@ -17,9 +17,11 @@ pub enum Quantity {
     Current,
     /// Speed of the shaft.
     Speed,
+    /// Angle of the shaft: a source of its speed.
+    Position,
 }
 
-use Quantity::{Current, Speed, Time, Torque, Voltage};
+use Quantity::{Current, Position, Speed, Time, Torque, Voltage};
 
 /// Units and what turns a value in them into SI; the SI unit comes first. Compared in lower case.
 type Units = &'static [(&'static str, f64)];
@@ -34,6 +36,7 @@ const TIME: Units = &[
     ("msec", 1e-3),
     ("us", 1e-6),
     ("ns", 1e-9),
+    ("minutes", 60.0),
     ("min", 60.0),
 ];
 const VOLTAGE: Units = &[("v", 1.0), ("volt", 1.0), ("volts", 1.0), ("mv", 1e-3), ("kv", 1e3)];
@@ -63,21 +66,42 @@ const SPEED: Units = &[
     ("rps", TURN),
     ("rev/s", TURN),
     ("turns/s", TURN),
+    ("rotations/s", TURN),
     ("hz", TURN),
     ("deg/s", TURN / 360.0),
     ("°/s", TURN / 360.0),
 ];
+const POSITION: Units = &[
+    ("rad", 1.0),
+    ("radian", 1.0),
+    ("radians", 1.0),
+    ("deg", TURN / 360.0),
+    ("degree", TURN / 360.0),
+    ("degrees", TURN / 360.0),
+    ("°", TURN / 360.0),
+    ("turn", TURN),
+    ("turns", TURN),
+    ("rev", TURN),
+    ("revs", TURN),
+    ("revolutions", TURN),
+    ("rotation", TURN),
+    ("rotations", TURN),
+];
 
-const TIME_WORDS: &[&str] = &["time", "t", "timestamp", "elapsed", "zeit", "tempo", "temps", "tiempo"];
+const TIME_WORDS: &[&str] = &["time", "t", "timestamp", "timestep", "elapsed", "zeit", "tempo", "temps", "tiempo"];
 const VOLTAGE_WORDS: &[&str] =
     &["voltage", "volt", "volts", "v", "u", "vin", "va", "spannung", "tension", "tensao", "tensão", "voltaje"];
 const CURRENT_WORDS: &[&str] = &["current", "i", "ia", "amps", "ampere", "strom", "corrente", "courant", "corriente"];
 const SPEED_WORDS: &[&str] =
     &["speed", "omega", "ω", "w", "velocity", "rpm", "drehzahl", "velocidade", "vitesse", "velocidad"];
+const POSITION_WORDS: &[&str] =
+    &["position", "angle", "theta", "θ", "winkel", "posição", "posicao", "posición", "posicion", "ângulo"];
 
 impl Quantity {
-    /// All of them, in the order of the canonical file.
+    /// Those of a recording, in the order of the canonical file.
     pub const ALL: [Self; 5] = [Time, Voltage, Current, Speed, Torque];
+    /// What a column may hold.
+    pub(super) const COLUMNS: [Self; 6] = [Time, Voltage, Current, Speed, Torque, Position];
 
     /// The heading in the canonical file.
     #[must_use]
@@ -88,6 +112,7 @@ impl Quantity {
             Torque => "load_torque_Nm",
             Current => "current_A",
             Speed => "speed_rad_s",
+            Position => "position_rad",
         }
     }
 
@@ -100,6 +125,7 @@ impl Quantity {
             Torque => "N·m",
             Current => "A",
             Speed => "rad/s",
+            Position => "rad",
         }
     }
 
@@ -111,6 +137,7 @@ impl Quantity {
             Torque => "load_torque",
             Current => "current",
             Speed => "speed",
+            Position => "position",
         }
     }
 
@@ -121,6 +148,7 @@ impl Quantity {
             Torque => TORQUE,
             Current => CURRENT,
             Speed => SPEED,
+            Position => POSITION,
         }
     }
 
@@ -131,24 +159,48 @@ impl Quantity {
             Torque => &[],
             Current => CURRENT_WORDS,
             Speed => SPEED_WORDS,
+            Position => POSITION_WORDS,
         }
     }
 
     /// What turns a value in `unit` into SI.
     pub(super) fn factor(self, unit: &str) -> Option<f64> {
         let unit = unit.trim().to_lowercase().replace(['µ', 'μ'], "u").replace(['·', '*', ' '], "");
-        self.units().iter().find(|(name, _)| *name == unit).map(|(_, factor)| *factor)
+        let known = self.units().iter().find(|(name, _)| *name == unit).map(|(_, factor)| *factor);
+        known.or_else(|| if self == Time { tick(&unit) } else { None })
     }
 
     pub(super) fn check_unit(self, unit: &str) -> Result<f64> {
         self.factor(unit).ok_or_else(|| {
             let known: Vec<&str> = self.units().iter().map(|(name, _)| *name).collect();
+            let more = match self {
+                Time => "; ticks of a clock by its frequency, as time=HEADING:8kHz",
+                Position => "; counts by how many there are in a turn, as position=HEADING/4096:turns",
+                Voltage => "; duty and PWM ticks by operations, as voltage=HEADING*12/255:V",
+                _ => "",
+            };
             Error::data(
                 format!("unit \"{}\" of {self} is not known", excerpt(unit)),
-                format!("Name the unit with --columns {}=HEADING:UNIT, one of {}.", self.key(), alternatives(&known)),
+                format!(
+                    "Name the unit with --columns {}=HEADING:UNIT, one of {}{more}.",
+                    self.key(),
+                    alternatives(&known)
+                ),
             )
         })
     }
+}
+
+/// The period of a clock: `8khz` is 125 µs.
+fn tick(unit: &str) -> Option<f64> {
+    let (number, prefix) = match unit.strip_suffix("hz")? {
+        number if number.ends_with('k') => (&number[..number.len() - 1], 1e3),
+        number if number.ends_with('m') => (&number[..number.len() - 1], 1e6),
+        number => (number, 1.0),
+    };
+    let digits = !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit() || b == b'.');
+    let rate = prefix * number.parse::<f64>().ok().filter(|_| digits)?;
+    (rate > 0.0 && rate.is_finite()).then_some(1.0 / rate)
 }
 
 impl fmt::Display for Quantity {
@@ -159,6 +211,7 @@ impl fmt::Display for Quantity {
             Torque => "load torque",
             Current => "current",
             Speed => "speed",
+            Position => "position",
         })
     }
 }
@@ -168,11 +221,11 @@ impl fmt::Display for Quantity {
 pub struct ColumnRequest {
     /// What it holds.
     pub quantity: Quantity,
-    /// `HEADING` or `HEADING:UNIT`, as given.
+    /// `HEADING[*NUMBER…][:UNIT]` or `HEADING:LOW..HIGH`, as given.
     pub name: String,
 }
 
-/// Reads `time=Tempo:s,current=Corrente:mA,…`.
+/// Reads `time=Tempo:s,current=Corrente:mA,…`; what may stand behind a heading is tried against the file's.
 ///
 /// # Errors
 /// `Usage` when an item has no `=`, an empty heading, or names no quantity, or a quantity comes twice.
@@ -183,7 +236,7 @@ pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
         let Some((key, name)) = item.split_once('=').filter(|(_, name)| !name.trim().is_empty()) else {
             return Err(Error::usage(format!("\"{}\" names no column", excerpt(item)), EXAMPLE));
         };
-        let quantity = Quantity::ALL.into_iter().find(|q| q.key() == key.trim()).ok_or_else(|| {
+        let quantity = Quantity::COLUMNS.into_iter().find(|q| q.key() == key.trim()).ok_or_else(|| {
             Error::usage(format!("\"{}\" is no quantity of a recording", excerpt(key.trim())), EXAMPLE)
         })?;
         if requests.iter().any(|r| r.quantity == quantity) {
@@ -194,11 +247,17 @@ pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
     Ok(requests)
 }
 
+/// Longer headings are prose.
+const HEADING_MAX: usize = 200;
+
 /// What a heading says: its quantity and the unit it names, if any.
 ///
 /// The unit is what stands in brackets, or the longest run of words behind the first that is a unit of the quantity
 /// that the other words mean: `Current (mA)`, `t[ms]`, `speed_rad_s`, `I/mA`, `current_mA_rms`.
 pub(super) fn understand(heading: &str) -> Option<(Quantity, Option<String>)> {
+    if heading.len() > HEADING_MAX {
+        return None;
+    }
     if let Some((name, unit)) = bracketed(heading) {
         return Some((quantity_of(&words_of(&name), Some(unit))?, Some(unit.to_owned())));
     }
@@ -256,7 +315,7 @@ fn quantity_of(words: &[(usize, &str)], unit: Option<&str>) -> Option<Quantity> 
         let named = quantity.words().iter().filter(counts).any(|word| words.iter().any(|w| w == word));
         named && !(wanted && matches!(quantity, Current | Speed))
     };
-    [Time, Voltage, Current, Speed].into_iter().find(means)
+    [Time, Voltage, Current, Speed, Position].into_iter().find(means)
 }
 
 #[cfg(test)]
@@ -285,6 +344,10 @@ mod tests {
             ("load (mNm)", Torque, Some("mNm")),
             ("omega", Speed, None),
             ("wheel_speed_km_h", Speed, None),
+            ("timestep (8kHz)", Time, Some("8kHz")),
+            ("position [turns]", Position, Some("turns")),
+            ("Encoder angle (deg)", Position, Some("deg")),
+            ("Position (m)", Position, Some("m")),
         ] {
             assert_eq!(understand(heading), Some((quantity, unit.map(str::to_owned))), "{heading}");
         }
@@ -292,6 +355,11 @@ mod tests {
             ["speed_ref", "current limit", "torque_Nm", "load", "temperature_C", "duty", "x", "", "()", "[", "µ"]
         {
             assert_eq!(understand(heading), None, "{heading}");
+        }
+        assert_eq!(Time.factor("8 kHz"), Some(1.0 / 8000.0));
+        assert_eq!(Time.factor("2.5MHz"), Some(1.0 / 2.5e6));
+        for none in ["Hz", "kHz", "-8kHz", "1e3Hz", "0Hz", "..Hz"] {
+            assert_eq!(Time.factor(none), None, "{none}");
         }
         assert_eq!(understand("speed (furlong)"), Some((Speed, Some("furlong".to_owned()))), "refused later, by name");
     }

@@ -1,14 +1,18 @@
 //! Recordings: sampled voltage, load torque, current and speed of one motor, checked once, in SI units.
 
-mod csv;
 mod heading;
-mod parse;
+mod import;
+mod lines;
+mod prepare;
 mod time;
 
-pub use csv::{read_csv, read_csv_bytes, read_inputs, write_csv};
 pub use heading::{ColumnRequest, Quantity, parse_columns};
-pub use parse::parse_number;
-pub use time::{Steps, TIME_JITTER_UNIFORM};
+pub use import::{
+    ReadOptions, parse_number, read, read_bytes, read_csv, read_csv_bytes, read_inputs, read_joined, write_csv,
+};
+pub use lines::Lines;
+pub use prepare::{Cascade, FilterKind, LowPass, Mask, Offset, Preparation, parse_masks};
+pub use time::{Gaps, Steps, TIME_JITTER_UNIFORM};
 
 use crate::{Error, Result};
 use std::path::PathBuf;
@@ -26,6 +30,8 @@ pub struct Column {
     pub quantity: Quantity,
     /// Its heading in the file.
     pub heading: String,
+    /// What its cells were converted by, for people; empty where they were taken as they are.
+    pub conversion: String,
     /// Its unit as understood.
     pub unit: String,
     /// Whether the unit was named or taken to be SI.
@@ -56,10 +62,14 @@ pub struct Source {
     pub sha256: Option<String>,
     /// Its columns; empty for one made in memory.
     pub columns: Vec<Column>,
-    /// The line of the file that each sample is on; empty for one made in memory.
-    pub lines: Vec<u64>,
+    /// Which part of the file: a sheet, a test, a stretch between gaps; `None` for a whole file.
+    pub part: Option<String>,
+    /// The line of the file that each sample is on; empty for one made in memory or of several files.
+    pub lines: Lines,
     /// Columns of the file that were not used.
     pub ignored: Vec<String>,
+    /// What was left out, put together or prepared, in words.
+    pub notes: Vec<String>,
     /// Whether the file ends without a line end, so that its last number may be cut off.
     pub last_line_open: bool,
 }
@@ -70,6 +80,19 @@ pub struct Record {
     samples: Samples,
     steps: Steps,
     source: Source,
+    excluded: Vec<Excluded>,
+    independent: f64,
+}
+
+/// Samples whose errors do not count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Excluded {
+    /// The first.
+    pub start: usize,
+    /// One past the last.
+    pub end: usize,
+    /// Of current and speed.
+    pub channels: [bool; 2],
 }
 
 impl Record {
@@ -79,20 +102,70 @@ impl Record {
     /// `Data` when lengths differ, there are fewer than two samples, neither current nor speed is there, a value is
     /// not finite or beyond [`VALUE_MAX`], or time repeats, goes back or has a gap.
     pub fn new(samples: Samples) -> Result<Self> {
-        Self::from_file(samples, Source::default())
+        Self::from_file(samples, Source::default(), false)
     }
 
-    pub(crate) fn from_file(samples: Samples, source: Source) -> Result<Self> {
+    /// With `keep_gaps` a gap is a long step.
+    pub(crate) fn from_file(samples: Samples, source: Source, keep_gaps: bool) -> Result<Self> {
         let located = |error: Error| match &source.path {
             Some(path) => error.in_file(path),
             None => error,
         };
         check_shape(&samples).map_err(located)?;
+        let steps = time::steps(&samples.time_s, &source.lines, keep_gaps).map_err(located)?;
         for (quantity, signal) in samples.signals() {
             check_values(quantity, signal, &source).map_err(located)?;
         }
-        let steps = time::steps(&samples.time_s, &source.lines).map_err(located)?;
-        Ok(Self { samples, steps, source })
+        Ok(Self { samples, steps, source, excluded: Vec::new(), independent: 1.0 })
+    }
+
+    /// Some of its samples.
+    fn part(&self, range: std::ops::Range<usize>, note: Option<String>) -> Result<Self> {
+        let mut source = Source { lines: self.source.lines.of(range.clone()), ..self.source.clone() };
+        source.notes.extend(note);
+        let excluded = self.excluded.iter().map(|e| Excluded {
+            start: e.start.clamp(range.start, range.end) - range.start,
+            end: e.end.clamp(range.start, range.end) - range.start,
+            ..*e
+        });
+        let excluded = excluded.filter(|e| e.start < e.end).collect();
+        let record = Self::from_file(self.samples.slice(range), source, true)?;
+        Ok(record.with_excluded(excluded).with_independent(self.independent))
+    }
+
+    fn with_excluded(self, excluded: Vec<Excluded>) -> Self {
+        Self { excluded, ..self }
+    }
+
+    fn with_independent(self, independent: f64) -> Self {
+        Self { independent, ..self }
+    }
+
+    /// Samples whose errors do not count.
+    #[must_use]
+    pub fn excluded(&self) -> &[Excluded] {
+        &self.excluded
+    }
+
+    /// For each sample whether its current and its speed count; empty when all do.
+    #[must_use]
+    pub fn counting(&self) -> Vec<[bool; 2]> {
+        if self.excluded.is_empty() {
+            return Vec::new();
+        }
+        let mut counting = vec![[true; 2]; self.len()];
+        for Excluded { start, end, channels } in &self.excluded {
+            for counts in &mut counting[*start..*end] {
+                *counts = [counts[0] && !channels[0], counts[1] && !channels[1]];
+            }
+        }
+        counting
+    }
+
+    /// The part of the samples that count as independent: filters leave less than all.
+    #[must_use]
+    pub fn independent(&self) -> f64 {
+        self.independent
     }
 
     /// The signals.
@@ -139,6 +212,31 @@ impl Record {
 }
 
 impl Samples {
+    /// Some of the samples.
+    #[must_use]
+    pub fn slice(&self, range: std::ops::Range<usize>) -> Self {
+        let some = |signal: &Option<Vec<f64>>| signal.as_ref().map(|signal| signal[range.clone()].to_vec());
+        Self {
+            time_s: self.time_s[range.clone()].to_vec(),
+            voltage: self.voltage[range.clone()].to_vec(),
+            torque: some(&self.torque),
+            current: some(&self.current),
+            speed: some(&self.speed),
+        }
+    }
+
+    /// A signal, if it is there; none for what a recording does not hold.
+    fn signal_mut(&mut self, quantity: Quantity) -> Option<&mut Vec<f64>> {
+        match quantity {
+            Quantity::Time => Some(&mut self.time_s),
+            Quantity::Voltage => Some(&mut self.voltage),
+            Quantity::Torque => self.torque.as_mut(),
+            Quantity::Current => self.current.as_mut(),
+            Quantity::Speed => self.speed.as_mut(),
+            Quantity::Position => None,
+        }
+    }
+
     /// The signals present, time left out.
     fn signals(&self) -> impl Iterator<Item = (Quantity, &[f64])> {
         [
@@ -183,7 +281,7 @@ fn check_values(quantity: Quantity, signal: &[f64], source: &Source) -> Result<(
         format!("found {} {}, expected a finite value up to {VALUE_MAX:e}", signal[n], quantity.unit()),
         "Correct the value or its unit, or remove the row at the start or end of the recording.",
     );
-    if let Some(&line) = source.lines.get(n) {
+    if let Some(line) = source.lines.get(n) {
         error = error.at_line(line);
     }
     let heading = source.columns.iter().find(|c| c.quantity == quantity).map(|c| c.heading.clone());

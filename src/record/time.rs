@@ -1,6 +1,19 @@
 //! The time axis: period, jitter, gaps, repeated and reversed times.
 
+use super::Lines;
 use crate::{Error, Result};
+
+/// What becomes of gaps in time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Gaps {
+    /// They are bad data.
+    #[default]
+    Error,
+    /// A gap is a long step, over which the voltage is held.
+    Keep,
+    /// Each stretch between gaps is a recording of its own.
+    Split,
+}
 
 /// Deviation from a regular grid, relative to the period, up to which times count as regular.
 pub const TIME_JITTER_UNIFORM: f64 = 0.01;
@@ -36,11 +49,8 @@ const TIME_MAX: f64 = 1e12;
 const PARTS: f64 = 1000.0;
 
 /// Steps of at least two times. `lines` are the lines of the file they are on, or empty.
-pub(super) fn steps(time_s: &[f64], lines: &[u64]) -> Result<Steps> {
-    let located = |error: Error, n: usize| match lines.get(n) {
-        Some(&line) => error.at_line(line),
-        None => error,
-    };
+pub(super) fn steps(time_s: &[f64], lines: &Lines, keep_gaps: bool) -> Result<Steps> {
+    let located = |error: Error, n: usize| lines.get(n).into_iter().fold(error, Error::at_line);
     if let Some(n) = time_s.iter().position(|t| !t.is_finite()) {
         return Err(located(Error::data(format!("time is {}", time_s[n]), "Correct the time."), n));
     }
@@ -49,7 +59,8 @@ pub(super) fn steps(time_s: &[f64], lines: &[u64]) -> Result<Steps> {
         let (what, was) = (if differences[n] < 0.0 { "goes back" } else { "is repeated" }, time_s[n]);
         let error = Error::data(
             format!("time {what}: found {} s after {was} s, expected a later time", time_s[n + 1]),
-            "Remove the row, or cut the recording there; each row needs a time of its own, enough digits included.",
+            "Remove the row, cut the recording there, or leave out rows of repeated time with --drop-repeats; each row \
+             needs a time of its own, enough digits included.",
         );
         return Err(located(error, n + 1));
     }
@@ -67,7 +78,8 @@ pub(super) fn steps(time_s: &[f64], lines: &[u64]) -> Result<Steps> {
             "Correct the times, or name their unit: --columns time=HEADING:ms.",
         ));
     }
-    if let Some(n) = differences.iter().position(|&step| step > 1.5 * period_s) {
+    let longest = gap_limit(&differences, period_s);
+    if let Some(n) = differences.iter().position(|&step| step > longest).filter(|_| !keep_gaps) {
         let missing = (differences[n] / period_s).round() - 1.0;
         let error = Error::data(
             format!(
@@ -76,13 +88,48 @@ pub(super) fn steps(time_s: &[f64], lines: &[u64]) -> Result<Steps> {
                 time_s[n],
                 crate::text::significant(differences[n] / period_s, 3)
             ),
-            format!("About {missing} samples are missing: cut the recording there and use the longer part."),
+            format!(
+                "About {missing} samples are missing: --gaps split makes a recording of each stretch, --gaps keep holds \
+                 the voltage over the gap."
+            ),
         );
         return Err(located(error, n + 1));
     }
     let jitter = differences.iter().fold(0.0, |worst: f64, step| worst.max((step / period_s - 1.0).abs()));
-    let (step_s, step_index) = table(time_s, period_s);
+    let (step_s, step_index) = table(time_s, period_s)?;
     Ok(Steps { period_s, jitter, step_s, step_index })
+}
+
+/// Steps longer than so many periods are gaps: samples are missing.
+const GAP: f64 = 1.5;
+/// The same where the clock is irregular: a logger that polls takes its time now and then.
+const GAP_IRREGULAR: f64 = 10.0;
+/// A clock is irregular where so many of the steps that are no gaps are so far from their median.
+const IRREGULAR_PART: f64 = 0.1;
+const IRREGULAR_STEP: f64 = 0.03;
+
+/// The longest step that is no gap \[s\].
+fn gap_limit(differences: &[f64], period_s: f64) -> f64 {
+    let (mut off, mut all) = (0.0, 0.0);
+    for step in differences.iter().map(|step| step / period_s).filter(|step| *step <= GAP) {
+        off += if (step - 1.0).abs() > IRREGULAR_STEP { 1.0 } else { 0.0 };
+        all += 1.0;
+    }
+    let irregular = off > IRREGULAR_PART * all;
+    period_s * if irregular { GAP_IRREGULAR } else { GAP }
+}
+
+/// The samples that follow gaps.
+pub(super) fn gaps(time_s: &[f64]) -> Vec<usize> {
+    let differences: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    let mut sorted = differences.clone();
+    if sorted.is_empty() {
+        return Vec::new();
+    }
+    let middle = sorted.len() / 2;
+    let (_, &mut median, _) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
+    let longest = gap_limit(&differences, median);
+    (1..time_s.len()).filter(|&n| differences[n - 1] > longest).collect()
 }
 
 /// `value` to so many significant digits.
@@ -91,26 +138,26 @@ pub(super) fn rounded(value: f64, digits: usize) -> f64 {
 }
 
 /// One step where all times lie on a regular grid; else the times, rounded to a thousandth of the period.
-fn table(time_s: &[f64], period_s: f64) -> (Vec<f64>, Vec<u16>) {
+fn table(time_s: &[f64], period_s: f64) -> Result<(Vec<f64>, Vec<u16>)> {
     #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
     let on_grid = |n: usize, t: f64| ((t - time_s[0]) / period_s - n as f64).abs() <= TIME_JITTER_UNIFORM;
     if time_s.iter().enumerate().all(|(n, &t)| on_grid(n, t)) {
-        return (vec![period_s], Vec::new());
+        return Ok((vec![period_s], Vec::new()));
     }
-    #[expect(clippy::cast_possible_truncation, reason = "gaps are refused, so a step is at most 1.5 periods of 1000")]
-    let ticks: Vec<u16> = time_s
-        .windows(2)
-        .map(|w| {
-            let tick = |t: f64| ((t - time_s[0]) / period_s * PARTS).round();
-            (tick(w[1]) - tick(w[0])).max(1.0) as u16
-        })
-        .collect();
+    let tick = |t: f64| ((t - time_s[0]) / period_s * PARTS).round();
+    let ticks: Vec<f64> = time_s.windows(2).map(|w| (tick(w[1]) - tick(w[0])).max(1.0)).collect();
     let mut distinct = ticks.clone();
-    distinct.sort_unstable();
-    distinct.dedup();
-    let index = |tick: &u16| distinct.partition_point(|d| d < tick);
-    #[expect(clippy::cast_possible_truncation, reason = "at most 1501 distinct steps")]
+    distinct.sort_unstable_by(f64::total_cmp);
+    distinct.dedup_by(|a, b| a.to_bits() == b.to_bits());
+    if distinct.len() > usize::from(u16::MAX) {
+        return Err(Error::data(
+            format!("{} different steps between samples", distinct.len()),
+            "Bring the recording to a regular clock with --rate HZ.",
+        ));
+    }
+    let index = |tick: &f64| distinct.partition_point(|d| d < tick);
+    #[expect(clippy::cast_possible_truncation, reason = "at most as many as are allowed above")]
     let mut step_index: Vec<u16> = ticks.iter().map(|tick| index(tick) as u16).collect();
     step_index.extend(step_index.last().copied());
-    (distinct.into_iter().map(|tick| f64::from(tick) / PARTS * period_s).collect(), step_index)
+    Ok((distinct.into_iter().map(|tick| tick / PARTS * period_s).collect(), step_index))
 }

@@ -32,17 +32,20 @@ pub(super) fn record_head(record: &Record) -> Value {
     let source = record.source();
     value!({
         "path": source.path.as_ref().map(|path| path.to_string_lossy()),
+        "part": source.part,
         "sha256": source.sha256,
         "samples": record.len(),
         "period_s": record.period_s(),
         "columns": columns(record),
+        "notes": source.notes,
     })
 }
 
 /// The columns as they were understood.
 fn columns(record: &Record) -> Value {
     let columns = record.source().columns.iter().map(|c| {
-        value!({"quantity": c.quantity.to_string(), "heading": c.heading, "unit": c.unit, "unit_named": c.unit_named})
+        value!({"quantity": c.quantity.to_string(), "heading": c.heading, "conversion": c.conversion,
+            "unit": c.unit, "unit_named": c.unit_named})
     });
     columns.collect()
 }

@@ -1,0 +1,50 @@
+//! Reading recordings: megabytes of CSV a second on one core, and where the time goes.
+//!
+//! The limit: every byte is hashed (SHA-256), searched for line ends and separators, and every number is parsed to
+//! the last bit. What these cost alone is measured beside the whole.
+#![allow(clippy::print_stdout, clippy::unwrap_used, clippy::cast_precision_loss, reason = "a bench prints and stops")]
+
+use motorfit::record::{ReadOptions, read_bytes};
+use sha2::{Digest as _, Sha256};
+use std::fmt::Write as _;
+use std::hint::black_box;
+use std::time::Instant;
+
+/// Seconds of the fastest of five runs: what the code takes when nothing disturbs it.
+fn seconds<T>(mut work: impl FnMut() -> T) -> f64 {
+    let once = |_| {
+        let start = Instant::now();
+        black_box(work());
+        start.elapsed().as_secs_f64()
+    };
+    (0..5).map(once).fold(f64::INFINITY, f64::min)
+}
+
+/// A recording as CSV with so many significant digits.
+fn text(samples: u32, digits: usize) -> String {
+    let mut text = String::from("time_s,voltage_V,current_A,speed_rad_s\n");
+    for n in 0..samples {
+        let t = f64::from(n) * 1e-3;
+        let (i, w) = (1.2 + (7.0 * t).sin(), 128.0 + 30.0 * (3.0 * t).cos());
+        let v = if n % 2000 < 1000 { 10.5 } else { 0.0 };
+        let _ = writeln!(text, "{t:.3},{v},{i:.*},{w:.*}", digits - 1, digits - 3);
+    }
+    text
+}
+
+fn main() {
+    println!("{:<28}{:>9}{:>12}{:>12}{:>12}", "CSV", "MB", "read MB/s", "hash MB/s", "numbers MB/s");
+    for (name, digits) in [("short numbers (5 digits)", 5), ("long numbers (17 digits)", 17)] {
+        let text = text(1_000_000, digits);
+        let bytes = text.as_bytes();
+        let megabytes = bytes.len() as f64 / 1e6;
+        let read = seconds(|| read_bytes(bytes, None, &ReadOptions::default()).unwrap());
+        let hash = seconds(|| Sha256::digest(bytes));
+        let numbers = seconds(|| {
+            let cells = text.lines().skip(1).flat_map(|line| line.split(','));
+            cells.map(|cell| cell.parse::<f64>().unwrap()).sum::<f64>()
+        });
+        let rate = |seconds: f64| megabytes / seconds;
+        println!("{name:<28}{megabytes:>9.0}{:>12.0}{:>12.0}{:>12.0}", rate(read), rate(hash), rate(numbers));
+    }
+}

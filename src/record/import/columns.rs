@@ -1,0 +1,225 @@
+//! Which columns of a table are used: those that the user names, the others by their headings.
+
+use super::formula::{Formula, suffix};
+use super::parse::parse_number;
+use crate::record::Column;
+use crate::record::heading::{ColumnRequest, Quantity, understand};
+use crate::text::{excerpt, printable};
+use crate::{Error, Result};
+
+/// What a reader needs of a table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Need {
+    /// Voltage, and current or speed.
+    Recording,
+    /// Voltage.
+    Inputs,
+    /// Anything but time: other files hold the rest.
+    Part,
+}
+
+/// A heading, with the unit that a row of units below it names.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Heading {
+    pub name: String,
+    pub unit: Option<String>,
+}
+
+impl Heading {
+    /// What it says: its quantity and its unit, if any.
+    fn understood(&self) -> Option<(Quantity, Option<String>)> {
+        let (quantity, unit) = understand(&self.name)?;
+        Some((quantity, self.unit.clone().or(unit)))
+    }
+}
+
+/// A column that is used: where it stands and what turns its cells into SI.
+#[derive(Debug)]
+pub(super) struct Used {
+    pub at: usize,
+    pub column: Column,
+    pub formula: Formula,
+    pub factor: f64,
+}
+
+impl Used {
+    /// A cell's number in SI; a flag's as it stands.
+    #[inline]
+    pub(super) fn si(&self, cell: f64) -> f64 {
+        match self.formula {
+            Formula::Linear { scale, offset } => (cell * scale + offset) * self.factor,
+            Formula::Levels(_) => cell,
+        }
+    }
+}
+
+/// How many columns of a line the user names or their headings explain.
+pub(super) fn understood(headings: &[Heading], requests: &[ColumnRequest]) -> usize {
+    let named = requests.iter().filter(|request| place(headings, &request.name).is_some()).count();
+    named + headings.iter().filter(|heading| heading.understood().is_some()).count()
+}
+
+/// Chooses the columns.
+pub(super) fn choose(headings: &[Heading], requests: &[ColumnRequest], need: Need, timed: bool) -> Result<Vec<Used>> {
+    let wanted: &[Quantity] = match need {
+        Need::Inputs => &[Quantity::Time, Quantity::Voltage, Quantity::Torque],
+        Need::Recording | Need::Part => &Quantity::ALL,
+    };
+    let mut used = Vec::new();
+    for &quantity in wanted {
+        used.extend(one(headings, requests, quantity)?);
+    }
+    let has = |used: &[Used], quantity| used.iter().any(|u| u.column.quantity == quantity);
+    if need != Need::Inputs && !has(&used, Quantity::Speed) {
+        let position = one(headings, requests, Quantity::Position);
+        // A position in metres or counts is no fault where the current serves.
+        let dispensable = has(&used, Quantity::Current) && !requests.iter().any(|r| r.quantity == Quantity::Position);
+        used.extend(position.or_else(|error| if dispensable { Ok(None) } else { Err(error) })?);
+    } else if let Some(request) = requests.iter().find(|r| r.quantity == Quantity::Position) {
+        return Err(Error::usage(
+            format!("--columns names position {}, but there is a speed", excerpt(&request.name)),
+            "Position serves as a source of speed: leave it out, or rename the heading of the speed.",
+        ));
+    }
+    let missing = missing(&|quantity| has(&used, quantity), need, timed);
+    if !missing.is_empty() {
+        return Err(lacking(headings, &missing));
+    }
+    let twice = used.iter().enumerate().find(|(n, u)| used[..*n].iter().any(|other| other.at == u.at));
+    match twice {
+        None => Ok(used),
+        Some((_, u)) => Err(Error::data(
+            format!("column \"{}\" is named for two quantities", excerpt(&u.column.heading)),
+            "Name a column of its own for each quantity.",
+        )),
+    }
+}
+
+fn one(headings: &[Heading], requests: &[ColumnRequest], quantity: Quantity) -> Result<Option<Used>> {
+    match requests.iter().find(|r| r.quantity == quantity) {
+        Some(request) => requested(headings, request).map(Some),
+        None => recognized(headings, requests, quantity),
+    }
+}
+
+/// The quantities that are not there, by their canonical headings.
+fn missing(has: &dyn Fn(Quantity) -> bool, need: Need, timed: bool) -> Vec<&'static str> {
+    let output = || has(Quantity::Current) || has(Quantity::Speed) || has(Quantity::Position);
+    let mut missing = Vec::new();
+    if !has(Quantity::Time) && !timed {
+        missing.push("time_s");
+    }
+    if !has(Quantity::Voltage) && need != Need::Part {
+        missing.push("voltage_V");
+    }
+    if need == Need::Recording && !output() {
+        missing.push("current_A or speed_rad_s");
+    }
+    if need == Need::Part && !(output() || has(Quantity::Voltage) || has(Quantity::Torque)) {
+        missing.push("voltage_V, current_A or speed_rad_s");
+    }
+    missing
+}
+
+fn lacking(headings: &[Heading], missing: &[&str]) -> Error {
+    const NAME: &str = "Rename the headings (time_s,voltage_V,current_A,speed_rad_s) or name them: \
+         --columns time=HEADING:UNIT,voltage=HEADING:UNIT,current=HEADING:UNIT,speed=HEADING:UNIT.";
+    if headings.iter().all(|h| parse_number(&h.name, true).is_ok()) {
+        return Error::data(
+            "found numbers, expected a heading",
+            "Put a heading in front of the rows, or name columns by their numbers: \
+             --columns time=1:s,voltage=2:V,current=3:A,speed=4:rad/s; without a time column give --rate HZ.",
+        );
+    }
+    let list: Vec<String> = headings.iter().map(|h| format!("\"{}\"", excerpt(&h.name))).collect();
+    let mut remedy = NAME.to_owned();
+    if missing.contains(&"time_s") {
+        remedy.push_str(" Without a time column give --rate HZ.");
+    }
+    let is_drive = |h: &&Heading| {
+        let name = h.name.to_lowercase();
+        ["pwm", "duty", "throttle", "command", "degrau", "step", "flag"].iter().any(|word| name.contains(word))
+    };
+    if let Some(heading) = headings.iter().find(is_drive).filter(|_| missing.contains(&"voltage_V")) {
+        let name = printable(&heading.name);
+        remedy.push_str(&format!(
+            " Duty or PWM ticks become volts by operations (--columns voltage={name}*12/255:V), a flag by its two \
+             voltages (--columns voltage={name}:0..12)."
+        ));
+    }
+    Error::data(format!("no column for {}; the heading has {}", missing.join(" and "), list.join(", ")), remedy)
+}
+
+/// Where the column of a request stands, its formula and its unit.
+fn place(headings: &[Heading], name: &str) -> Option<(usize, Formula, Option<String>)> {
+    if let Some(at) = headings.iter().position(|h| h.name == name) {
+        return Some((at, Formula::AS_IT_IS, None));
+    }
+    // The longest heading that the name begins with; what follows must be a formula.
+    let mut order: Vec<usize> = (0..headings.len()).filter(|&n| !headings[n].name.is_empty()).collect();
+    order.sort_by_key(|&n| std::cmp::Reverse(headings[n].name.len()));
+    let named = order.into_iter().find_map(|at| {
+        let rest = suffix(name.strip_prefix(headings[at].name.as_str())?)?;
+        Some((at, rest.formula, rest.unit))
+    });
+    named.or_else(|| {
+        let text = name.strip_prefix('#')?;
+        let digits = text.bytes().take_while(u8::is_ascii_digit).count();
+        let at = text[..digits].parse::<usize>().ok()?.checked_sub(1).filter(|&at| at < headings.len())?;
+        let rest = suffix(&text[digits..])?;
+        Some((at, rest.formula, rest.unit))
+    })
+}
+
+fn requested(headings: &[Heading], request: &ColumnRequest) -> Result<Used> {
+    let quantity = request.quantity;
+    let Some((at, formula, unit)) = place(headings, &request.name) else {
+        let found: Vec<String> = headings.iter().map(|h| format!("\"{}\"", excerpt(&h.name))).collect();
+        return Err(Error::data(
+            format!("no column \"{}\" for {quantity}; the heading has {}", excerpt(&request.name), found.join(", ")),
+            "Give --columns the exact heading, capitals included, or its number as #2; behind it may stand operations \
+             (*12/255, +0.5), a unit (:mA), or a flag's two voltages (:0..12).",
+        ));
+    };
+    let own = || headings[at].understood().filter(|(q, _)| *q == quantity).and_then(|(_, unit)| unit);
+    // Operations make volts of a flag or a duty, whatever the heading says of the cells.
+    let unit =
+        unit.or_else(|| if formula == Formula::AS_IT_IS { headings[at].unit.clone().or_else(own) } else { None });
+    column(quantity, at, &headings[at].name, (formula, unit))
+}
+
+fn recognized(headings: &[Heading], requests: &[ColumnRequest], quantity: Quantity) -> Result<Option<Used>> {
+    let taken: Vec<usize> = requests.iter().filter_map(|r| place(headings, &r.name)).map(|(at, ..)| at).collect();
+    let free = || headings.iter().enumerate().filter(|(at, _)| !taken.contains(at));
+    if let Some((at, heading)) = free().find(|(_, h)| h.name == quantity.canonical()) {
+        let unit = heading.understood().and_then(|(_, unit)| unit);
+        return column(quantity, at, &heading.name, (Formula::AS_IT_IS, unit)).map(Some);
+    }
+    let mut matches = free().filter_map(|(at, heading)| {
+        let (found, unit) = heading.understood()?;
+        (found == quantity).then_some((at, heading.name.as_str(), unit))
+    });
+    let Some((at, heading, unit)) = matches.next() else { return Ok(None) };
+    if let Some((_, other, _)) = matches.next() {
+        return Err(Error::data(
+            format!("both \"{}\" and \"{}\" look like {quantity}", excerpt(heading), excerpt(other)),
+            format!("Say which: --columns {}={}.", quantity.key(), printable(heading)),
+        ));
+    }
+    column(quantity, at, heading, (Formula::AS_IT_IS, unit)).map(Some)
+}
+
+fn column(quantity: Quantity, at: usize, heading: &str, how: (Formula, Option<String>)) -> Result<Used> {
+    let (formula, unit) = how;
+    let unit_named = unit.is_some() || matches!(formula, Formula::Levels(_));
+    let unit = unit.unwrap_or_else(|| quantity.unit().to_owned());
+    let factor = if unit_named && unit != quantity.unit() {
+        quantity.check_unit(&unit).map_err(|e| e.in_column(heading))?
+    } else {
+        1.0
+    };
+    let conversion = formula.shown();
+    let unit = unit.replace("rad_s", "rad/s");
+    let column = Column { quantity, heading: heading.to_owned(), conversion, unit, unit_named };
+    Ok(Used { at, column, formula, factor })
+}

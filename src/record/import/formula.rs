@@ -1,0 +1,169 @@
+//! What `--columns` may say of a column: `HEADING`, then operations, then a unit or the two voltages of a flag.
+//!
+//! `HEADING[*NUMBER | /NUMBER | +NUMBER | -NUMBER]…[:UNIT]`, from left to right, or `HEADING:LOW..HIGH`, or `#3` for the
+//! third column. A heading that contains such signs itself is taken as it stands.
+
+use super::parse::parse_number;
+use crate::text::significant;
+
+/// Operations at most, and characters.
+const OPERATIONS_MAX: usize = 8;
+const LENGTH_MAX: usize = 200;
+
+/// What turns the cells of a column into a quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Formula {
+    /// `scale · cell + offset`, in a unit.
+    Linear { scale: f64, offset: f64 },
+    /// A flag of two values: what its lower and its higher value mean.
+    Levels([f64; 2]),
+}
+
+impl Formula {
+    pub(super) const AS_IT_IS: Self = Self::Linear { scale: 1.0, offset: 0.0 };
+
+    /// For people; empty where cells are taken as they are.
+    pub(super) fn shown(&self) -> String {
+        let Self::Linear { scale, offset } = self else {
+            let Self::Levels([low, high]) = self else { return String::new() };
+            return format!("flag: {} or {}", significant(*low, 5), significant(*high, 5));
+        };
+        let mut text = String::new();
+        if (scale - 1.0).abs() > 0.0 {
+            text.push_str(&format!("× {}", significant(*scale, 5)));
+        }
+        if offset.abs() > 0.0 {
+            let sign = if *offset < 0.0 { "−" } else { "+" };
+            text.push_str(&format!(
+                "{}{sign} {}",
+                if text.is_empty() { "" } else { " " },
+                significant(offset.abs(), 5)
+            ));
+        }
+        text
+    }
+}
+
+/// What stands behind a heading: its formula and its unit.
+pub(super) struct Suffix {
+    pub formula: Formula,
+    pub unit: Option<String>,
+}
+
+/// Reads what stands behind a heading; `None` when it is nothing of the kind.
+pub(super) fn suffix(text: &str) -> Option<Suffix> {
+    if text.len() > LENGTH_MAX {
+        return None;
+    }
+    let (operations, unit) = match text.split_once(':') {
+        Some((operations, unit)) => (operations, Some(unit.trim())),
+        None => (text, None),
+    };
+    let formula = linear(operations.trim())?;
+    if let Some(levels) = unit.and_then(levels) {
+        return (formula == Formula::AS_IT_IS).then_some(Suffix { formula: Formula::Levels(levels), unit: None });
+    }
+    if unit == Some("") {
+        return None;
+    }
+    Some(Suffix { formula, unit: unit.map(str::to_owned) })
+}
+
+/// `*12/7200-1` as a scale and an offset.
+fn linear(text: &str) -> Option<Formula> {
+    let (mut scale, mut offset) = (1.0, 0.0);
+    for (sign, number) in operations(text)? {
+        match sign {
+            '*' => (scale, offset) = (scale * number, offset * number),
+            '/' => (scale, offset) = (scale / number, offset / number),
+            '+' => offset += number,
+            _ => offset -= number,
+        }
+    }
+    (f64::is_finite(scale) && f64::is_finite(offset) && scale != 0.0).then_some(Formula::Linear { scale, offset })
+}
+
+/// Signs with the numbers behind them.
+fn operations(mut text: &str) -> Option<Vec<(char, f64)>> {
+    let mut list = Vec::new();
+    while !text.is_empty() {
+        let sign = text.chars().next().filter(|c| matches!(c, '*' | '/' | '+' | '-'))?;
+        let rest = &text[1..];
+        let length = number_length(rest);
+        list.push((sign, parse_number(&rest[..length], false).ok()?));
+        text = rest[length..].trim_start();
+        if list.len() > OPERATIONS_MAX {
+            return None;
+        }
+    }
+    Some(list)
+}
+
+/// How long the number at the start of a text is, blanks before it included.
+fn number_length(text: &str) -> usize {
+    let blank = text.len() - text.trim_start().len();
+    let mut before = ' ';
+    let inside = |(n, c): (usize, char)| {
+        let sign = matches!(c, '+' | '-') && (n == 0 || matches!(before, 'e' | 'E'));
+        before = c;
+        c.is_ascii_digit() || matches!(c, '.' | 'e' | 'E') || sign
+    };
+    let mut inside = inside;
+    blank + text[blank..].char_indices().take_while(|&at| inside(at)).map(|(_, c)| c.len_utf8()).sum::<usize>()
+}
+
+/// `6.67..7.79`; each side may be a product, as in `11.04*154/255..11.04*180/255`.
+fn levels(text: &str) -> Option<[f64; 2]> {
+    let (low, high) = text.split_once("..")?;
+    let value = |text: &str| {
+        let text = text.trim();
+        let length = number_length(text);
+        let first = parse_number(&text[..length], false).ok()?;
+        let value =
+            operations(text[length..].trim_start())?.into_iter().try_fold(first, |value, (sign, by)| match sign {
+                '*' => Some(value * by),
+                '/' => Some(value / by),
+                _ => None,
+            })?;
+        value.is_finite().then_some(value)
+    };
+    Some([value(low)?, value(high)?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn linear_of(text: &str) -> Option<(f64, f64, Option<String>)> {
+        match suffix(text)? {
+            Suffix { formula: Formula::Linear { scale, offset }, unit } => Some((scale, offset, unit)),
+            Suffix { formula: Formula::Levels(_), .. } => None,
+        }
+    }
+
+    #[test]
+    fn operations_go_from_left_to_right() {
+        assert_eq!(linear_of(""), Some((1.0, 0.0, None)));
+        assert_eq!(linear_of(":mA"), Some((1.0, 0.0, Some("mA".to_owned()))));
+        assert_eq!(linear_of("*12/4:V"), Some((3.0, 0.0, Some("V".to_owned()))));
+        assert_eq!(linear_of("-512*-2 + 1e-3"), Some((-2.0, 1024.001, None)));
+        assert_eq!(linear_of(":8kHz"), Some((1.0, 0.0, Some("8kHz".to_owned()))));
+        for bad in ["*", "*x", "*0", "/0", "x", "*1*1*1*1*1*1*1*1*1", ":", "*1e400", "**2", &"*1".repeat(200)] {
+            assert!(suffix(bad).is_none(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_flag_has_two_voltages() {
+        let of = |text: &str| match suffix(text) {
+            Some(Suffix { formula: Formula::Levels(levels), .. }) => Some(levels),
+            _ => None,
+        };
+        assert_eq!(of(":0..12"), Some([0.0, 12.0]));
+        assert_eq!(of(":12..-12"), Some([12.0, -12.0]));
+        assert_eq!(of(":10*3/4 .. 10*2/4"), Some([7.5, 5.0]));
+        assert_eq!(of(":1..2..3"), None);
+        assert_eq!(of("*2:0..12"), None);
+        assert_eq!(of(":a..b"), None);
+    }
+}

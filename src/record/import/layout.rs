@@ -1,0 +1,224 @@
+//! Where a table begins: its heading, the units below it, or the comments above it that carry both.
+
+use super::columns::{Heading, Need, choose, understood};
+use super::parse::{cells, parse_number, words};
+use super::text::Lines;
+use crate::record::heading::{ColumnRequest, Quantity};
+use crate::{Error, Result};
+use std::collections::VecDeque;
+use std::ops::Range;
+
+/// Lines that are looked at to find the heading.
+const AHEAD_MAX: usize = 100;
+/// Columns that a table may have.
+const COLUMNS_MAX: usize = 10_000;
+
+/// A table's heading and what was read to find it.
+pub(super) struct Layout {
+    pub separator: Separator,
+    pub headings: Vec<Heading>,
+    /// The line of the heading.
+    pub line: u64,
+    /// Lines read after it, not yet used.
+    pub pending: VecDeque<(u64, String)>,
+    /// What is to be said of it.
+    pub notes: Vec<String>,
+}
+
+/// What stands between cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Separator {
+    /// A comma, a semicolon or a tab.
+    Sign(u8),
+    /// One or more blanks.
+    Blanks,
+}
+
+/// What a reader asks of a table.
+#[derive(Clone, Copy)]
+pub(super) struct Wish<'a> {
+    pub requests: &'a [ColumnRequest],
+    pub need: Need,
+    /// Whether time comes from a rate.
+    pub timed: bool,
+    /// The separator where it is known.
+    pub separator: Option<Separator>,
+}
+
+impl Separator {
+    /// That of a line: the most frequent, one at the end left out; `;` and tab before `,`, which may stand inside a
+    /// name or be a decimal comma.
+    fn of(line: &str) -> Self {
+        let inside = line.trim().trim_end_matches([';', '\t', ',']);
+        let count = |sign: u8| inside.bytes().filter(|b| *b == sign).count();
+        let numeric = inside.split([';', '\t', ',', ' ']).filter(|c| !c.is_empty()).all(is_number);
+        let signs = [b',', b'\t', b';'];
+        let best = if numeric {
+            signs.into_iter().rev().find(|&c| count(c) > 0)
+        } else {
+            signs.into_iter().max_by_key(|&c| count(c)).filter(|&c| count(c) > 0)
+        };
+        match best {
+            Some(sign) => Self::Sign(sign),
+            None if inside.split_whitespace().nth(1).is_some() => Self::Blanks,
+            None => Self::Sign(b','),
+        }
+    }
+
+    /// Where the cells of a line are.
+    pub(super) fn split(self, line: &str, into: &mut Vec<Range<usize>>) {
+        match self {
+            // Some loggers end lines with a semicolon though commas separate their cells.
+            Self::Sign(b';') => cells(line, b';', into),
+            Self::Sign(sign) if line.ends_with([' ', ';', '\r']) => {
+                cells(line.trim_end_matches([' ', ';', '\r']), sign, into);
+            }
+            Self::Sign(sign) => cells(line, sign, into),
+            Self::Blanks => words(line.trim_end_matches([' ', ';']), into),
+        }
+    }
+
+    /// Whether numbers may have a decimal comma.
+    pub(super) fn allows_decimal_comma(self) -> bool {
+        self != Self::Sign(b',')
+    }
+
+    fn row(self, line: &str) -> Vec<&str> {
+        let mut places = Vec::new();
+        self.split(line, &mut places);
+        let mut row: Vec<&str> = places.into_iter().map(|cell| &line[cell]).collect();
+        if row.len() > 1 && row.last().is_some_and(|cell| cell.is_empty()) {
+            row.pop();
+        }
+        row
+    }
+}
+
+fn is_number(cell: &str) -> bool {
+    parse_number(cell, true).is_ok() || cell.trim().eq_ignore_ascii_case("nan")
+}
+
+/// A comment without its signs.
+pub(super) fn comment(line: &str) -> Option<&str> {
+    let line = line.trim_start();
+    line.starts_with(['#', '%']).then(|| line.trim_start_matches(['#', '%']))
+}
+
+/// Finds the heading of a table.
+pub(super) fn find(lines: &mut impl Lines, wish: &Wish<'_>) -> Result<Layout> {
+    let mut ahead: VecDeque<(u64, String)> = VecDeque::new();
+    let mut comments: Vec<String> = Vec::new();
+    let mut found = None;
+    while found.is_none() && ahead.len() < AHEAD_MAX {
+        let Some(line) = lines.next_line()? else { break };
+        let (number, text) = (line.number, line.text()?);
+        if let Some(comment) = comment(&text) {
+            if ahead.is_empty() {
+                comments.push(comment.to_owned());
+                let extra = comments.len().saturating_sub(2);
+                comments.drain(..extra);
+            }
+        } else if !text.trim().is_empty() {
+            let separator = wish.separator.unwrap_or_else(|| Separator::of(&text));
+            let row = separator.row(&text);
+            ahead.push_back((number, text.clone().into_owned()));
+            if row.len() > COLUMNS_MAX {
+                let message = format!("has {} cells, expected at most {COLUMNS_MAX}", row.len());
+                return Err(Error::data(message, "Check that it is CSV with one sample per line.").at_line(number));
+            }
+            if ahead.len() == 1 && row.iter().all(|cell| is_number(cell)) {
+                return without_heading(ahead, &comments, separator);
+            }
+            let headings = headings(&row, None);
+            if choose(&headings, wish.requests, wish.need, wish.timed).is_ok() {
+                found = Some(ahead.len() - 1);
+            }
+        }
+    }
+    let Some((first, _)) = ahead.front() else {
+        return Err(Error::data(
+            "holds only comments or blank lines, expected a heading and rows of numbers",
+            "Put a heading such as time_s,voltage_V,current_A,speed_rad_s in front of the rows.",
+        ));
+    };
+    let first = *first;
+    let at = found.unwrap_or_else(|| likeliest(&ahead, wish));
+    let mut pending = ahead.split_off(at + 1);
+    let Some((line, text)) = ahead.pop_back() else {
+        return Err(Error::data("has no heading", "Add one.").at_line(first));
+    };
+    let separator = wish.separator.unwrap_or_else(|| Separator::of(&text));
+    let row = separator.row(&text);
+    let units = units_below(&row, separator, &mut pending, lines)?;
+    let notes =
+        if ahead.is_empty() { Vec::new() } else { vec![format!("{} lines before the heading left out", ahead.len())] };
+    Ok(Layout { separator, headings: headings(&row, units.as_deref()), line, pending, notes })
+}
+
+/// The line that says most, the first of equals.
+fn likeliest(ahead: &VecDeque<(u64, String)>, wish: &Wish<'_>) -> usize {
+    let score = |text: &str| {
+        let separator = wish.separator.unwrap_or_else(|| Separator::of(text));
+        understood(&headings(&separator.row(text), None), wish.requests)
+    };
+    let scores = ahead.iter().map(|(_, text)| score(text)).enumerate();
+    scores.rev().max_by_key(|&(_, score)| score).map_or(0, |(at, _)| at)
+}
+
+fn headings(row: &[&str], units: Option<&[String]>) -> Vec<Heading> {
+    let unit = |n: usize| units.and_then(|units| units.get(n)).filter(|unit| !unit.is_empty()).cloned();
+    row.iter().enumerate().map(|(n, name)| Heading { name: (*name).to_owned(), unit: unit(n) }).collect()
+}
+
+/// A row of units right below the heading, taken off what is pending.
+fn units_below(
+    heading: &[&str],
+    separator: Separator,
+    pending: &mut VecDeque<(u64, String)>,
+    lines: &mut impl Lines,
+) -> Result<Option<Vec<String>>> {
+    if pending.is_empty()
+        && let Some(line) = lines.next_line()?
+    {
+        pending.push_back((line.number, line.text()?.into_owned()));
+    }
+    let units = pending.front().and_then(|(_, text)| units(&separator.row(text), heading.len()));
+    if units.is_some() {
+        pending.pop_front();
+    }
+    Ok(units)
+}
+
+/// The units of a row that holds nothing else, brackets taken off.
+fn units(row: &[&str], width: usize) -> Option<Vec<String>> {
+    let bare = |cell: &&str| {
+        let cell = cell.trim();
+        let inner = cell.strip_prefix('[').and_then(|c| c.strip_suffix(']'));
+        let inner = inner.or_else(|| cell.strip_prefix('(').and_then(|c| c.strip_suffix(')')));
+        let unit = inner.unwrap_or(cell).trim();
+        let known = || Quantity::COLUMNS.iter().any(|quantity| quantity.factor(unit).is_some());
+        (inner.is_some() || unit.is_empty() || known()).then(|| unit.to_owned())
+    };
+    let units: Vec<String> = (row.len() == width).then(|| row.iter().map(bare).collect()).flatten()?;
+    units.iter().any(|unit| !unit.is_empty()).then_some(units)
+}
+
+/// Names and units from the comments right above, else the numbers of the columns.
+fn without_heading(pending: VecDeque<(u64, String)>, comments: &[String], separator: Separator) -> Result<Layout> {
+    let (line, width) = pending.front().map_or((1, 0), |(line, text)| (*line, separator.row(text).len()));
+    let above: Vec<Vec<&str>> = comments.iter().rev().map(|text| separator.row(text)).collect();
+    let fits = |row: &&Vec<&str>| row.len() == width && width > 1 && !row.iter().any(|cell| is_number(cell));
+    let last = above.first().filter(fits);
+    let units = last.and_then(|row| units(row, width));
+    let names = if units.is_some() { above.get(1).filter(fits) } else { last };
+    let (names, units) = if names.is_some() { (names, units) } else { (None, None) };
+    let mut notes = Vec::new();
+    let headings = match names {
+        Some(names) => {
+            notes.push("names of columns are those of the comment above them".to_owned());
+            headings(names, units.as_deref())
+        }
+        None => (1..=width).map(|n| Heading { name: n.to_string(), unit: None }).collect(),
+    };
+    Ok(Layout { separator, headings, line, pending, notes })
+}

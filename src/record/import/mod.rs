@@ -1,0 +1,211 @@
+//! Files as recordings: formats, headings, units, and what loggers do to them.
+//!
+//! A file becomes lines of cells ([`text`], or those of another format), the lines a table with a heading
+//! ([`layout`], [`columns`], [`formula`]), its rows signals ([`collect`], [`signals`]).
+
+mod collect;
+mod columns;
+mod formula;
+mod layout;
+mod parse;
+mod quick;
+mod signals;
+mod text;
+mod write;
+
+pub use parse::parse_number;
+pub use write::write_csv;
+
+use super::heading::ColumnRequest;
+use super::{Gaps, Record, Samples, Source, time};
+use crate::{Error, Result};
+use collect::{Collected, collect};
+use columns::Need;
+use layout::Wish;
+use signals::Signals;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use text::{TextLines, unreadable};
+
+/// How files are read.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ReadOptions {
+    /// What columns hold, where their headings do not say so.
+    pub columns: Vec<ColumnRequest>,
+    /// Samples per second \[Hz\] of files without a time column.
+    pub rate_hz: Option<f64>,
+    /// What becomes of gaps in time.
+    pub gaps: Gaps,
+    /// Whether rows whose time repeats that of the row before are left out.
+    pub drop_repeats: bool,
+}
+
+/// A table of a file, named where a file holds several.
+struct Table {
+    part: Option<String>,
+    collected: Collected,
+}
+
+/// Reads the recordings of a file: one, or one for each test that it holds or stretch between gaps.
+///
+/// # Errors
+/// `Data` with file, line and column when the file cannot be read, understood or trusted.
+pub fn read(path: &Path, options: &ReadOptions) -> Result<Vec<Record>> {
+    let (tables, sha256) = tables(path, options, Need::Recording)?;
+    let mut records = Vec::new();
+    for Table { part, collected } in tables {
+        let source = Source { path: Some(path.to_path_buf()), sha256: Some(sha256.clone()), part, ..Source::default() };
+        records.extend(finish(collected, source, options).map_err(|e| e.in_file(path))?);
+    }
+    Ok(records)
+}
+
+/// Reads several files as one recording: one after the other in time where they hold the same quantities, side by side
+/// where they hold different ones at the same times.
+///
+/// # Errors
+/// As [`read`], and when files hold several recordings or do not belong together.
+pub fn read_joined(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<Record>> {
+    let mut joined: Option<Signals> = None;
+    let mut source = Source::default();
+    let mut digests = String::new();
+    for path in paths {
+        let (mut tables, sha256) = tables(path, options, Need::Part)?;
+        let (Some(Table { mut collected, .. }), true) = (tables.pop(), tables.is_empty()) else {
+            let message = "holds several recordings, so it cannot be part of one";
+            return Err(Error::data(message, "Give it alone.").in_file(path));
+        };
+        digests.push_str(&sha256);
+        let part = Signals::new(&mut collected, options.rate_hz);
+        let have = |column: &super::Column| source.columns.iter().any(|c| c.quantity == column.quantity);
+        let new: Vec<_> = collected.columns.into_iter().filter(|column| !have(column)).collect();
+        source.columns.extend(new);
+        source.ignored.extend(collected.ignored);
+        source.last_line_open |= collected.last_line_open;
+        joined = Some(match joined.take() {
+            None => Signals { lines: super::Lines::default(), ..part },
+            Some(before) => before.joined(part).map_err(|e| e.in_file(path))?,
+        });
+    }
+    let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+    source.path = Some(PathBuf::from(names.join("+")));
+    source.sha256 = Some(text::digest(digests.as_bytes()));
+    let Some(signals) = joined else { return Ok(Vec::new()) };
+    records(signals, source, options)
+}
+
+/// Reads a recording from a CSV file.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_csv(path: &Path, columns: &[ColumnRequest]) -> Result<Record> {
+    let options = ReadOptions { columns: columns.to_vec(), ..ReadOptions::default() };
+    read(path, &options)?.pop().ok_or_else(|| Error::data("holds no recording", "Check the file.").in_file(path))
+}
+
+/// Reads a recording from the bytes of a CSV file; `path` names it in errors.
+///
+/// # Errors
+/// `Data` with line and column when the text cannot be understood or trusted.
+pub fn read_csv_bytes(bytes: &[u8], path: Option<&Path>, columns: &[ColumnRequest]) -> Result<Record> {
+    let options = ReadOptions { columns: columns.to_vec(), ..ReadOptions::default() };
+    let located = |error: Error| path.iter().fold(error, |error, path| error.in_file(path));
+    read_bytes(bytes, path, &options)?
+        .pop()
+        .ok_or_else(|| located(Error::data("holds no recording", "Check the file.")))
+}
+
+/// Like [`read`], from the bytes of a file of any format; `path` names it in errors.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_bytes(bytes: &[u8], path: Option<&Path>, options: &ReadOptions) -> Result<Vec<Record>> {
+    let located = |error: Error| path.iter().fold(error, |error, path| error.in_file(path));
+    let (tables, sha256) = tables_of(bytes, options, Need::Recording).map_err(located)?;
+    let mut records = Vec::new();
+    for Table { part, collected } in tables {
+        let source =
+            Source { path: path.map(Path::to_path_buf), sha256: Some(sha256.clone()), part, ..Source::default() };
+        records.extend(finish(collected, source, options).map_err(located)?);
+    }
+    Ok(records)
+}
+
+/// Reads time, voltage and load torque alone: what drives a simulation.
+///
+/// # Errors
+/// As [`read`], but neither current nor speed is needed.
+pub fn read_inputs(path: &Path, columns: &[ColumnRequest]) -> Result<Samples> {
+    let read = || {
+        let options = ReadOptions { columns: columns.to_vec(), ..ReadOptions::default() };
+        let (mut tables, _) = tables(path, &options, Need::Inputs)?;
+        let (Some(Table { mut collected, .. }), true) = (tables.pop(), tables.is_empty()) else {
+            return Err(Error::data("holds several recordings, expected one", "Give a CSV file."));
+        };
+        let columns = collected.columns.clone();
+        let (samples, lines, notes) = Signals::new(&mut collected, None).samples()?;
+        let source = Source { columns, lines, notes, ..Source::default() };
+        // A recording needs an output; what is checked here are time and inputs.
+        let checked = Samples { current: Some(vec![0.0; samples.time_s.len()]), ..samples };
+        Ok(Record::from_file(checked, source, false)?.samples().clone())
+    };
+    read().map_err(|error: Error| error.in_file(path))
+}
+
+/// The recordings of a table.
+fn finish(mut collected: Collected, source: Source, options: &ReadOptions) -> Result<Vec<Record>> {
+    let source = Source {
+        columns: collected.columns.clone(),
+        ignored: std::mem::take(&mut collected.ignored),
+        last_line_open: collected.last_line_open,
+        ..source
+    };
+    records(Signals::new(&mut collected, options.rate_hz), source, options)
+}
+
+/// The recordings that signals are: several where they are split at gaps.
+fn records(mut signals: Signals, source: Source, options: &ReadOptions) -> Result<Vec<Record>> {
+    if options.drop_repeats {
+        signals.drop_repeats();
+    }
+    let (samples, lines, notes) = signals.samples()?;
+    let source = Source { lines, notes, ..source };
+    if options.gaps != Gaps::Split {
+        return Ok(vec![Record::from_file(samples, source, options.gaps == Gaps::Keep)?]);
+    }
+    let gaps = time::gaps(&samples.time_s);
+    let edges: Vec<usize> = std::iter::once(0).chain(gaps).chain([samples.time_s.len()]).collect();
+    let pieces = edges.windows(2).map(|edge| edge[0]..edge[1]).enumerate();
+    let many = edges.len() > 2;
+    pieces
+        .map(|(n, range)| {
+            let part = source.part.clone().into_iter().chain(many.then(|| format!("stretch {}", n + 1)));
+            let part: Vec<String> = part.collect();
+            let source = Source {
+                lines: source.lines.of(range.clone()),
+                part: (!part.is_empty()).then(|| part.join(", ")),
+                ..source.clone()
+            };
+            Record::from_file(samples.slice(range), source, false)
+        })
+        .collect()
+}
+
+/// The tables of a file, and the digest of its bytes.
+fn tables(path: &Path, options: &ReadOptions, need: Need) -> Result<(Vec<Table>, String)> {
+    let read = || {
+        let file = std::fs::File::open(path).map_err(|e| unreadable(&e))?;
+        if file.metadata().map_err(|e| unreadable(&e))?.is_dir() {
+            return Err(Error::data("is a folder, expected a file", "Name the recording inside it."));
+        }
+        tables_of(file, options, need)
+    };
+    read().map_err(|error: Error| error.in_file(path))
+}
+
+fn tables_of(reader: impl Read, options: &ReadOptions, need: Need) -> Result<(Vec<Table>, String)> {
+    let wish = Wish { requests: &options.columns, need, timed: options.rate_hz.is_some(), separator: None };
+    let mut lines = TextLines::new(reader)?;
+    let collected = collect(&mut lines, &wish)?;
+    Ok((vec![Table { part: None, collected }], lines.sha256()?))
+}

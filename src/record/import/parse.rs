@@ -1,0 +1,114 @@
+//! Lines into cells, cells into numbers.
+
+use super::quick::number;
+use crate::text::excerpt;
+use std::ops::Range;
+
+/// Where the cells of a line are, quotes and blanks around them left out.
+///
+/// A cell in double quotes may hold the separator.
+pub(super) fn cells(line: &str, separator: u8, into: &mut Vec<Range<usize>>) {
+    into.clear();
+    let bytes = line.as_bytes();
+    let (mut start, mut quoted) = (0, false);
+    for (at, &byte) in bytes.iter().enumerate() {
+        if byte == separator && !quoted {
+            into.push(bare(line, start..at));
+            start = at + 1;
+        } else if byte == b'"' {
+            quoted = !quoted;
+        }
+    }
+    into.push(bare(line, start..bytes.len()));
+}
+
+/// Where the blanks and words of a line are, when blanks separate its cells.
+pub(super) fn words(line: &str, into: &mut Vec<Range<usize>>) {
+    into.clear();
+    let offset = |word: &str| word.as_ptr() as usize - line.as_ptr() as usize;
+    into.extend(line.split_whitespace().map(|word| offset(word)..offset(word) + word.len()));
+}
+
+fn bare(line: &str, cell: Range<usize>) -> Range<usize> {
+    let trimmed = |cell: Range<usize>| {
+        let bytes = line.as_bytes();
+        let blank = |at: usize| matches!(bytes[at], b' ' | b'\t' | b'\r' | 0x0c);
+        let (mut from, mut to) = (cell.start, cell.end);
+        while from < to && blank(from) {
+            from += 1;
+        }
+        while from < to && blank(to - 1) {
+            to -= 1;
+        }
+        from..to
+    };
+    let cell = trimmed(cell);
+    let inner = line[cell.clone()].strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
+    if inner.is_some() { trimmed(cell.start + 1..cell.end - 1) } else { cell }
+}
+
+/// A finite number from a cell; with `decimal_comma` both `1,5` and `1.5` are one and a half.
+///
+/// # Errors
+/// What was found and what was expected, in words.
+pub fn parse_number(cell: &str, decimal_comma: bool) -> Result<f64, String> {
+    if let Some((value, _)) = number(cell.as_bytes(), 0) {
+        return Ok(value);
+    }
+    parse_any(cell, decimal_comma)
+}
+
+/// Any number, or what is wrong with it.
+fn parse_any(cell: &str, decimal_comma: bool) -> Result<f64, String> {
+    let cell = cell.trim();
+    if cell.is_empty() {
+        return Err("found an empty cell, expected a number".to_owned());
+    }
+    let swapped;
+    let text = if decimal_comma && cell.contains(',') {
+        if cell.contains('.') {
+            return Err(format!("found \"{}\" with both comma and point, expected a number", excerpt(cell)));
+        }
+        swapped = cell.replacen(',', ".", 1);
+        swapped.as_str()
+    } else {
+        cell
+    };
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(value) if value.is_nan() => Err(format!("found \"{}\", not a number", excerpt(cell))),
+        Ok(_) => Err(format!("found \"{}\", infinite or too large, expected a finite number", excerpt(cell))),
+        Err(_) => Err(format!("found \"{}\", expected a number", excerpt(cell))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quotes_hold_separators() {
+        let mut row = Vec::new();
+        let mut split = |line: &'static str, separator| -> Vec<&'static str> {
+            cells(line, separator, &mut row);
+            row.iter().map(|cell| &line[cell.clone()]).collect()
+        };
+        assert_eq!(split("\"0,5\", 2 ,\"\",x", b','), ["0,5", "2", "", "x"]);
+        assert_eq!(split("a;b;", b';'), ["a", "b", ""]);
+        assert_eq!(split("\";ü", b';'), ["\";ü"]);
+        words("  1.5   x\t3 ", &mut row);
+        assert_eq!(row, [2..5, 8..9, 10..11]);
+    }
+
+    #[test]
+    fn numbers_and_what_is_none() {
+        assert_eq!(parse_number(" 1,5e-3 ", true), Ok(0.0015));
+        assert_eq!(parse_number("-2.5", true), Ok(-2.5));
+        for (cell, comma) in
+            [("", true), ("abc", true), ("1,5", false), ("1.000,5", true), ("NaN", true), ("inf", true)]
+        {
+            assert!(parse_number(cell, comma).is_err(), "{cell}");
+        }
+        assert!(parse_number("1e400", false).is_err_and(|e| e.contains("too large")));
+    }
+}

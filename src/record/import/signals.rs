@@ -1,0 +1,204 @@
+//! From the columns of one or more tables to the signals of a recording: time, speed from position, what belongs to no
+//! sample.
+
+use super::collect::Collected;
+use crate::record::{Lines, Quantity, Samples};
+use crate::text::engineering;
+use crate::{Error, Result};
+
+/// Signals by their quantity; those of a recording, or a part of them.
+#[derive(Debug, Default, Clone)]
+pub(super) struct Signals {
+    pub list: Vec<(Quantity, Vec<f64>)>,
+    pub lines: Lines,
+    pub notes: Vec<String>,
+}
+
+impl Signals {
+    /// Takes what was collected; without a time column samples come at `rate_hz`.
+    pub(super) fn new(collected: &mut Collected, rate_hz: Option<f64>) -> Self {
+        let quantities = collected.columns.iter().map(|column| column.quantity);
+        let list = quantities.zip(std::mem::take(&mut collected.signals)).collect();
+        let (lines, notes) = (std::mem::take(&mut collected.lines), std::mem::take(&mut collected.notes));
+        let mut signals = Self { list, lines, notes };
+        signals.drop_trailing_zeros();
+        if let (None, Some(rate)) = (signals.get(Quantity::Time), rate_hz) {
+            #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
+            let time = (0..signals.lines.len()).map(|n| n as f64 / rate).collect();
+            signals.list.insert(0, (Quantity::Time, time));
+            signals.notes.push(format!("time counted at {}", engineering(rate, "Hz", 6)));
+        }
+        signals
+    }
+
+    pub(super) fn get(&self, quantity: Quantity) -> Option<&Vec<f64>> {
+        self.list.iter().find(|(q, _)| *q == quantity).map(|(_, signal)| signal)
+    }
+
+    pub(super) fn take(&mut self, quantity: Quantity) -> Option<Vec<f64>> {
+        let at = self.list.iter().position(|(q, _)| *q == quantity)?;
+        Some(self.list.remove(at).1)
+    }
+
+    /// Rows at the end whose time is zero were never filled by the logger.
+    fn drop_trailing_zeros(&mut self) {
+        let Some(time) = self.get(Quantity::Time) else { return };
+        let kept = time.len() - time.iter().rev().take_while(|t| **t == 0.0).count();
+        if kept == time.len() || kept == 0 || time[kept - 1] <= 0.0 {
+            return;
+        }
+        let dropped = time.len() - kept;
+        self.list.iter_mut().for_each(|(_, signal)| signal.truncate(kept));
+        self.lines = self.lines.of(0..kept);
+        self.notes
+            .push(format!("{dropped} row{} with time 0 at the end left out", if dropped == 1 { "" } else { "s" }));
+    }
+
+    /// Leaves out samples whose time is that of the sample before.
+    pub(super) fn drop_repeats(&mut self) {
+        let Some(time) = self.get(Quantity::Time) else { return };
+        let kept: Vec<usize> = (0..time.len()).filter(|&n| n == 0 || (time[n] - time[n - 1]).abs() > 0.0).collect();
+        let dropped = time.len() - kept.len();
+        if dropped == 0 {
+            return;
+        }
+        for (_, signal) in &mut self.list {
+            *signal = kept.iter().map(|&n| signal[n]).collect();
+        }
+        self.lines = self.lines.of(kept.into_iter());
+        self.notes.push(format!("{dropped} row{} of repeated time left out", if dropped == 1 { "" } else { "s" }));
+    }
+
+    /// With what another file holds: behind it in time, or beside it.
+    pub(super) fn joined(mut self, mut other: Self) -> Result<Self> {
+        let quantities =
+            |signals: &Self| signals.list.iter().map(|(q, _)| *q).filter(|q| *q != Quantity::Time).collect::<Vec<_>>();
+        let (ours, theirs) = (quantities(&self), quantities(&other));
+        let both = theirs.iter().filter(|q| ours.contains(q)).count();
+        let time = other.take(Quantity::Time).unwrap_or_default();
+        if both == 0 {
+            self.beside(&time)?;
+            self.list.append(&mut other.list);
+        } else if both == ours.len() && both == theirs.len() {
+            self.behind(time, other.list);
+        } else {
+            let names: Vec<String> = theirs.iter().map(ToString::to_string).collect();
+            return Err(Error::data(
+                format!("holds {}, some of which the files before hold too, but not all", names.join(", ")),
+                "Files of one recording hold the same quantities (one after the other) or different ones (side by \
+                 side); say which with --columns.",
+            ));
+        }
+        self.notes.append(&mut other.notes);
+        Ok(self)
+    }
+
+    /// Whether times are those of these signals.
+    fn beside(&self, time: &[f64]) -> Result<()> {
+        let own = self.get(Quantity::Time).map_or(&[][..], Vec::as_slice);
+        let period = own.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+        let apart = own.iter().zip(time).position(|(a, b)| (a - b).abs() > 0.01 * period);
+        let what = match apart {
+            Some(n) => format!("sample {} is at {} s, that of the files before at {} s", n + 1, time[n], own[n]),
+            None if own.len() != time.len() => {
+                format!("{} samples, {} in the files before", time.len(), own.len())
+            }
+            None => return Ok(()),
+        };
+        Err(Error::data(what, "Files side by side need the same times: export them on one time axis."))
+    }
+
+    /// Appends what comes later; a time that starts anew goes on.
+    fn behind(&mut self, mut time: Vec<f64>, list: Vec<(Quantity, Vec<f64>)>) {
+        if let Some((_, own)) = self.list.iter_mut().find(|(q, _)| *q == Quantity::Time) {
+            if let (Some(&last), Some(&first), true) = (own.last(), time.first(), own.len() > 1)
+                && first <= last
+            {
+                let shift = 2.0 * last - own[own.len() - 2] - first;
+                time.iter_mut().for_each(|t| *t += shift);
+                self.notes.push(format!("a file that starts anew follows {} later", engineering(shift, "s", 6)));
+            }
+            own.append(&mut time);
+        }
+        for (quantity, mut signal) in list {
+            if let Some((_, own)) = self.list.iter_mut().find(|(q, _)| *q == quantity) {
+                own.append(&mut signal);
+            }
+        }
+    }
+
+    /// The signals as samples; a missing voltage or time is left empty for the checks of a recording.
+    pub(super) fn samples(mut self) -> Result<(Samples, Lines, Vec<String>)> {
+        let time_s = self.take(Quantity::Time).unwrap_or_default();
+        let mut speed = self.take(Quantity::Speed);
+        if let Some(position) = self.take(Quantity::Position) {
+            // Speed of what cannot be differentiated: the checks of time come later and name the line.
+            speed = Some(differences(&time_s, unwrapped(position))?);
+            self.notes.push("speed is the central difference of the position".to_owned());
+        }
+        let samples = Samples {
+            time_s,
+            voltage: self.take(Quantity::Voltage).unwrap_or_default(),
+            torque: self.take(Quantity::Torque),
+            current: self.take(Quantity::Current),
+            speed,
+        };
+        Ok((samples, self.lines, self.notes))
+    }
+}
+
+/// A position within one turn goes on where it wraps around.
+fn unwrapped(mut position: Vec<f64>) -> Vec<f64> {
+    use std::f64::consts::{PI, TAU};
+    let (low, high) = position.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let range = high - low;
+    if !(range <= TAU * 1.001 && position.windows(2).any(|w| (w[1] - w[0]).abs() > PI)) {
+        return position;
+    }
+    let mut turns = 0.0;
+    let mut last = position[0];
+    for value in &mut position[1..] {
+        turns -= ((*value - last) / TAU).round();
+        last = *value;
+        *value += TAU * turns;
+    }
+    position
+}
+
+/// Central differences; one-sided at both ends. They delay nothing, and take `(ω h)²/6` off a sine of frequency ω.
+fn differences(time_s: &[f64], position: Vec<f64>) -> Result<Vec<f64>> {
+    let last = position.len().saturating_sub(1);
+    if last == 0 || time_s.len() != position.len() {
+        return Err(Error::data("a speed needs two positions at least", "Record longer."));
+    }
+    Ok((0..=last)
+        .map(|n| {
+            let (from, to) = (n.saturating_sub(1), (n + 1).min(last));
+            (position[to] - position[from]) / (time_s[to] - time_s[from])
+        })
+        .collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_position_that_wraps_goes_on() {
+        let true_position: Vec<f64> = (0..50).map(|n| f64::from(n) * 0.4 - 1.0).collect();
+        let wrapped: Vec<f64> = true_position.iter().map(|p| p.rem_euclid(std::f64::consts::TAU)).collect();
+        let shifted = unwrapped(wrapped);
+        let offset = shifted[0] - true_position[0];
+        assert!(shifted.iter().zip(&true_position).all(|(a, b)| (a - b - offset).abs() < 1e-12));
+        let counts: Vec<f64> = (0..50).map(f64::from).collect();
+        assert_eq!(unwrapped(counts.clone()), counts, "more than a turn has not wrapped");
+    }
+
+    #[test]
+    fn differences_follow_a_parabola_inside() {
+        let time: Vec<f64> = (0..20).map(|n| 0.01 * f64::from(n)).collect();
+        let speed = differences(&time, time.iter().map(|t| 3.0 * t * t).collect()).unwrap();
+        assert!((1..19).all(|n| (speed[n] - 6.0 * time[n]).abs() < 1e-12));
+        assert!((speed[0] - 0.03).abs() < 1e-12, "half a step away at the end");
+    }
+}

@@ -1,0 +1,25 @@
+//! Recordings as files.
+
+use crate::record::{Quantity, Record, time::rounded};
+use std::fmt::Write as _;
+
+/// The canonical CSV of a recording; values keep every digit, times fifteen (1.009, not 1.0089999999999999).
+#[must_use]
+pub fn write_csv(record: &Record) -> String {
+    let samples = record.samples();
+    let mut columns = vec![(Quantity::Time, &samples.time_s), (Quantity::Voltage, &samples.voltage)];
+    let optional =
+        [(Quantity::Current, &samples.current), (Quantity::Speed, &samples.speed), (Quantity::Torque, &samples.torque)];
+    columns.extend(optional.into_iter().filter_map(|(quantity, signal)| Some((quantity, signal.as_ref()?))));
+    let mut text = columns.iter().map(|(quantity, _)| quantity.canonical()).collect::<Vec<_>>().join(",");
+    text.push('\n');
+    for n in 0..record.len() {
+        for (at, (quantity, signal)) in columns.iter().enumerate() {
+            let joint = if at == 0 { "" } else { "," };
+            let value = if *quantity == Quantity::Time { rounded(signal[n], 15) } else { signal[n] };
+            let _ = write!(text, "{joint}{value}");
+        }
+        text.push('\n');
+    }
+    text
+}

@@ -1,0 +1,69 @@
+//! Which line of a file each sample is on.
+
+/// Lines of samples, kept as stretches of consecutive lines: a file of a gigabyte has few.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Lines {
+    /// First sample of a stretch and its line.
+    stretches: Vec<(usize, u64)>,
+    count: usize,
+}
+
+impl Lines {
+    /// Adds the line of the next sample.
+    pub fn push(&mut self, line: u64) {
+        let follows = self.stretches.last().is_some_and(|&(first, at)| at + (self.count - first) as u64 == line);
+        if !follows {
+            self.stretches.push((self.count, line));
+        }
+        self.count += 1;
+    }
+
+    /// The line of a sample; `None` where samples have none.
+    #[must_use]
+    pub fn get(&self, sample: usize) -> Option<u64> {
+        if sample >= self.count {
+            return None;
+        }
+        let stretch = self.stretches.partition_point(|&(first, _)| first <= sample) - 1;
+        let (first, line) = self.stretches[stretch];
+        Some(line + (sample - first) as u64)
+    }
+
+    /// How many samples have a line.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether samples have no lines.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The lines of some of the samples, in rising order.
+    #[must_use]
+    pub fn of(&self, samples: impl Iterator<Item = usize>) -> Self {
+        let mut lines = Self::default();
+        samples.filter_map(|n| self.get(n)).for_each(|line| lines.push(line));
+        lines
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stretches_are_lines() {
+        let list = [2, 3, 4, 8, 9, 20];
+        let mut lines = Lines::default();
+        list.into_iter().for_each(|line| lines.push(line));
+        assert_eq!(lines.stretches.len(), 3);
+        assert_eq!(
+            (0..7).map(|n| lines.get(n)).collect::<Vec<_>>(),
+            [2, 3, 4, 8, 9, 20].map(Some).into_iter().chain([None]).collect::<Vec<_>>()
+        );
+        assert_eq!(lines.of([1, 2, 4].into_iter()).get(2), Some(9));
+    }
+}

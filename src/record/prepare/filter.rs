@@ -1,0 +1,265 @@
+//! Low-pass filters: Butterworth and Chebyshev type I, as cascades of second-order sections.
+//!
+//! Poles of the analog prototype (A. V. Oppenheim, R. W. Schafer, *Discrete-Time Signal Processing*, appendix B), the
+//! bilinear transformation with the cut-off prewarped, zeros at half the sampling rate. The gain at zero frequency is 1
+//! for every filter, so that steady values stay what they are.
+
+use crate::text::excerpt;
+use crate::{Error, Result};
+use std::f64::consts::PI;
+use std::str::FromStr;
+
+/// A low-pass filter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LowPass {
+    /// Its sort.
+    pub kind: FilterKind,
+    /// Order, 1 to 12.
+    pub order: usize,
+    /// Cut-off frequency \[Hz\]: Butterworth's gain is −3 dB there, Chebyshev's leaves its ripple.
+    pub cutoff_hz: f64,
+}
+
+/// Sort of filter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FilterKind {
+    /// Maximally flat.
+    Butterworth,
+    /// Chebyshev type I: ripple in the passband \[dB\], a steeper edge.
+    Chebyshev {
+        /// Ripple in the passband \[dB\].
+        ripple_db: f64,
+    },
+}
+
+/// Highest order.
+const ORDER_MAX: usize = 12;
+/// Ripple of a Chebyshev filter that does not name it \[dB\].
+const RIPPLE_DB: f64 = 0.5;
+
+impl FromStr for LowPass {
+    type Err = Error;
+
+    /// Reads `butterworth:50`, `chebyshev:50:4:0.5`: sort, cut-off \[Hz\], order (4), ripple \[dB\] (0.5).
+    fn from_str(text: &str) -> Result<Self> {
+        let bad = |what: String| {
+            Error::usage(
+                format!("--filter: {what}"),
+                "Write --filter butterworth:CUTOFF_HZ[:ORDER] or chebyshev:CUTOFF_HZ[:ORDER[:RIPPLE_DB]], as in \
+                 chebyshev:50:4:0.5.",
+            )
+        };
+        let mut parts = text.split(':');
+        let name = parts.next().unwrap_or_default().trim().to_lowercase();
+        let number = |part: Option<&str>, otherwise: f64| match part {
+            None => Ok(otherwise),
+            Some(part) => crate::record::parse_number(part, false).map_err(&bad),
+        };
+        let cutoff_hz = number(parts.next(), f64::NAN)?;
+        let order = number(parts.next(), 4.0)?;
+        let ripple = parts.next();
+        let kind = match (name.as_str(), ripple) {
+            ("butterworth", None) => FilterKind::Butterworth,
+            ("chebyshev" | "chebyshev1", ripple) => FilterKind::Chebyshev { ripple_db: number(ripple, RIPPLE_DB)? },
+            ("butterworth", Some(_)) => return Err(bad("a Butterworth filter has no ripple".to_owned())),
+            _ => return Err(bad(format!("\"{}\" is no filter", excerpt(&name)))),
+        };
+        if parts.next().is_some() {
+            return Err(bad(format!("\"{}\" has too many parts", excerpt(text))));
+        }
+        if !(cutoff_hz.is_finite() && cutoff_hz > 0.0) {
+            return Err(bad(format!("\"{}\" has no positive cut-off", excerpt(text))));
+        }
+        let orders = 1..=ORDER_MAX;
+        #[expect(clippy::cast_precision_loss, reason = "small numbers")]
+        let Some(order) = orders.into_iter().find(|n| (*n as f64 - order).abs() < 1e-9) else {
+            return Err(bad(format!("order {order}, expected a whole number from 1 to {ORDER_MAX}")));
+        };
+        if let FilterKind::Chebyshev { ripple_db } = kind
+            && !(ripple_db > 0.0 && ripple_db <= 6.0)
+        {
+            return Err(bad(format!("ripple {ripple_db} dB, expected more than 0 and at most 6")));
+        }
+        Ok(Self { kind, order, cutoff_hz })
+    }
+}
+
+/// A section `(b0 + b1 z⁻¹ + b2 z⁻²)/(1 + a1 z⁻¹ + a2 z⁻²)`.
+#[derive(Debug, Clone, Copy)]
+struct Section {
+    b: [f64; 3],
+    a: [f64; 2],
+}
+
+/// A filter at a sampling rate.
+#[derive(Debug, Clone)]
+pub struct Cascade(Vec<Section>);
+
+impl LowPass {
+    /// The filter for samples every `period_s`.
+    ///
+    /// # Errors
+    /// `Usage` when the cut-off is not below half the sampling rate.
+    pub fn design(&self, period_s: f64) -> Result<Cascade> {
+        let nyquist = 0.5 / period_s;
+        if self.cutoff_hz >= 0.98 * nyquist {
+            return Err(Error::usage(
+                format!("the cut-off of {} Hz is not below half the sampling rate, {nyquist} Hz", self.cutoff_hz),
+                "Give a lower cut-off.",
+            ));
+        }
+        // The bilinear transformation with T = 2: s = (1 − z⁻¹)/(1 + z⁻¹), w = tan(π f h).
+        let w = (PI * self.cutoff_hz * period_s).tan();
+        #[expect(clippy::cast_precision_loss, reason = "a small order")]
+        let order = self.order as f64;
+        let (sinh, cosh) = match self.kind {
+            FilterKind::Butterworth => (1.0, 1.0),
+            FilterKind::Chebyshev { ripple_db } => {
+                let epsilon = (10f64.powf(ripple_db / 10.0) - 1.0).sqrt();
+                let mu = (1.0 / epsilon).asinh() / order;
+                (mu.sinh(), mu.cosh())
+            }
+        };
+        let pole = |k: usize| {
+            #[expect(clippy::cast_precision_loss, reason = "a small order")]
+            let angle = PI * (2 * k + 1) as f64 / (2.0 * order);
+            (w * sinh * angle.sin(), w * cosh * angle.cos())
+        };
+        let pairs = (0..self.order / 2).map(|k| {
+            let (re, im) = pole(k);
+            second_order(2.0 * re, re * re + im * im)
+        });
+        let single = (self.order % 2 == 1).then(|| first_order(pole(self.order / 2).0));
+        Ok(Cascade(pairs.chain(single).collect()))
+    }
+}
+
+/// `c/(s² + b s + c)` in z.
+fn second_order(b: f64, c: f64) -> Section {
+    let a0 = 1.0 + b + c;
+    Section { b: [c / a0, 2.0 * c / a0, c / a0], a: [2.0 * (c - 1.0) / a0, (1.0 - b + c) / a0] }
+}
+
+/// `c/(s + c)` in z.
+fn first_order(c: f64) -> Section {
+    let a0 = 1.0 + c;
+    Section { b: [c / a0, c / a0, 0.0], a: [(c - 1.0) / a0, 0.0] }
+}
+
+impl Cascade {
+    /// Filters a signal that stood at its first value before.
+    #[must_use]
+    pub fn apply(&self, signal: &[f64]) -> Vec<f64> {
+        let mut signal = signal.to_vec();
+        for Section { b, a } in &self.0 {
+            // The state of a signal that has always been what it is first.
+            let steady = signal.first().copied().unwrap_or(0.0);
+            let mut state = [steady * (1.0 - b[0]), steady * (b[2] - a[1])];
+            for x in &mut signal {
+                let y = b[0] * *x + state[0];
+                state = [b[1] * *x - a[0] * y + state[1], b[2] * *x - a[1] * y];
+                *x = y;
+            }
+        }
+        signal
+    }
+
+    /// What is left of the power of white noise: the sum of the squares of the impulse response.
+    #[must_use]
+    pub fn noise_power(&self) -> f64 {
+        let mut sum = 0.0;
+        let mut quiet = 0;
+        let mut states = vec![[0.0; 2]; self.0.len()];
+        let mut input = 1.0;
+        // Until the response has been nothing for long; a cut-off of a millionth of the rate ends here too.
+        for _ in 0..50_000_000_u32 {
+            let mut x = input;
+            for (Section { b, a }, state) in self.0.iter().zip(&mut states) {
+                let y = b[0] * x + state[0];
+                *state = [b[1] * x - a[0] * y + state[1], b[2] * x - a[1] * y];
+                x = y;
+            }
+            input = 0.0;
+            sum += x * x;
+            quiet = if x * x < 1e-12 * sum { quiet + 1 } else { 0 };
+            if quiet > 1000 {
+                break;
+            }
+        }
+        sum
+    }
+
+    /// The gain at a frequency.
+    #[must_use]
+    pub fn gain(&self, frequency_hz: f64, period_s: f64) -> f64 {
+        let angle = -2.0 * PI * frequency_hz * period_s;
+        let at = |c: [f64; 3]| {
+            let (re, im) =
+                (c[1] * angle.cos() + c[2] * (2.0 * angle).cos(), c[1] * angle.sin() + c[2] * (2.0 * angle).sin());
+            (c[0] + re).hypot(im)
+        };
+        self.0.iter().map(|Section { b, a }| at(*b) / at([1.0, a[0], a[1]])).product()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gains_are_those_of_the_textbook() {
+        // The analog magnitudes at the prewarped frequency: Butterworth 1/√(1 + x²ⁿ), Chebyshev 1/√(1 + ε² T²(x)) over
+        // its value at zero.
+        let h = 1e-3;
+        for (text, f) in [
+            ("butterworth:50", 50.0),
+            ("butterworth:80:3", 120.0),
+            ("chebyshev:50:4:0.5", 20.0),
+            ("chebyshev:40:5:1", 60.0),
+            ("chebyshev:40:2:3", 300.0),
+            ("butterworth:100:1", 10.0),
+        ] {
+            let filter: LowPass = text.parse().unwrap();
+            let x = (PI * f * h).tan() / (PI * filter.cutoff_hz * h).tan();
+            #[expect(clippy::cast_precision_loss, reason = "a small order")]
+            let n = filter.order as f64;
+            let expected = match filter.kind {
+                FilterKind::Butterworth => 1.0 / (1.0 + x.powf(2.0 * n)).sqrt(),
+                FilterKind::Chebyshev { ripple_db } => {
+                    let epsilon = (10f64.powf(ripple_db / 10.0) - 1.0).sqrt();
+                    let t = |x: f64| if x > 1.0 { (n * x.acosh()).cosh() } else { (n * x.acos()).cos() };
+                    (1.0 + (epsilon * t(0.0)).powi(2)).sqrt() / (1.0 + (epsilon * t(x)).powi(2)).sqrt()
+                }
+            };
+            let gain = filter.design(h).unwrap().gain(f, h);
+            assert!((gain / expected - 1.0).abs() < 1e-9, "{text} at {f} Hz: {gain} {expected}");
+        }
+    }
+
+    #[test]
+    fn a_constant_passes_and_noise_keeps_its_share() {
+        let cascade = "chebyshev:60:6".parse::<LowPass>().unwrap().design(1e-3).unwrap();
+        assert!(cascade.apply(&[3.0; 200]).iter().all(|y| (y - 3.0).abs() < 1e-9));
+        // Parseval: the power of the impulse response is the mean of |gain|² over all frequencies.
+        let mean = (0..5000).map(|k| cascade.gain((f64::from(k) + 0.5) * 0.1, 1e-3).powi(2)).sum::<f64>() / 5000.0;
+        assert!((cascade.noise_power() / mean - 1.0).abs() < 1e-3, "{} {mean}", cascade.noise_power());
+    }
+
+    #[test]
+    fn what_is_no_filter_is_refused() {
+        for (text, part) in [
+            ("bessel:50", "no filter"),
+            ("butterworth", "no positive cut-off"),
+            ("butterworth:-5", "no positive cut-off"),
+            ("butterworth:50:4:1", "no ripple"),
+            ("chebyshev:50:2.5", "whole number"),
+            ("chebyshev:50:20", "whole number"),
+            ("chebyshev:50:4:0", "ripple"),
+            ("chebyshev:50:4:1:1", "too many"),
+        ] {
+            let error = text.parse::<LowPass>().unwrap_err();
+            assert!(error.to_string().contains(part), "{error}");
+        }
+        assert!("butterworth:600".parse::<LowPass>().unwrap().design(1e-3).is_err());
+    }
+}

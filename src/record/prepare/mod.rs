@@ -1,0 +1,240 @@
+//! Recordings made ready for a fit: cut, freed of offsets, masked, brought to another rate, filtered.
+//!
+//! Filters take voltage, torque, current and speed alike. A linear motor at rest or in a steady state relates the
+//! filtered signals exactly as it relates the others, so that a filter biases nothing.
+
+mod filter;
+mod mask;
+mod resample;
+
+pub use filter::{Cascade, FilterKind, LowPass};
+pub use mask::{Mask, parse_masks};
+
+use super::{Excluded, Quantity, Record, SAMPLES_MAX, Samples, Source};
+use crate::text::{engineering, significant};
+use crate::{Error, Result};
+use resample::{Resampled, decimated, regular};
+
+/// What is done to a recording, in this order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Preparation {
+    /// From when to when \[s\]; the whole recording where it is open.
+    pub crop: [Option<f64>; 2],
+    /// What is subtracted.
+    pub offset: Offset,
+    /// What does not count.
+    pub mask: Vec<Mask>,
+    /// Samples per second \[Hz\] that the recording is brought to.
+    pub rate_hz: Option<f64>,
+    /// Every so-manieth sample is kept.
+    pub decimate: Option<usize>,
+    /// A filter on all signals.
+    pub filter: Option<LowPass>,
+    /// Whether the voltage goes on in a straight line between samples; it is held otherwise.
+    pub sampled_input: bool,
+}
+
+/// Offsets of sensors.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub enum Offset {
+    /// Nothing is subtracted.
+    #[default]
+    None,
+    /// The means of current and speed before the voltage first changes, where the motor rests there.
+    Auto,
+    /// Values in SI units.
+    Given(Vec<(Quantity, f64)>),
+}
+
+impl Preparation {
+    /// Prepares a recording; several come of one that is cut where its drive is disabled.
+    ///
+    /// # Errors
+    /// `Usage` when a setting does not fit the recording, `Data` when too little is left of it.
+    pub fn apply(&self, record: &Record) -> Result<Vec<Record>> {
+        let located = |error: Error| record.source().path.iter().fold(error, |error, path| error.in_file(path));
+        let pieces = self.masked(self.shifted(self.cropped(record)?)?)?;
+        pieces.into_iter().map(|piece| self.filtered(self.resampled(piece)?)).collect::<Result<_>>().map_err(located)
+    }
+
+    fn cropped(&self, record: &Record) -> Result<Record> {
+        let [from, to] = self.crop;
+        if from.is_none() && to.is_none() {
+            return Ok(record.clone());
+        }
+        let time = &record.samples().time_s;
+        // A millionth of a period of tolerance: 0.3 s is sample 300 of 1 ms, whatever its last bit is.
+        let near = 1e-6 * record.period_s();
+        let start = from.map_or(0, |from| time.partition_point(|t| *t < from - near));
+        let end = to.map_or(time.len(), |to| time.partition_point(|t| *t <= to + near));
+        if end < start + 2 {
+            return Err(Error::usage(
+                format!(
+                    "--crop leaves {} samples of a recording from {} s to {} s",
+                    end.saturating_sub(start),
+                    time[0],
+                    time[time.len() - 1]
+                ),
+                "Give FROM:TO in the recording's own time, in seconds.",
+            ));
+        }
+        let note = format!("cropped to {} s … {} s", significant(time[start], 6), significant(time[end - 1], 6));
+        record.part(start..end, Some(note))
+    }
+
+    fn shifted(&self, record: Record) -> Result<Record> {
+        let offsets = match &self.offset {
+            Offset::None => return Ok(record),
+            Offset::Given(list) => list.clone(),
+            Offset::Auto => rest_means(&record),
+        };
+        if offsets.is_empty() {
+            return record.changed(|_| {}, "no rest at the start: no offset subtracted".to_owned());
+        }
+        let shown =
+            |(quantity, value): &(Quantity, f64)| format!("{quantity} {} {}", significant(*value, 3), quantity.unit());
+        let note = format!("offsets subtracted: {}", offsets.iter().map(shown).collect::<Vec<_>>().join(", "));
+        let shift = |samples: &mut Samples| {
+            for (quantity, value) in &offsets {
+                if let Some(signal) = samples.signal_mut(*quantity) {
+                    signal.iter_mut().for_each(|v| *v -= value);
+                }
+            }
+        };
+        record.changed(shift, note)
+    }
+
+    fn masked(&self, record: Record) -> Result<Vec<Record>> {
+        mask::apply(&self.mask, record)
+    }
+
+    fn resampled(&self, record: Record) -> Result<Record> {
+        let held = !self.sampled_input;
+        let mut record = record;
+        if let Some(rate) = self.rate_hz {
+            if !(rate.is_finite() && rate > 0.0) {
+                return Err(Error::usage(format!("--rate is {rate}"), "Give samples per second, more than 0."));
+            }
+            let time = &record.samples().time_s;
+            #[expect(clippy::cast_precision_loss, reason = "a limit far below 2^53")]
+            if (time[time.len() - 1] - time[0]) * rate > SAMPLES_MAX as f64 {
+                return Err(Error::usage(
+                    format!("--rate {rate} makes more than {SAMPLES_MAX} samples"),
+                    "Give a lower rate.",
+                ));
+            }
+            let ratio = 1.0 / (record.period_s() * rate);
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "a factor up to the samples there are"
+            )]
+            let every = (ratio - 0.01).ceil().clamp(1.0, 1e9) as usize;
+            #[expect(clippy::cast_precision_loss, reason = "a factor up to the samples there are")]
+            let fine = 1.0 / (rate * every as f64);
+            let fits = record.steps().step_index.is_empty() && (fine / record.period_s() - 1.0).abs() < 1e-6;
+            if !fits {
+                let note = format!("brought to a regular clock of {}", engineering(1.0 / fine, "Hz", 5));
+                let made = regular(record.samples(), fine, held);
+                record = record.resampled(made, note)?;
+            }
+            return every_so_manieth(record, every, held);
+        }
+        every_so_manieth(record, self.decimate.unwrap_or(1), held)
+    }
+
+    fn filtered(&self, record: Record) -> Result<Record> {
+        let Some(filter) = self.filter else { return Ok(record) };
+        if !record.steps().step_index.is_empty() {
+            return Err(Error::usage(
+                "--filter needs evenly spaced samples",
+                "Bring the recording to a regular clock with --rate HZ.",
+            ));
+        }
+        let cascade = filter.design(record.period_s())?;
+        let name = match filter.kind {
+            FilterKind::Butterworth => "Butterworth".to_owned(),
+            FilterKind::Chebyshev { ripple_db } => format!("Chebyshev ({ripple_db} dB)"),
+        };
+        let note = format!(
+            "all signals alike through a low-pass: {name}, order {}, {}",
+            filter.order,
+            engineering(filter.cutoff_hz, "Hz", 4)
+        );
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few periods of the cut-off")]
+        let tail = (2.0 / (filter.cutoff_hz * record.period_s())).ceil() as usize;
+        let widened = |e: &Excluded| Excluded { end: (e.end + tail).min(record.len()), ..*e };
+        let excluded = record.excluded().iter().map(widened).collect();
+        let independent = record.independent() * cascade.noise_power();
+        let pass = |samples: &mut Samples| {
+            let all = [Quantity::Voltage, Quantity::Torque, Quantity::Current, Quantity::Speed];
+            for quantity in all {
+                if let Some(signal) = samples.signal_mut(quantity) {
+                    *signal = cascade.apply(signal);
+                }
+            }
+        };
+        Ok(record.changed(pass, note)?.with_excluded(excluded).with_independent(independent))
+    }
+}
+
+fn every_so_manieth(record: Record, every: usize, held: bool) -> Result<Record> {
+    if every <= 1 {
+        return Ok(record);
+    }
+    if !record.steps().step_index.is_empty() {
+        return Err(Error::usage(
+            "--decimate needs evenly spaced samples",
+            "Bring the recording to a regular clock with --rate HZ.",
+        ));
+    }
+    if record.len() < 2 * every {
+        return Err(Error::usage(
+            format!("--decimate {every} leaves nothing of {} samples", record.len()),
+            "Decimate less.",
+        ));
+    }
+    let note = format!("every {every}th sample behind an anti-alias filter, all signals alike");
+    let made = decimated(record.samples(), record.period_s(), every, held)?;
+    record.resampled(made, note)
+}
+
+/// Samples that a rest must have before its means are offsets.
+const REST_MIN: usize = 10;
+
+/// The means of current and speed before the voltage first leaves its idle value, if that is near zero.
+fn rest_means(record: &Record) -> Vec<(Quantity, f64)> {
+    let voltage = &record.samples().voltage;
+    let peak = voltage.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()));
+    let rest = voltage.iter().take_while(|v| v.abs() <= 0.01 * peak).count();
+    if rest < REST_MIN {
+        return Vec::new();
+    }
+    let channels = [Quantity::Current, Quantity::Speed].into_iter().zip(record.measured());
+    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
+    let mean = |signal: &[f64]| signal[..rest].iter().sum::<f64>() / rest as f64;
+    channels.filter_map(|(quantity, signal)| Some((quantity, mean(signal?)))).collect()
+}
+
+impl Record {
+    /// The same with changed values.
+    fn changed(self, change: impl FnOnce(&mut Samples), note: String) -> Result<Self> {
+        let Self { mut samples, mut source, steps, excluded, independent } = self;
+        change(&mut samples);
+        source.notes.push(note);
+        for (quantity, signal) in samples.signals() {
+            super::check_values(quantity, signal, &source)?;
+        }
+        Ok(Self { samples, steps, source, excluded, independent })
+    }
+
+    fn resampled(self, made: Resampled, note: String) -> Result<Self> {
+        let mut source = Source { lines: self.source.lines.of(made.from.iter().copied()), ..self.source };
+        source.notes.push(note);
+        let place = |n: usize| made.from.partition_point(|from| *from < n);
+        let moved = |e: &Excluded| Excluded { start: place(e.start), end: place(e.end).max(place(e.start) + 1), ..*e };
+        let excluded = self.excluded.iter().map(moved).filter(|e| e.start < made.from.len()).collect();
+        let record = Self::from_file(made.samples, source, false)?;
+        Ok(record.with_excluded(excluded).with_independent(self.independent * made.independent))
+    }
+}
