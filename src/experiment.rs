@@ -105,6 +105,7 @@ pub fn drive(record: &Record) -> Drive<'_> {
         step_s: &steps.step_s,
         step_index: &steps.step_index,
         voltage: &samples.voltage,
+        voltage_end: &[],
         torque: samples.torque.as_deref().unwrap_or_default(),
     }
 }

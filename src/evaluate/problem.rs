@@ -36,9 +36,16 @@ impl Problem {
         if records.is_empty() {
             return Err(crate::Error::usage("no recording was given", "Give at least one."));
         }
+        // A voltage that is a line over each step needs the method for lines; one that is held is a level line then.
+        let held = model.discretization == Discretization::Zoh && records.iter().any(|r| !r.slope().is_empty());
+        let model = if held { Model { discretization: Discretization::Foh, ..model } } else { model };
         let signals = records
             .iter()
-            .map(|record| Signals::new(record, &criterion, model.initial, model.discretization).map(Arc::new))
+            .map(|record| {
+                let held = (held && record.slope().is_empty()).then(|| record.with_level_steps());
+                let record = held.as_ref().unwrap_or(record);
+                Signals::new(record, &criterion, model.initial, model.discretization).map(Arc::new)
+            })
             .collect::<Result<Vec<_>>>()?;
         let samples = signals.iter().map(|s| s.samples()).sum();
         Ok(Self { signals, model, space, criterion, samples })

@@ -41,6 +41,8 @@ pub struct Signals {
     pub(crate) step_s: Vec<f64>,
     pub(crate) step_index: Vec<u16>,
     pub(crate) voltage: Vec<f64>,
+    /// Voltage at the start and at the end of each step, where it is a line of its own over each; empty otherwise.
+    lines: [Vec<f64>; 2],
     pub(crate) torque: Vec<f64>,
     /// Measured current and speed; zeros for a channel that was not measured.
     pub(crate) measured: Vec<[f64; 2]>,
@@ -79,6 +81,7 @@ impl Signals {
             step_s: steps.step_s.clone(),
             step_index: steps.step_index.clone(),
             voltage: samples.voltage.clone(),
+            lines: lines(record, method),
             torque: samples.torque.clone().unwrap_or_default(),
             measured: (0..record.len()).map(|n| measured.map(|m| m.map_or(0.0, |m| m[n]))).collect(),
             weight: Vec::new(),
@@ -168,8 +171,9 @@ impl Signals {
     /// The inputs, as the oracle takes them.
     #[must_use]
     pub fn drive(&self) -> Drive<'_> {
-        let Self { step_s, step_index, voltage, torque, .. } = self;
-        Drive { step_s, step_index, voltage, torque }
+        let Self { step_s, step_index, torque, lines: [start, end], .. } = self;
+        let voltage = if start.is_empty() { &self.voltage } else { start };
+        Drive { step_s, step_index, voltage, voltage_end: end, torque }
     }
 
     fn step_of(&self, n: usize) -> u16 {
@@ -197,7 +201,12 @@ impl Signals {
         let last = self.len() - 1;
         for n in 0..=last {
             let end = if method.uses_next_input() { self.voltage[(n + 1).min(last)] } else { 0.0 };
-            let (voltage, torque) = ([self.voltage[n], end], self.torque.get(n).copied().unwrap_or(0.0));
+            let [start, ends] = &self.lines;
+            let voltage = match (start.get(n), ends.get(n)) {
+                (Some(start), Some(end)) => [*start, *end],
+                _ => [self.voltage[n], end],
+            };
+            let torque = self.torque.get(n).copied().unwrap_or(0.0);
             let here = Span { start: n, end: n + 1, step: self.step_of(n), voltage, torque };
             match self.spans.last_mut() {
                 Some(span) if Span { start: n, end: n + 1, ..*span } == here => span.end = n + 1,
@@ -243,6 +252,19 @@ fn divisor(criterion: &Criterion, channel: usize, signal: &[f64]) -> Result<f64>
         ),
     };
     Err(Error::new(ErrorKind::NotIdentified, message, remedy))
+}
+
+/// The voltage at the start and at the end of each step of a recording that was brought to another rate, for a method
+/// that uses both.
+fn lines(record: &Record, method: Discretization) -> [Vec<f64>; 2] {
+    if record.slope().is_empty() || !method.uses_next_input() {
+        return Default::default();
+    }
+    let at = |part: f64| {
+        let line = |(mean, slope): (&f64, &f64)| mean + part * slope;
+        record.samples().voltage.iter().zip(record.slope()).map(line).collect()
+    };
+    [at(-0.5), at(0.5)]
 }
 
 /// Measured channels with a straight line where samples do not count, so that nothing is made of what they hold; `None`

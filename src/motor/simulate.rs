@@ -13,6 +13,8 @@ pub struct Drive<'a> {
     pub step_index: &'a [u16],
     /// Voltage at each sample \[V\].
     pub voltage: &'a [f64],
+    /// Voltage at the end of each step \[V\], for methods that use it; empty when it is that of the next sample.
+    pub voltage_end: &'a [f64],
     /// Load torque at each sample \[N·m\]; empty when there is none.
     pub torque: &'a [f64],
 }
@@ -54,7 +56,7 @@ pub fn walk(
         visit(x);
         let map = &maps[drive.step_index.get(n).map_or(0, |&index| usize::from(index))];
         let v = drive.voltage[n];
-        let v_next = drive.voltage.get(n + 1).copied().unwrap_or(v);
+        let v_next = drive.voltage_end.get(n).or(drive.voltage.get(n + 1)).copied().unwrap_or(v);
         let torque = drive.torque.get(n).copied().unwrap_or(0.0);
         let gain = |axis: usize| map.taps[0][axis] * v + map.taps[1][axis] * v_next + map.torque[axis] * torque;
         x = [

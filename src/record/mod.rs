@@ -82,6 +82,7 @@ pub struct Record {
     source: Source,
     excluded: Vec<Excluded>,
     independent: f64,
+    slope: Vec<f64>,
 }
 
 /// Samples whose errors do not count.
@@ -116,7 +117,7 @@ impl Record {
         for (quantity, signal) in samples.signals() {
             check_values(quantity, signal, &source).map_err(located)?;
         }
-        Ok(Self { samples, steps, source, excluded: Vec::new(), independent: 1.0 })
+        Ok(Self { samples, steps, source, excluded: Vec::new(), independent: 1.0, slope: Vec::new() })
     }
 
     /// Some of its samples.
@@ -129,8 +130,9 @@ impl Record {
             ..*e
         });
         let excluded = excluded.filter(|e| e.start < e.end).collect();
-        let record = Self::from_file(self.samples.slice(range), source, true)?;
-        Ok(record.with_excluded(excluded).with_independent(self.independent))
+        let record = Self::from_file(self.samples.slice(range.clone()), source, true)?;
+        let record = record.with_excluded(excluded).with_independent(self.independent);
+        Ok(Self { slope: self.slope.get(range).unwrap_or_default().to_vec(), ..record })
     }
 
     fn with_excluded(self, excluded: Vec<Excluded>) -> Self {
@@ -139,6 +141,18 @@ impl Record {
 
     fn with_independent(self, independent: f64) -> Self {
         Self { independent, ..self }
+    }
+
+    /// By how much the voltage rises over each step, around its value there as the mean; empty where it is held or
+    /// sampled as recorded. A change of rate makes such lines.
+    #[must_use]
+    pub fn slope(&self) -> &[f64] {
+        &self.slope
+    }
+
+    /// The same with the voltage held over each step as a line that does not rise.
+    pub(crate) fn with_level_steps(&self) -> Self {
+        Self { slope: vec![0.0; self.len()], ..self.clone() }
     }
 
     /// Samples whose errors do not count.

@@ -2,8 +2,10 @@
 
 use super::page::Figure;
 use super::plot::{Boxes, Chart, Line, boxes, chart, correlation, panels};
+use crate::criterion::{Criterion, Scale};
+use crate::evaluate::{Initial, Model, Problem};
 use crate::identify::{Identification, IdentifySpec};
-use crate::motor::{Discretization, Parameter, Parameters, simulate};
+use crate::motor::{Discretization, Parameter, Parameters, Space, simulate};
 use crate::record::Record;
 use crate::report::compare::quartiles;
 use crate::study::compare::{Block, Comparison, Contest, reached};
@@ -12,7 +14,13 @@ use crate::study::statistics::sorted;
 /// What a model does under the inputs of a recording: current and speed.
 #[must_use]
 pub fn model(record: &Record, parameters: &Parameters, initial: [f64; 2], how: Discretization) -> [Vec<f64>; 2] {
-    let trajectory = simulate(parameters, &crate::experiment::drive(record), initial, how);
+    // As the fit has it: prepared recordings bring their own inputs.
+    let criterion = Criterion { scale: Scale::None, ..Criterion::default() };
+    let model = Model { discretization: how, initial: Initial::Measured };
+    let Ok(problem) = Problem::new(std::slice::from_ref(record), model, Space::table2(), criterion) else {
+        return Default::default();
+    };
+    let trajectory = simulate(parameters, &problem.signals()[0].drive(), initial, problem.model().discretization);
     [trajectory.current, trajectory.speed]
 }
 

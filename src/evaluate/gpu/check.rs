@@ -16,7 +16,7 @@ const SAMPLES: u32 = 395;
 /// A short experiment with a motor like the paper's under a criterion that needs `variant`, and candidates around it.
 pub(super) fn specimen(variant: Variant) -> Result<(Arc<Problem>, Vec<f64>)> {
     let voltage: Vec<f64> = (0..SAMPLES).map(|n| if n < 20 { 0.0 } else { 10.0 - f64::from(n / 100) }).collect();
-    let drive = Drive { step_s: &[0.001], step_index: &[], voltage: &voltage, torque: &[] };
+    let drive = Drive { step_s: &[0.001], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &[] };
     let truth = Parameters::M2.to_array();
     let Trajectory { current, speed } = simulate(&Parameters::M2, &drive, [0.0; 2], Discretization::Zoh);
     let time_s = (0..SAMPLES).map(|n| f64::from(n) * 0.001).collect();

@@ -13,7 +13,7 @@ pub use mask::{Mask, parse_masks};
 use super::{Excluded, Quantity, Record, SAMPLES_MAX, Samples, Source};
 use crate::text::{engineering, significant};
 use crate::{Error, Result};
-use resample::{Resampled, decimated, regular};
+use resample::{Resampled, decimated, lines, regular};
 
 /// What is done to a recording, in this order.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -109,38 +109,32 @@ impl Preparation {
     }
 
     fn resampled(&self, record: Record) -> Result<Record> {
-        let held = !self.sampled_input;
-        let mut record = record;
-        if let Some(rate) = self.rate_hz {
-            if !(rate.is_finite() && rate > 0.0) {
-                return Err(Error::usage(format!("--rate is {rate}"), "Give samples per second, more than 0."));
-            }
-            let time = &record.samples().time_s;
-            #[expect(clippy::cast_precision_loss, reason = "a limit far below 2^53")]
-            if (time[time.len() - 1] - time[0]) * rate > SAMPLES_MAX as f64 {
-                return Err(Error::usage(
-                    format!("--rate {rate} makes more than {SAMPLES_MAX} samples"),
-                    "Give a lower rate.",
-                ));
-            }
-            let ratio = 1.0 / (record.period_s() * rate);
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "a factor up to the samples there are"
-            )]
-            let every = (ratio - 0.01).ceil().clamp(1.0, 1e9) as usize;
-            #[expect(clippy::cast_precision_loss, reason = "a factor up to the samples there are")]
-            let fine = 1.0 / (rate * every as f64);
-            let fits = record.steps().step_index.is_empty() && (fine / record.period_s() - 1.0).abs() < 1e-6;
-            if !fits {
-                let note = format!("brought to a regular clock of {}", engineering(1.0 / fine, "Hz", 5));
-                let made = regular(record.samples(), fine, held);
-                record = record.resampled(made, note)?;
-            }
-            return every_so_manieth(record, every, held);
+        let Some(rate) = self.rate_hz else { return every_so_manieth(record.lined(self), self.decimate.unwrap_or(1)) };
+        if !(rate.is_finite() && rate > 0.0) {
+            return Err(Error::usage(format!("--rate is {rate}"), "Give samples per second, more than 0."));
         }
-        every_so_manieth(record, self.decimate.unwrap_or(1), held)
+        let time = &record.samples().time_s;
+        #[expect(clippy::cast_precision_loss, reason = "a limit far below 2^53")]
+        if (time[time.len() - 1] - time[0]) * rate > SAMPLES_MAX as f64 {
+            let message = format!("--rate {rate} makes more than {SAMPLES_MAX} samples");
+            return Err(Error::usage(message, "Give a lower rate."));
+        }
+        let ratio = 1.0 / (record.period_s() * rate);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a factor up to the samples there are"
+        )]
+        let every = (ratio - 0.01).ceil().clamp(1.0, 1e9) as usize;
+        #[expect(clippy::cast_precision_loss, reason = "a factor up to the samples there are")]
+        let fine = 1.0 / (rate * every as f64);
+        if record.steps().step_index.is_empty() && (fine / record.period_s() - 1.0).abs() < 1e-6 {
+            return every_so_manieth(record.lined(self), every);
+        }
+        let record = record.lined(self);
+        let note = format!("brought to a regular clock of {}", engineering(1.0 / fine, "Hz", 5));
+        let made = regular(record.samples(), &record.slope, fine);
+        every_so_manieth(record.resampled(made, note)?, every)
     }
 
     fn filtered(&self, record: Record) -> Result<Record> {
@@ -166,6 +160,7 @@ impl Preparation {
         let widened = |e: &Excluded| Excluded { end: (e.end + tail).min(record.len()), ..*e };
         let excluded = record.excluded().iter().map(widened).collect();
         let independent = record.independent() * cascade.noise_power();
+        let slope = if record.slope.is_empty() { Vec::new() } else { cascade.apply(&record.slope) };
         let pass = |samples: &mut Samples| {
             let all = [Quantity::Voltage, Quantity::Torque, Quantity::Current, Quantity::Speed];
             for quantity in all {
@@ -174,28 +169,25 @@ impl Preparation {
                 }
             }
         };
-        Ok(record.changed(pass, note)?.with_excluded(excluded).with_independent(independent))
+        let record = record.changed(pass, note)?.with_excluded(excluded).with_independent(independent);
+        Ok(Record { slope, ..record })
     }
 }
 
-fn every_so_manieth(record: Record, every: usize, held: bool) -> Result<Record> {
+fn every_so_manieth(record: Record, every: usize) -> Result<Record> {
     if every <= 1 {
         return Ok(record);
     }
     if !record.steps().step_index.is_empty() {
-        return Err(Error::usage(
-            "--decimate needs evenly spaced samples",
-            "Bring the recording to a regular clock with --rate HZ.",
-        ));
+        let message = "--decimate needs evenly spaced samples";
+        return Err(Error::usage(message, "Bring the recording to a regular clock with --rate HZ."));
     }
     if record.len() < 2 * every {
-        return Err(Error::usage(
-            format!("--decimate {every} leaves nothing of {} samples", record.len()),
-            "Decimate less.",
-        ));
+        let message = format!("one of {every} samples leaves too little of {}", record.len());
+        return Err(Error::usage(message, "Decimate less, or give a higher --rate."));
     }
     let note = format!("every {every}th sample behind an anti-alias filter, all signals alike");
-    let made = decimated(record.samples(), record.period_s(), every, held)?;
+    let made = decimated(record.samples(), &record.slope, record.period_s(), every)?;
     record.resampled(made, note)
 }
 
@@ -219,13 +211,22 @@ fn rest_means(record: &Record) -> Vec<(Quantity, f64)> {
 impl Record {
     /// The same with changed values.
     fn changed(self, change: impl FnOnce(&mut Samples), note: String) -> Result<Self> {
-        let Self { mut samples, mut source, steps, excluded, independent } = self;
+        let Self { mut samples, mut source, .. } = self;
         change(&mut samples);
         source.notes.push(note);
         for (quantity, signal) in samples.signals() {
             super::check_values(quantity, signal, &source)?;
         }
-        Ok(Self { samples, steps, source, excluded, independent })
+        Ok(Self { samples, source, ..self })
+    }
+
+    /// The same with the voltage as lines, if it is to be resampled.
+    fn lined(self, preparation: &Preparation) -> Self {
+        if !self.slope.is_empty() || (preparation.rate_hz.is_none() && preparation.decimate.is_none_or(|n| n <= 1)) {
+            return self;
+        }
+        let [mean, slope] = lines(&self.samples.voltage, !preparation.sampled_input);
+        Self { samples: Samples { voltage: mean, ..self.samples }, slope, ..self }
     }
 
     fn resampled(self, made: Resampled, note: String) -> Result<Self> {
@@ -235,6 +236,7 @@ impl Record {
         let moved = |e: &Excluded| Excluded { start: place(e.start), end: place(e.end).max(place(e.start) + 1), ..*e };
         let excluded = self.excluded.iter().map(moved).filter(|e| e.start < made.from.len()).collect();
         let record = Self::from_file(made.samples, source, false)?;
-        Ok(record.with_excluded(excluded).with_independent(self.independent * made.independent))
+        let independent = self.independent * made.independent;
+        Ok(Self { slope: made.slope, ..record.with_excluded(excluded).with_independent(independent) })
     }
 }

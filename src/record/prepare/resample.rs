@@ -1,10 +1,10 @@
 //! A recording at another rate: onto a regular clock, then every so-manieth sample behind an anti-alias filter.
 //!
 //! Every signal, the voltage too, passes the same filter, so that the motor relates the filtered signals as it relates
-//! the others. A held voltage becomes its mean over each new period, which keeps its centre where it was: the error is of
-//! second order in the period.
+//! the others. Over each new period the voltage becomes the line with the same mean and the same first moment: what the
+//! motor feels of it then differs in the third order of the period only.
 
-use super::filter::{Cascade, FilterKind, LowPass};
+use super::filter::{FilterKind, LowPass};
 use crate::Result;
 use crate::record::Samples;
 
@@ -16,14 +16,24 @@ const RIPPLE_DB: f64 = 0.05;
 /// What a change of rate made.
 pub(super) struct Resampled {
     pub samples: Samples,
+    /// By how much the voltage rises over each period.
+    pub slope: Vec<f64>,
     /// For each sample, the place in time of the old one that it stands for.
     pub from: Vec<usize>,
     /// The part of the new samples that count as independent.
     pub independent: f64,
 }
 
-/// Every `every`th sample of regular signals.
-pub(super) fn decimated(samples: &Samples, period_s: f64, every: usize, held: bool) -> Result<Resampled> {
+/// By how much the voltage rises over each period, and what it is on average there: of one that is held, or that goes
+/// on in a straight line.
+pub(super) fn lines(voltage: &[f64], held: bool) -> [Vec<f64>; 2] {
+    let next = |n: usize| if held { voltage[n] } else { voltage[(n + 1).min(voltage.len() - 1)] };
+    let all = || (0..voltage.len()).map(|n| (voltage[n], next(n)));
+    [all().map(|(a, b)| f64::midpoint(a, b)).collect(), all().map(|(a, b)| b - a).collect()]
+}
+
+/// Every `every`th sample of regular signals whose voltage rises by `slope` over each period.
+pub(super) fn decimated(samples: &Samples, slope: &[f64], period_s: f64, every: usize) -> Result<Resampled> {
     #[expect(clippy::cast_precision_loss, reason = "a small factor")]
     let factor = every as f64;
     let kind = FilterKind::Chebyshev { ripple_db: RIPPLE_DB };
@@ -33,65 +43,71 @@ pub(super) fn decimated(samples: &Samples, period_s: f64, every: usize, held: bo
         let filtered = filter.apply(signal);
         from.iter().map(|&n| filtered[n]).collect::<Vec<f64>>()
     };
-    let input = |signal: &[f64]| if held { means(&filter, signal, every) } else { picked(signal) };
+    let [voltage, slope] = joined(&filter.apply(&samples.voltage), &filter.apply(slope), every);
+    let torque = |signal: &[f64]| {
+        let [mean, _] = joined(&filter.apply(signal), &vec![0.0; signal.len()], every);
+        mean
+    };
     let samples = Samples {
         time_s: from.iter().map(|&n| samples.time_s[n]).collect(),
-        voltage: input(&samples.voltage),
-        torque: samples.torque.as_deref().map(input),
+        voltage,
+        torque: samples.torque.as_deref().map(torque),
         current: samples.current.as_deref().map(picked),
         speed: samples.speed.as_deref().map(picked),
     };
-    Ok(Resampled { samples, from, independent: (filter.noise_power() * factor).min(1.0) })
+    Ok(Resampled { samples, slope, from, independent: (filter.noise_power() * factor).min(1.0) })
 }
 
-/// The means of a filtered signal over each new period.
-fn means(filter: &Cascade, signal: &[f64], every: usize) -> Vec<f64> {
-    let filtered = filter.apply(signal);
-    #[expect(clippy::cast_precision_loss, reason = "a small factor")]
-    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
-    filtered.chunks(every).map(mean).collect()
+/// Lines over short periods as lines over `every` of them: their means, and slopes with the same first moment.
+fn joined(mean: &[f64], slope: &[f64], every: usize) -> [Vec<f64>; 2] {
+    let one = |(mean, slope): (&[f64], &[f64])| {
+        #[expect(clippy::cast_precision_loss, reason = "a small factor")]
+        let count = mean.len() as f64;
+        let (mut total, mut moment, mut place) = (0.0, 0.0, 0.5);
+        for (m, s) in mean.iter().zip(slope) {
+            total += m;
+            moment += m * (place / count - 0.5) + s / (12.0 * count);
+            place += 1.0;
+        }
+        (total / count, 12.0 * moment / count)
+    };
+    let pairs: Vec<(f64, f64)> = mean.chunks(every).zip(slope.chunks(every)).map(one).collect();
+    [pairs.iter().map(|p| p.0).collect(), pairs.iter().map(|p| p.1).collect()]
 }
 
 /// Signals at times every `period_s`, from the first to the last.
-pub(super) fn regular(samples: &Samples, period_s: f64, held: bool) -> Resampled {
+pub(super) fn regular(samples: &Samples, slope: &[f64], period_s: f64) -> Resampled {
     let time_s = &samples.time_s;
     let (first, last) = (time_s[0], time_s[time_s.len() - 1]);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a duration over a period, checked before"
-    )]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the caller has checked the duration")]
     let count = ((last - first) / period_s * (1.0 + 1e-12)).floor() as usize + 1;
     #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
     let grid: Vec<f64> = (0..count).map(|n| first + n as f64 * period_s).collect();
     let mut at = 0;
-    let from: Vec<usize> = grid
-        .iter()
-        .map(|t| {
-            while at + 2 < time_s.len() && time_s[at + 1] <= *t + 1e-9 * period_s {
-                at += 1;
-            }
-            at
-        })
-        .collect();
+    let mut step_of = |t: &f64| {
+        while at + 2 < time_s.len() && time_s[at + 1] <= *t + 1e-9 * period_s {
+            at += 1;
+        }
+        at
+    };
+    let from: Vec<usize> = grid.iter().map(&mut step_of).collect();
     let smooth =
         |signal: &[f64]| -> Vec<f64> { grid.iter().zip(&from).map(|(t, &n)| cubic(time_s, signal, n, *t)).collect() };
-    let input = |signal: &[f64]| {
-        if held { held_means(time_s, signal, &grid, period_s) } else { linear(time_s, signal, &grid, &from) }
+    let [voltage, slope] = on_grid(time_s, [&samples.voltage, slope], &grid, period_s);
+    let torque = |signal: &[f64]| {
+        let [mean, _] = on_grid(time_s, [signal, &vec![0.0; signal.len()]], &grid, period_s);
+        mean
     };
     #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
     let independent = (time_s.len() as f64 / count as f64).min(1.0);
-    Resampled {
-        samples: Samples {
-            voltage: input(&samples.voltage),
-            torque: samples.torque.as_deref().map(input),
-            current: samples.current.as_deref().map(smooth),
-            speed: samples.speed.as_deref().map(smooth),
-            time_s: grid.clone(),
-        },
-        from: from.clone(),
-        independent,
-    }
+    let samples = Samples {
+        voltage,
+        torque: samples.torque.as_deref().map(torque),
+        current: samples.current.as_deref().map(smooth),
+        speed: samples.speed.as_deref().map(smooth),
+        time_s: grid.clone(),
+    };
+    Resampled { samples, slope, from, independent }
 }
 
 /// The cubic through the four samples around `t`, which lies in the step after sample `n`; at the ends the nearest four.
@@ -106,33 +122,33 @@ fn cubic(time_s: &[f64], signal: &[f64], n: usize, t: f64) -> f64 {
     values.iter().enumerate().map(|(k, value)| weight(k) * value).sum()
 }
 
-fn linear(time_s: &[f64], signal: &[f64], grid: &[f64], from: &[usize]) -> Vec<f64> {
-    let at = |(t, &n): (&f64, &usize)| {
-        let part = (t - time_s[n]) / (time_s[n + 1] - time_s[n]);
-        signal[n] + part * (signal[n + 1] - signal[n])
-    };
-    grid.iter().zip(from).map(at).collect()
-}
-
-/// The means of a held signal over each period of a grid.
-fn held_means(time_s: &[f64], signal: &[f64], grid: &[f64], period_s: f64) -> Vec<f64> {
+/// Lines over irregular steps (means, rises) as lines over the periods of a grid.
+fn on_grid(time_s: &[f64], [mean, slope]: [&[f64]; 2], grid: &[f64], period_s: f64) -> [Vec<f64>; 2] {
     let mut n = 0;
-    grid.iter()
-        .map(|&start| {
-            let end = start + period_s;
-            let mut sum = 0.0;
-            let mut from = start;
-            loop {
-                let next = time_s.get(n + 1).copied().unwrap_or(f64::INFINITY);
-                sum += signal[n] * (next.min(end) - from).max(0.0);
-                if next >= end {
-                    return sum / period_s;
-                }
-                from = next.max(from);
-                n += 1;
+    let mut lines = [Vec::with_capacity(grid.len()), Vec::with_capacity(grid.len())];
+    for &start in grid {
+        let (end, middle) = (start + period_s, start + 0.5 * period_s);
+        let (mut total, mut moment, mut from) = (0.0, 0.0, start);
+        loop {
+            let next = time_s.get(n + 1).copied().unwrap_or(f64::INFINITY);
+            let to = next.min(end);
+            let (length, center) = ((to - from).max(0.0), f64::midpoint(from, to));
+            // The value at the centre of the piece, and its rise over the piece.
+            let rate = if next.is_finite() { slope[n] / (next - time_s[n]) } else { 0.0 };
+            let value =
+                if next.is_finite() { mean[n] + rate * (center - f64::midpoint(time_s[n], next)) } else { mean[n] };
+            total += value * length;
+            moment += value * length * (center - middle) + rate * length.powi(3) / 12.0;
+            if next >= end {
+                break;
             }
-        })
-        .collect()
+            from = next.max(from);
+            n += 1;
+        }
+        lines[0].push(total / period_s);
+        lines[1].push(12.0 * moment / (period_s * period_s));
+    }
+    lines
 }
 
 #[cfg(test)]
@@ -145,7 +161,8 @@ mod tests {
         let cube = |t: &f64| 1.0 + t - 3.0 * t * t + 2.0 * t.powi(3);
         let voltage: Vec<f64> = (0..60).map(|n| f64::from(n / 7 % 2)).collect();
         let samples = Samples { speed: Some(time_s.iter().map(cube).collect()), voltage, time_s, ..Samples::default() };
-        let made = regular(&samples, 0.007, true);
+        let [_, slope] = lines(&samples.voltage, true);
+        let made = regular(&samples, &slope, 0.007);
         let exact = made.samples.time_s.iter().zip(made.samples.speed.as_ref().unwrap());
         assert!(exact.into_iter().all(|(t, y)| (y - cube(t)).abs() < 1e-12));
         let end = made.samples.time_s.last().unwrap() + 0.007;
@@ -157,15 +174,29 @@ mod tests {
     }
 
     #[test]
+    fn a_line_stays_a_line() {
+        // On any grid, a voltage that rises evenly is the same line.
+        let time_s: Vec<f64> = (0..40).map(|n| 0.01 * f64::from(n) + 0.003 * f64::from(n % 3)).collect();
+        let voltage: Vec<f64> = time_s.iter().map(|t| 2.0 * t - 0.1).collect();
+        let [mean, slope] = lines(&voltage, false);
+        let made = on_grid(&time_s, [&mean, &slope], &[0.005, 0.012, 0.019], 0.007);
+        for (n, start) in [0.005, 0.012, 0.019].into_iter().enumerate() {
+            assert!((made[0][n] - (2.0 * (start + 0.0035) - 0.1)).abs() < 1e-12);
+            assert!((made[1][n] - 0.014).abs() < 1e-12);
+        }
+        let [mean, slope] = joined(&[1.0, 2.0, 3.0, 4.0], &[1.0; 4], 4);
+        assert!((mean[0] - 2.5).abs() < 1e-12 && (slope[0] - 4.0).abs() < 1e-12, "{slope:?}");
+    }
+
+    #[test]
     fn decimation_keeps_what_is_slow_and_drops_what_would_fold() {
         let wave =
             |f: f64| (0..4000).map(|n| (std::f64::consts::TAU * f * f64::from(n) * 1e-3).sin()).collect::<Vec<f64>>();
         let of = |f: f64| {
             let time_s = (0..4000).map(|n| 1e-3 * f64::from(n)).collect();
             let samples = Samples { time_s, voltage: wave(f), speed: Some(wave(f)), ..Samples::default() };
-            let made = decimated(&samples, 1e-3, 10, false).unwrap().samples;
-            assert_eq!(made.speed.as_ref(), Some(&made.voltage), "alike");
-            made.voltage[100..].iter().fold(0.0, |peak: f64, v| peak.max(v.abs()))
+            let made = decimated(&samples, &vec![0.0; 4000], 1e-3, 10).unwrap().samples;
+            made.speed.unwrap()[100..].iter().fold(0.0, |peak: f64, v| peak.max(v.abs()))
         };
         assert!((of(5.0) - 1.0).abs() < 0.02, "{}", of(5.0));
         assert!(of(90.0) < 1e-3, "90 Hz would look like 10 Hz: {}", of(90.0));
