@@ -31,6 +31,7 @@ pub struct Error(Box<Inner>);
 struct Inner {
     kind: ErrorKind,
     path: Option<PathBuf>,
+    part: Option<String>,
     line: Option<u64>,
     column: Option<String>,
     message: String,
@@ -41,7 +42,7 @@ impl Error {
     /// An error of a kind, with what happened and what to do.
     pub fn new(kind: ErrorKind, message: impl Into<String>, remedy: impl Into<String>) -> Self {
         let (message, remedy) = (message.into(), remedy.into());
-        Self(Box::new(Inner { kind, path: None, line: None, column: None, message, remedy }))
+        Self(Box::new(Inner { kind, path: None, part: None, line: None, column: None, message, remedy }))
     }
 
     /// A wrong setting.
@@ -58,6 +59,13 @@ impl Error {
     #[must_use]
     pub fn in_file(mut self, path: &Path) -> Self {
         self.0.path.get_or_insert_with(|| path.to_path_buf());
+        self
+    }
+
+    /// The part of the file it happened in: a sheet, a test.
+    #[must_use]
+    pub fn in_part(mut self, part: &str) -> Self {
+        self.0.part.get_or_insert_with(|| part.to_owned());
         self
     }
 
@@ -106,6 +114,9 @@ impl fmt::Display for Error {
         let mut place = Vec::new();
         if let Some(path) = &inner.path {
             place.push(path.display().to_string());
+        }
+        if let Some(part) = &inner.part {
+            place.push(part.clone());
         }
         if let Some(line) = inner.line {
             place.push(format!("line {line}"));

@@ -81,6 +81,9 @@ pub(crate) struct Reading {
     /// filter where it is faster
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, help_heading = "Recording")]
     pub rate: Option<f64>,
+    /// The sheet of a workbook [default: the first with numbers]
+    #[arg(long, value_name = "NAME", help_heading = "Recording")]
+    pub sheet: Option<String>,
     /// What becomes of gaps in time: bad data, a long step, or a recording for each stretch
     #[arg(long, value_enum, default_value = "error", value_name = "HOW", help_heading = "Recording")]
     pub gaps: GapsName,

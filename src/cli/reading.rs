@@ -45,6 +45,7 @@ fn options(args: &Reading) -> Result<ReadOptions> {
     Ok(ReadOptions {
         columns: parse_columns(args.columns.columns.as_deref().unwrap_or_default())?,
         rate_hz: args.rate,
+        sheet: args.sheet.clone(),
         gaps: match args.gaps {
             GapsName::Error => Gaps::Error,
             GapsName::Keep => Gaps::Keep,

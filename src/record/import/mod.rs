@@ -5,6 +5,7 @@
 
 mod collect;
 mod columns;
+mod formats;
 mod formula;
 mod layout;
 mod parse;
@@ -21,6 +22,7 @@ use super::{Gaps, Record, Samples, Source, time};
 use crate::{Error, Result};
 use collect::{Collected, collect};
 use columns::Need;
+use formats::{CellLines, Format, HEAD};
 use layout::Wish;
 use signals::Signals;
 use std::io::Read;
@@ -34,6 +36,8 @@ pub struct ReadOptions {
     pub columns: Vec<ColumnRequest>,
     /// Samples per second \[Hz\] of files without a time column.
     pub rate_hz: Option<f64>,
+    /// The sheet of a workbook; the first with numbers otherwise.
+    pub sheet: Option<String>,
     /// What becomes of gaps in time.
     pub gaps: Gaps,
     /// Whether rows whose time repeats that of the row before are left out.
@@ -203,9 +207,32 @@ fn tables(path: &Path, options: &ReadOptions, need: Need) -> Result<(Vec<Table>,
     read().map_err(|error: Error| error.in_file(path))
 }
 
-fn tables_of(reader: impl Read, options: &ReadOptions, need: Need) -> Result<(Vec<Table>, String)> {
-    let wish = Wish { requests: &options.columns, need, timed: options.rate_hz.is_some(), separator: None };
-    let mut lines = TextLines::new(reader)?;
-    let collected = collect(&mut lines, &wish)?;
-    Ok((vec![Table { part: None, collected }], lines.sha256()?))
+fn tables_of(mut reader: impl Read, options: &ReadOptions, need: Need) -> Result<(Vec<Table>, String)> {
+    let timed = options.rate_hz.is_some();
+    let mut head = Vec::new();
+    (&mut reader).take(HEAD as u64).read_to_end(&mut head).map_err(|e| unreadable(&e))?;
+    let format = Format::of(&head);
+    let wish = |separator| Wish { requests: &options.columns, need, timed, separator };
+    let mut reader = std::io::Cursor::new(head).chain(reader);
+    if format == Format::Csv {
+        let mut lines = TextLines::new(reader)?;
+        let collected = collect(&mut lines, &wish(None))?;
+        return Ok((vec![Table { part: None, collected }], lines.sha256()?));
+    }
+    let mut bytes = Vec::new();
+    let most = format.bytes_max();
+    (&mut reader).take(most + 1).read_to_end(&mut bytes).map_err(|e| unreadable(&e))?;
+    if bytes.len() as u64 > most {
+        let message = format!("is larger than {} MiB", most >> 20);
+        return Err(Error::data(message, "Save the recording as CSV, of which any size is read."));
+    }
+    let tables = formats::tables(format, &bytes, options.sheet.as_deref())?;
+    let read = |cells: formats::Cells| {
+        let part = (!cells.name.is_empty()).then(|| cells.name.clone());
+        let named = |error: Error| part.iter().fold(error, |error, part| error.in_part(part));
+        let mut collected = collect(&mut CellLines::new(&cells), &wish(Some(CellLines::SEPARATOR))).map_err(named)?;
+        collected.notes.extend(cells.notes);
+        Ok(Table { part, collected })
+    };
+    Ok((tables.into_iter().map(read).collect::<Result<_>>()?, text::digest(&bytes)))
 }

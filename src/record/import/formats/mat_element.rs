@@ -1,0 +1,110 @@
+//! The elements of a MAT-file of level 5.
+//!
+//! Behind its header of 128 bytes, a file is elements: a tag with type and length, then the data, filled up to 8 bytes.
+//! Up to 4 bytes of data stand inside the tag.
+
+use crate::text::excerpt;
+use crate::{Error, Result};
+use flate2::read::ZlibDecoder;
+use std::io::Read as _;
+
+const CUT_OFF: &str = "Copy the file again, or save it again: save('file.mat','-v7').";
+
+/// Types of elements.
+pub(super) const COMPRESSED: u32 = 15;
+pub(super) const MATRIX: u32 = 14;
+
+pub(super) fn damaged(what: impl Into<String>) -> Error {
+    Error::data(format!("the file is damaged: {}", what.into()), CUT_OFF)
+}
+
+/// Unpacks a compressed element; `left` counts the bytes that may still come of `unpacked_max`.
+pub(super) fn unpacked(data: &[u8], left: &mut u64, unpacked_max: u64) -> Result<Vec<u8>> {
+    let mut unpacked = Vec::new();
+    let read = ZlibDecoder::new(data).take(*left + 1).read_to_end(&mut unpacked);
+    let count = unpacked.len() as u64;
+    *left = left.checked_sub(count).ok_or_else(|| {
+        let message = format!("the variables unpack to more than {unpacked_max} bytes");
+        Error::data(message, "Save fewer variables, or cut the recording.")
+    })?;
+    read.map_err(|e| damaged(format!("a compressed variable does not unpack: {e}")))?;
+    Ok(unpacked)
+}
+
+/// The elements of a file or of an array.
+#[derive(Clone, Copy)]
+pub(super) struct Elements<'a> {
+    pub bytes: &'a [u8],
+    pub big_endian: bool,
+}
+
+impl<'a> Elements<'a> {
+    /// The number at a place.
+    pub fn word(&self, at: usize) -> Option<u32> {
+        let word = self.bytes.get(at..)?.first_chunk::<4>()?;
+        Some(if self.big_endian { u32::from_be_bytes(*word) } else { u32::from_le_bytes(*word) })
+    }
+
+    /// Type and data of the next element; none at the end.
+    pub fn next(&mut self) -> Result<Option<(u32, &'a [u8])>> {
+        if self.bytes.is_empty() {
+            return Ok(None);
+        }
+        let cut = |expected: usize, found: usize| {
+            damaged(format!("found {found} bytes, expected {expected}; was it cut off?"))
+        };
+        let (Some(first), Some(second)) = (self.word(0), self.word(4)) else { return Err(cut(8, self.bytes.len())) };
+        let (kind, start, length) =
+            if first >> 16 == 0 { (first, 8, second) } else { (first & 0xffff, 4, first >> 16) };
+        let length = length as usize;
+        if start == 4 && length > 4 {
+            return Err(damaged(format!("a short element has {length} bytes, expected at most 4")));
+        }
+        let inside = &self.bytes[start..];
+        let data = inside.get(..length).ok_or_else(|| cut(length, inside.len()))?;
+        let filled = if start == 4 || kind == COMPRESSED { length } else { length.next_multiple_of(8) };
+        let next = if start == 4 { 8 } else { filled.saturating_add(8) };
+        self.bytes = self.bytes.get(next..).unwrap_or_default();
+        Ok(Some((kind, data)))
+    }
+
+    /// The data of the next element, which must be there.
+    pub fn part(&mut self, name: &str, what: &str) -> Result<(u32, &'a [u8])> {
+        self.next()?.ok_or_else(|| damaged(format!("variable \"{}\" has no {what}", excerpt(name))))
+    }
+
+    /// The numbers of an element, if there are just `count`.
+    pub fn numbers(&self, kind: u32, data: &[u8], count: usize) -> Option<Vec<f64>> {
+        type Of<'a> = (&'a [u8], usize, bool);
+        fn all<const N: usize>((data, count, big): Of<'_>, value: impl Fn([u8; N]) -> f64) -> Option<Vec<f64>> {
+            let (chunks, rest) = data.as_chunks::<N>();
+            let ordered = |chunk: &[u8; N]| {
+                let mut chunk = *chunk;
+                if big {
+                    chunk.reverse();
+                }
+                value(chunk)
+            };
+            (rest.is_empty() && chunks.len() == count).then(|| chunks.iter().map(ordered).collect())
+        }
+        let data = (data, count, self.big_endian);
+        match kind {
+            1 => all(data, |b| i8::from_le_bytes(b).into()),
+            2 => all(data, |b| u8::from_le_bytes(b).into()),
+            3 => all(data, |b| i16::from_le_bytes(b).into()),
+            4 => all(data, |b| u16::from_le_bytes(b).into()),
+            5 => all(data, |b| i32::from_le_bytes(b).into()),
+            6 => all(data, |b| u32::from_le_bytes(b).into()),
+            7 => all(data, |b| f32::from_le_bytes(b).into()),
+            9 => all(data, f64::from_le_bytes),
+            12 => all(data, |b| i64::from_le_bytes(b) as f64),
+            13 => all(data, |b| u64::from_le_bytes(b) as f64),
+            _ => None,
+        }
+    }
+}
+
+/// The text of an element, without zeros at its end.
+pub(super) fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).trim_end_matches('\0').to_owned()
+}

@@ -1,0 +1,205 @@
+//! The arrays of a MAT-file of level 5.
+//!
+//! An array is an element that holds others: flags, dimensions, name, data.
+
+use super::cells::CELLS_MAX;
+use super::mat_element::{COMPRESSED, Elements, MATRIX, damaged, text, unpacked};
+use crate::text::excerpt;
+use crate::{Error, Result};
+use std::borrow::Cow;
+
+/// Structures inside each other.
+const DEPTH_MAX: usize = 4;
+/// Columns of a matrix that are columns of a table.
+const MATRIX_MAX: usize = 64;
+
+/// Arrays of a file, fields of structures among them.
+const ARRAYS_MAX: usize = 200_000;
+/// Bytes of the name of a variable or of a field; MATLAB's own limit is 63.
+const NAME_MAX: usize = 255;
+
+/// What a file holds.
+#[derive(Default)]
+pub(super) struct Contents {
+    pub variables: Vec<Variable>,
+    /// What was not read, in words.
+    pub ignored: Vec<String>,
+    /// Whether objects were among it.
+    pub objects: bool,
+    cells: usize,
+    arrays: usize,
+}
+
+/// An array of numbers as columns of equal length; a scalar is one of length 1.
+pub(super) struct Variable {
+    pub name: String,
+    pub columns: Vec<Vec<f64>>,
+}
+
+impl Variable {
+    pub fn len(&self) -> usize {
+        self.columns.first().map_or(0, Vec::len)
+    }
+}
+
+/// Reads all variables; compressed ones may unpack to `unpacked_max` bytes in total.
+pub(super) fn contents(bytes: &[u8], big_endian: bool, unpacked_max: u64) -> Result<Contents> {
+    let mut contents = Contents::default();
+    let mut left = unpacked_max;
+    let mut file = Elements { bytes, big_endian };
+    while let Some((kind, data)) = file.next()? {
+        let data = if kind == COMPRESSED { Cow::Owned(unpacked(data, &mut left, unpacked_max)?) } else { data.into() };
+        let (kind, data) = match kind {
+            COMPRESSED => {
+                let mut inner = Elements { bytes: &data, big_endian };
+                inner.next()?.ok_or_else(|| damaged("a compressed variable is empty"))?
+            }
+            kind => (kind, data.as_ref()),
+        };
+        if kind == MATRIX {
+            contents.array(&mut Elements { bytes: data, big_endian }, "", 0)?;
+        } else {
+            contents.ignored.push(format!("an element of type {kind}, expected a variable"));
+        }
+    }
+    Ok(contents)
+}
+
+impl Contents {
+    /// Reads an array. Inside a structure `path` is its name; `depth` counts the structures around it.
+    fn array(&mut self, parts: &mut Elements<'_>, path: &str, depth: usize) -> Result<()> {
+        self.arrays += 1;
+        if self.arrays > ARRAYS_MAX {
+            let message = format!("more than {ARRAYS_MAX} variables and fields");
+            return Err(Error::data(message, "Save the vectors of the recording alone."));
+        }
+        let Some((_, flags)) = parts.next()? else {
+            if !path.is_empty() {
+                self.ignored.push(format!("{path}: empty"));
+            }
+            return Ok(());
+        };
+        let flags = Elements { bytes: flags, ..*parts }.word(0).ok_or_else(|| damaged("an array has no flags"))?;
+        let (class, complex) = (flags & 0xff, flags & 0x800 != 0);
+        let dimensions = if class == 17 { Vec::new() } else { self::dimensions(parts, path)? };
+        let (_, own) = parts.part(path, "name")?;
+        if own.len() > NAME_MAX {
+            return Err(damaged(format!("a name has {} bytes, expected at most {NAME_MAX}", own.len())));
+        }
+        let own = text(own);
+        let name = if path.is_empty() { own.as_str() } else { path };
+        if name.is_empty() {
+            // What MATLAB keeps for its objects.
+            return Ok(());
+        }
+        let skip = |contents: &mut Self, what: &str| contents.ignored.push(format!("{name}: {what}"));
+        match class {
+            2 => return self.structure(parts, name, &dimensions, depth),
+            6..=15 if complex => skip(self, "complex numbers"),
+            6..=15 => return self.numeric(parts, name, &dimensions),
+            1 => skip(self, "a cell array"),
+            4 => skip(self, "text"),
+            5 => skip(self, "a sparse matrix"),
+            3 | 16 | 17 => {
+                self.objects = true;
+                // The name of the object's class stands behind that of its system.
+                if class == 17 {
+                    let _ = parts.next()?;
+                }
+                let of_class = if class == 16 { None } else { parts.next()?.map(|(_, class)| text(class)) };
+                let of_class = of_class.filter(|class| !class.is_empty() && class.len() < 64);
+                skip(self, &of_class.map_or("an object".to_owned(), |class| format!("an object of class {class}")));
+            }
+            _ => skip(self, &format!("an array of the unknown class {class}")),
+        }
+        Ok(())
+    }
+
+    fn structure(&mut self, parts: &mut Elements<'_>, name: &str, dimensions: &[usize], depth: usize) -> Result<()> {
+        if depth == DEPTH_MAX {
+            self.ignored.push(format!("{name}: inside more than {DEPTH_MAX} structures"));
+            return Ok(());
+        }
+        let (_, width) = parts.part(name, "length of field names")?;
+        let width = Elements { bytes: width, ..*parts }.word(0).unwrap_or(0) as usize;
+        let (_, names) = parts.part(name, "field names")?;
+        if names.is_empty() {
+            self.ignored.push(format!("{name}: a structure without fields"));
+            return Ok(());
+        }
+        if !(1..=NAME_MAX + 1).contains(&width) || !names.len().is_multiple_of(width) {
+            return Err(damaged(format!("variable \"{}\" has field names of {width} bytes", excerpt(name))));
+        }
+        let fields: Vec<String> =
+            names.chunks(width).map(|field| text(field.split(|&b| b == 0).next().unwrap_or_default())).collect();
+        let count = dimensions.iter().try_fold(1, |n: usize, &d| n.checked_mul(d)).unwrap_or(usize::MAX);
+        if count == 0 {
+            self.ignored.push(format!("{name}: an empty structure"));
+            return Ok(());
+        }
+        for element in 1..=count {
+            for field in &fields {
+                let path = if count == 1 { format!("{name}.{field}") } else { format!("{name}({element}).{field}") };
+                let (kind, data) = parts.part(&path, "value")?;
+                if kind != MATRIX {
+                    return Err(damaged(format!("\"{}\" is an element of type {kind}", excerpt(&path))));
+                }
+                self.array(&mut Elements { bytes: data, ..*parts }, &path, depth + 1)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn numeric(&mut self, parts: &mut Elements<'_>, name: &str, dimensions: &[usize]) -> Result<()> {
+        let shape = dimensions.iter().map(usize::to_string).collect::<Vec<_>>().join(" × ");
+        let (kind, data) = parts.part(name, "numbers")?;
+        // Dimensions of 1 say nothing: 1 × 1 × N values are a vector.
+        let count = dimensions.iter().try_fold(1, |n: usize, &d| n.checked_mul(d)).unwrap_or(usize::MAX);
+        let long: Vec<usize> = dimensions.iter().copied().filter(|&d| d > 1).collect();
+        let columns = match long[..] {
+            _ if count == 0 => 0,
+            [] | [_] => 1,
+            [_, columns] if columns <= MATRIX_MAX => columns,
+            [_, _] => {
+                let what = format!("{shape} values, expected at most {MATRIX_MAX} columns; transpose it to use it");
+                self.ignored.push(format!("{name}: {what}"));
+                return Ok(());
+            }
+            _ => {
+                self.ignored.push(format!("{name}: {shape} values, expected a vector or a matrix"));
+                return Ok(());
+            }
+        };
+        if columns == 0 {
+            self.ignored.push(format!("{name}: empty"));
+            return Ok(());
+        }
+        self.cells = self.cells.saturating_add(data.len().min(count));
+        if self.cells > CELLS_MAX {
+            let message = format!("more than {CELLS_MAX} numbers");
+            return Err(Error::data(message, "Save fewer variables, or cut the recording.").in_column(name));
+        }
+        let values = parts.numbers(kind, data, count).ok_or_else(|| {
+            let found = format!("found {} bytes of type {kind}", data.len());
+            damaged(format!("{found}, expected {count} numbers ({shape})")).in_column(name)
+        })?;
+        let columns = values.chunks(count / columns).map(<[f64]>::to_vec).collect();
+        self.variables.push(Variable { name: name.to_owned(), columns });
+        Ok(())
+    }
+}
+
+fn dimensions(parts: &mut Elements<'_>, path: &str) -> Result<Vec<usize>> {
+    let (_, data) = parts.part(path, "dimensions")?;
+    let mut dimensions = Elements { bytes: data, ..*parts };
+    let mut found = Vec::new();
+    while let Some(dimension) = dimensions.word(0) {
+        let dimension = i32::try_from(dimension).map_err(|_| damaged("a dimension is negative"))?;
+        found.push(dimension.unsigned_abs() as usize);
+        dimensions.bytes = &dimensions.bytes[4..];
+    }
+    if found.len() < 2 || !dimensions.bytes.is_empty() {
+        return Err(damaged(format!("found {} dimensions, expected at least 2", found.len())));
+    }
+    Ok(found)
+}

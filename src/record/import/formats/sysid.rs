@@ -1,0 +1,221 @@
+//! The JSON files of WPILib's tool SysId and of its predecessor frc-characterization.
+//!
+//! A file holds four tests: the voltage ramps `slow-forward` and `slow-backward`, the voltage steps `fast-forward` and
+//! `fast-backward`. Each is a list of rows of numbers; `test` names the mechanism:
+//!
+//! * SysId (the key `sysid` is there), one motor: time, voltage, position, speed.
+//! * SysId, `Drivetrain` and `Drivetrain (Angular)`: time, voltages, positions and speeds, each left before right, then
+//!   angle and rate of the gyro.
+//! * frc-characterization, any mechanism: time, battery voltage, commanded speed as part of full speed, then voltages,
+//!   positions and speeds, each left before right, and the angle of the gyro. One motor fills both sides alike. The
+//!   voltages are magnitudes; the sign here is that of the commanded speed. (Where the drivetrain was made to turn on
+//!   the spot, which the file does not say, the left side has the opposite sign.)
+//!
+//! Times are seconds. Positions are always rotations of the output shaft and speeds rotations per second, whatever
+//! `units` says: `units` names the unit that the user wants the result in, and the tool gets there by multiplying the
+//! stored numbers by `unitsPerRotation` (1, 360, 2π, or the circumference of the wheel). So nothing is converted here,
+//! and both keys are only checked. The gyro's angle is in radians, its rate in radians per second.
+//!
+//! Sources, in the repository wpilibsuite/sysid: `docs/data-collection.md` ("all positions and velocities should be in
+//! rotations of the output and rotations/sec of the output"), `AnalysisManager.cpp` (multiplies by `m_factor`, the
+//! "rotation -> output units factor"; `units::radian_t{angleDelta}`), `Logger.cpp` (the values of `unitsPerRotation`),
+//! `JSONConverter.cpp` (the old columns), `SysIdSetup.cpp` (gyro). In wpilibsuite/frc-characterization:
+//! `logger_analyzer/data_analyzer.py` and `templates/Robot.java.mako`.
+
+use super::cells::{Cells, number};
+use crate::text::{alternatives, excerpt};
+use crate::{Error, Result};
+use serde_json::{Map, Value};
+
+const TESTS: [&str; 4] = ["slow-forward", "slow-backward", "fast-forward", "fast-backward"];
+const UNITS: [&str; 6] = ["Meters", "Feet", "Inches", "Radians", "Rotations", "Degrees"];
+/// The largest file; a robot sends far less in a test.
+const BYTES_MAX: usize = 32 << 20;
+const AGAIN: &str = "Save the file again from SysId, or save the tests as CSV.";
+
+/// A column: its heading, and where its numbers stand in a row of the file.
+type Column = (&'static str, usize);
+const ONE_MOTOR: &[Column] = &[("time [s]", 0), ("voltage [V]", 1), ("position [turns]", 2), ("speed [turns/s]", 3)];
+const TWO_SIDES: &[Column] = &[
+    ("time [s]", 0),
+    ("left voltage [V]", 1),
+    ("right voltage [V]", 2),
+    ("left position [turns]", 3),
+    ("right position [turns]", 4),
+    ("left speed [turns/s]", 5),
+    ("right speed [turns/s]", 6),
+    ("gyro angle [rad]", 7),
+    ("gyro rate [rad/s]", 8),
+];
+const OLD_ONE_MOTOR: &[Column] =
+    &[("time [s]", 0), ("voltage [V]", 3), ("position [turns]", 5), ("speed [turns/s]", 7)];
+const OLD_TWO_SIDES: &[Column] = &[
+    ("time [s]", 0),
+    ("left voltage [V]", 3),
+    ("right voltage [V]", 4),
+    ("left position [turns]", 5),
+    ("right position [turns]", 6),
+    ("left speed [turns/s]", 7),
+    ("right speed [turns/s]", 8),
+    ("gyro angle [rad]", 9),
+];
+/// Where the commanded speed stands in an old row.
+const OLD_COMMAND: usize = 2;
+
+/// How the rows of a file are laid out.
+struct Layout {
+    columns: &'static [Column],
+    /// Numbers of a row.
+    width: usize,
+    old: bool,
+}
+
+/// Whether a file looks like one of SysId or frc-characterization, judged by its beginning.
+#[must_use]
+pub fn is_sysid(bytes: &[u8]) -> bool {
+    let start = bytes.get(..4096).unwrap_or(bytes);
+    let text = String::from_utf8_lossy(start);
+    let text = text.trim_start_matches('\u{feff}').trim_start();
+    let keys = TESTS.into_iter().chain(["sysid", "unitsPerRotation"]);
+    text.starts_with('{') && keys.into_iter().any(|key| text.contains(&format!("\"{key}\"")))
+}
+
+/// Reads the tests of a file that hold rows, each as a table of its own with the test's name.
+///
+/// Row 1 is the heading; sample `n`, counted from 0, has the row number `n + 2`.
+///
+/// # Errors
+/// `Data` with test and row when the file is no such JSON, a row has not the numbers expected, or no test holds rows.
+pub fn sysid(bytes: &[u8]) -> Result<Vec<Cells>> {
+    if bytes.len() > BYTES_MAX {
+        let message = format!("is {} bytes long, expected at most {BYTES_MAX} for a JSON file of SysId", bytes.len());
+        return Err(Error::data(message, "Save the tests as CSV."));
+    }
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let value: Value =
+        serde_json::from_slice(bytes).map_err(|e| Error::data(format!("is no readable JSON: {e}"), AGAIN))?;
+    let Value::Object(file) = value else {
+        return Err(Error::data(format!("found {}, expected a JSON object with tests", sort_of(&value)), AGAIN));
+    };
+    if !TESTS.iter().any(|test| file.contains_key(*test)) {
+        let keys: Vec<String> = file.keys().take(5).map(|key| format!("\"{}\"", excerpt(key))).collect();
+        let found = if keys.is_empty() { "nothing".to_owned() } else { keys.join(", ") };
+        let message = format!("is no file of SysId: found {found}, expected {}", alternatives(&TESTS));
+        return Err(Error::data(message, AGAIN));
+    }
+    let layout = layout(&file)?;
+    let mut notes = vec![unit_note(&file)?];
+    if layout.old {
+        notes.push("voltages have the sign of the commanded speed; the file holds magnitudes".to_owned());
+    }
+    let mut tests = Vec::new();
+    for test in TESTS {
+        match file.get(test) {
+            None | Some(Value::Null) => notes.push(format!("test {test} is missing")),
+            Some(Value::Array(rows)) if rows.is_empty() => notes.push(format!("test {test} is empty")),
+            Some(Value::Array(rows)) => tests.push(table(test, rows, &layout)?),
+            Some(other) => {
+                let message = format!("test {test}: found {}, expected a list of rows", sort_of(other));
+                return Err(Error::data(message, AGAIN));
+            }
+        }
+    }
+    if tests.is_empty() {
+        let message = format!("holds no samples: {}", notes[notes.len() - TESTS.len()..].join(", "));
+        return Err(Error::data(message, "Run the tests again; the robot sends the samples when it is disabled."));
+    }
+    let known = |key: &str| TESTS.contains(&key) || ["test", "units", "unitsPerRotation", "sysid"].contains(&key);
+    let others = file.iter().filter(|(key, value)| value.is_array() && !known(key)).take(5);
+    notes.extend(others.map(|(key, _)| format!("\"{}\" is none of the four tests and not used", excerpt(key))));
+    for test in &mut tests {
+        test.notes.clone_from(&notes);
+    }
+    Ok(tests)
+}
+
+fn layout(file: &Map<String, Value>) -> Result<Layout> {
+    let mechanism = text(file, "test", "the mechanism, such as \"Simple\" or \"Drivetrain\"")?;
+    let two_sides = mechanism.starts_with("Drivetrain");
+    let old = !file.contains_key("sysid");
+    let (columns, width) = match (old, two_sides) {
+        (false, false) => (ONE_MOTOR, 4),
+        (false, true) => (TWO_SIDES, 9),
+        (true, false) => (OLD_ONE_MOTOR, 10),
+        (true, true) => (OLD_TWO_SIDES, 10),
+    };
+    Ok(Layout { columns, width, old })
+}
+
+/// Checks unit and factor, and says that the numbers are in neither.
+fn unit_note(file: &Map<String, Value>) -> Result<String> {
+    let unit = text(file, "units", &alternatives(&UNITS))?;
+    if !UNITS.contains(&unit) {
+        let message = format!("found \"units\": \"{}\", expected {}", excerpt(unit), alternatives(&UNITS));
+        return Err(Error::data(message, "Correct the unit in the file."));
+    }
+    let factor = file.get("unitsPerRotation");
+    match factor.and_then(Value::as_f64).filter(|factor| *factor > 0.0 && factor.is_finite()) {
+        Some(factor) => Ok(format!(
+            "positions and speeds are in turns of the output shaft, as recorded; the file's unit {unit} ({} per turn) \
+             is not used",
+            number(factor)
+        )),
+        None => {
+            let found = factor.map_or("nothing".to_owned(), sort_of);
+            let message = format!("found {found} as \"unitsPerRotation\", expected a number above 0");
+            Err(Error::data(message, "Correct it in the file: 1 where \"units\" is \"Rotations\"."))
+        }
+    }
+}
+
+fn text<'a>(file: &'a Map<String, Value>, key: &str, expected: &str) -> Result<&'a str> {
+    file.get(key).and_then(Value::as_str).ok_or_else(|| {
+        let found = file.get(key).map_or("nothing".to_owned(), sort_of);
+        let remedy = "Old files lack it; where their positions are rotations, add \
+                      \"test\": \"Simple\", \"units\": \"Rotations\", \"unitsPerRotation\": 1.";
+        Error::data(format!("found {found} as \"{key}\", expected {expected}"), remedy)
+    })
+}
+
+fn table(test: &str, rows: &[Value], layout: &Layout) -> Result<Cells> {
+    let heading = layout.columns.iter().map(|(heading, _)| (*heading).to_owned()).collect();
+    let mut cells = Cells { name: test.to_owned(), rows: vec![(1, heading)], notes: Vec::new() };
+    for ((number_of_row, counted), row) in (2..).zip(1..).zip(rows) {
+        let wrong = |what: String| Error::data(format!("test {test}, row {counted}: {what}"), AGAIN);
+        let Value::Array(row) = row else {
+            return Err(wrong(format!("found {}, expected a list of {} numbers", sort_of(row), layout.width)));
+        };
+        if row.len() != layout.width {
+            let old =
+                if layout.old { ", as without the key \"sysid\" the file is one of frc-characterization" } else { "" };
+            return Err(wrong(format!("found {} numbers, expected {}{old}", row.len(), layout.width)));
+        }
+        let mut values = Vec::with_capacity(row.len());
+        for (place, value) in (1..).zip(row) {
+            let value = value
+                .as_f64()
+                .filter(|value| value.is_finite())
+                .ok_or_else(|| wrong(format!("found {} in place {place}, expected a finite number", sort_of(value))))?;
+            values.push(value);
+        }
+        let negative = layout.old && values[OLD_COMMAND] < 0.0;
+        let texts = layout.columns.iter().map(|&(heading, at)| {
+            let value = values[at];
+            number(if negative && value > 0.0 && heading.ends_with("[V]") { -value } else { value })
+        });
+        cells.rows.push((number_of_row, texts.collect()));
+    }
+    Ok(cells)
+}
+
+/// What a JSON value is, for a message.
+fn sort_of(value: &Value) -> String {
+    match value {
+        Value::Null => "null".to_owned(),
+        Value::Bool(value) => value.to_string(),
+        Value::Number(value) => value.to_string(),
+        Value::String(text) => format!("the text \"{}\"", excerpt(text)),
+        Value::Array(_) => "a list".to_owned(),
+        Value::Object(_) => "an object".to_owned(),
+    }
+}
