@@ -158,13 +158,15 @@ pub fn read_inputs(path: &Path, columns: &[ColumnRequest]) -> Result<Samples> {
 
 /// The recordings of a table.
 fn finish(mut collected: Collected, source: Source, options: &ReadOptions) -> Result<Vec<Record>> {
+    let part = source.part.clone();
+    let named = |error: Error| part.iter().fold(error, |error, part| error.in_part(part));
     let source = Source {
         columns: collected.columns.clone(),
         ignored: std::mem::take(&mut collected.ignored),
         last_line_open: collected.last_line_open,
         ..source
     };
-    records(Signals::new(&mut collected, options.rate_hz), source, options)
+    records(Signals::new(&mut collected, options.rate_hz), source, options).map_err(named)
 }
 
 /// The recordings that signals are: several where they are split at gaps.

@@ -1,0 +1,362 @@
+//! Proves: what loggers do to files is read as what it means, and what cannot be understood is refused with its place:
+//! files without heading or time, rows of nan, rows never filled, names in comments, units below headings, ticks, duty,
+//! flags, positions, other formats, several files as one; damaged files never panic and never give half a recording.
+//! Does not prove: readers against all programs that write such files (tests/golden/formats says which).
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
+#![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
+
+mod support;
+
+use motorfit::Error;
+use motorfit::record::{Gaps, ReadOptions, Record, parse_columns, read, read_bytes, read_joined};
+use proptest::prelude::*;
+use std::path::PathBuf;
+
+fn options(columns: &str) -> ReadOptions {
+    ReadOptions { columns: parse_columns(columns).unwrap(), ..ReadOptions::default() }
+}
+
+fn records(text: &str, options: &ReadOptions) -> Result<Vec<Record>, Error> {
+    read_bytes(text.as_bytes(), None, options)
+}
+
+fn one(text: &str, columns: &str) -> Record {
+    let mut records = records(text, &options(columns)).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    assert_eq!(records.len(), 1);
+    records.pop().unwrap()
+}
+
+fn refused(text: &str, columns: &str) -> Error {
+    let error = records(text, &options(columns)).unwrap_err();
+    assert!(!error.remedy().is_empty(), "{error}");
+    error
+}
+
+const ROWS: [[f64; 4]; 4] =
+    [[0.0, 0.0, 0.0, 0.0], [0.001, 10.5, 0.25, 1.5], [0.002, 10.5, 0.5, 3.0], [0.003, 0.0, 0.75, 4.5]];
+
+fn rows(separator: &str, end: &str) -> String {
+    let row = |row: &[f64; 4]| row.map(|v| v.to_string()).join(separator) + end;
+    ROWS.iter().map(row).collect()
+}
+
+/// Whether a recording holds [`ROWS`].
+fn is_rows(record: &Record) {
+    let samples = record.samples();
+    for (n, row) in ROWS.iter().enumerate() {
+        let found =
+            [samples.time_s[n], samples.voltage[n], record.measured()[0].unwrap()[n], record.measured()[1].unwrap()[n]];
+        assert!(found.iter().zip(row).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?} {row:?}");
+    }
+    assert_eq!(record.len(), ROWS.len());
+}
+
+#[test]
+fn columns_by_number_where_there_is_no_heading() {
+    for (separator, end) in [(",", "\n"), (";", "\r\n"), ("\t", "\n"), ("   ", " \n"), (" , ", " ;\n")] {
+        is_rows(&one(&rows(separator, end), "time=1:s,voltage=2:V,current=3:A,speed=4:rad/s"));
+        is_rows(&one(&rows(separator, end), "time=#1,voltage=#2,current=#3,speed=#4"));
+    }
+    assert!(refused(&rows(",", "\n"), "").to_string().contains("found numbers, expected a heading"));
+    assert!(refused(&rows(",", "\n"), "time=1,voltage=2,current=5").to_string().contains("no column \"5\""));
+    let numbered = format!("t,u,i,x\n{}", rows(",", "\n"));
+    is_rows(&one(&numbered, "speed=#4:rad/s"));
+}
+
+#[test]
+fn time_from_a_rate_where_there_is_no_column() {
+    let text = "voltage_V,current_A\n0,0\n5,0.1\n5,0.2\n";
+    let timed = ReadOptions { rate_hz: Some(2000.0), ..ReadOptions::default() };
+    let record = records(text, &timed).unwrap().pop().unwrap();
+    assert_eq!(record.samples().time_s, [0.0, 0.0005, 0.001]);
+    assert!(record.source().notes.iter().any(|note| note.contains("2.00000 kHz")), "{:?}", record.source().notes);
+    assert!(refused(text, "").remedy().contains("--rate HZ"));
+    // A file with a time keeps its own.
+    let own = records("t,voltage_V,current_A\n0,0,0\n0.1,5,0.1\n0.2,5,0.1\n", &timed).unwrap().pop().unwrap();
+    assert_eq!(own.samples().time_s, [0.0, 0.1, 0.2]);
+}
+
+#[test]
+fn rows_of_nan_are_no_samples_and_a_lone_nan_is_an_error() {
+    let text = "t,u,i,w\n0,0,0,0\nnan,nan,nan,NaN\n0.001,10.5,0.25,1.5\n0.0012,nan,NAN,nan\n0.002,10.5,0.5,3\n0.003,0,0.75,4.5\n";
+    let record = one(text, "");
+    is_rows(&record);
+    assert_eq!(record.source().notes, ["2 rows of nan left out"]);
+    assert_eq!(record.source().lines.get(1), Some(4), "lines are those of the file");
+    let lone = refused("t,u,i,w\n0,0,0,0\n0.001,10.5,nan,1.5\n", "");
+    assert_eq!(lone.line(), Some(3));
+    assert!(lone.to_string().contains("column i: found \"nan\""), "{lone}");
+    // With a single signal there is no telling a row from a cell.
+    assert!(refused("t,u,i\n0,0,0\n0.001,1,nan\n", "").to_string().contains("not a number"));
+}
+
+#[test]
+fn rows_with_time_zero_at_the_end_were_never_filled() {
+    let text = format!("t,u,i,w\n{}0,0,0.75,4.5\n0,0,0.75,4.5\n", rows(",", "\n"));
+    let record = one(&text, "");
+    is_rows(&record);
+    assert_eq!(record.source().notes, ["2 rows with time 0 at the end left out"]);
+    let inside = format!("t,u,i,w\n{}0,0,0,0\n0.004,0,0,0\n", rows(",", "\n"));
+    assert!(refused(&inside, "").to_string().contains("time goes back"), "only at the end");
+}
+
+#[test]
+fn names_and_units_may_stand_in_comments_or_below() {
+    let body = rows(",", ";\n");
+    let text = format!("%Motor data\n%Date:,today\n\n%time,voltage,current,velocity\n%[ms],[V],[mA],[turns/s]\n{body}");
+    let record = one(&text, "");
+    assert!((record.samples().time_s[1] - 1e-6).abs() < 1e-18);
+    assert!((record.measured()[0].unwrap()[1] - 0.25e-3).abs() < 1e-18);
+    assert!((record.measured()[1].unwrap()[1] - 1.5 * std::f64::consts::TAU).abs() < 1e-12);
+    assert!(record.source().notes.iter().any(|note| note.contains("comment")));
+    is_rows(&one(&format!("# a comment\n# t,u,i,w\n{}", rows(",", "\n")), ""));
+    // Comments of another width name nothing.
+    assert!(refused(&format!("# t,u\n{}", rows(",", "\n")), "").to_string().contains("found numbers"));
+    for units in ["s;V;A;rad/s", "[s];[V];[A];[rad/s]", "(s);(V);(A);(rad/s)"] {
+        let record = one(&format!("t;u;i;w\n{units}\n{}", rows(";", "\n")), "");
+        is_rows(&record);
+        assert!(record.source().columns.iter().all(|column| column.unit_named));
+    }
+    assert!(
+        refused(&format!("t;u;i;w\ns;V;A;parsec\n{}", rows(";", "\n")), "")
+            .to_string()
+            .contains("\"s\", expected a number")
+    );
+    let before = format!("Logger 3000\nSerial 7, Room 5\n\nt,u,i,w\n{}", rows(",", "\n"));
+    let record = one(&before, "");
+    is_rows(&record);
+    assert_eq!(record.source().notes, ["2 lines before the heading left out"]);
+    let index = format!(
+        ",t,u,i,w\n{}",
+        ROWS.iter()
+            .enumerate()
+            .map(|(n, r)| format!("{n},{}\n", r.map(|v| v.to_string()).join(",")))
+            .collect::<String>()
+    );
+    let record = one(&index, "");
+    is_rows(&record);
+    assert!(record.source().ignored.is_empty(), "an index without a name is no news");
+}
+
+#[test]
+fn ticks_duty_and_flags_become_volts_and_seconds() {
+    let text = "tick;pwm;on;mA\n0;0;0.6;1\n80;255;0.6;2\n160;-51;0.7;3\n";
+    let record = one(text, "time=tick:8kHz,voltage=pwm*12/255:V,current=mA:mA");
+    assert_eq!(record.samples().time_s, [0.0, 0.01, 0.02]);
+    assert!(record.samples().voltage.iter().zip([0.0, 12.0, -2.4]).all(|(a, b)| (a - b).abs() < 1e-12));
+    assert_eq!(record.source().columns[1].conversion, "× 0.047059");
+    let flag = one(text, "time=tick/8000:s,voltage=on:11.04*154/255..11.04*180/255,current=mA:mA");
+    assert!((flag.samples().voltage[0] - 6.667_294_117_647_059).abs() < 1e-12);
+    assert!((flag.samples().voltage[2] - 7.792_941_176_470_588).abs() < 1e-12);
+    let offset = one(text, "time=tick:8kHz,voltage=pwm+51*0.1:V,current=mA*-1+0.5:mA");
+    assert!((offset.samples().voltage[2]).abs() < 1e-12);
+    assert!((offset.measured()[0].unwrap()[0] + 0.5e-3).abs() < 1e-15);
+    for (columns, part) in [
+        ("time=tick:8kHz,voltage=pwm:0..12,current=mA:mA", "expected a flag of two values"),
+        ("time=tick:furlong,voltage=pwm,current=mA:mA", "unit \"furlong\""),
+        ("time=tick:8kHz,voltage=pwm*12/0:V,current=mA:mA", "no column \"pwm*12/0:V\""),
+        ("time=tick:8kHz,voltage=pwm^2,current=mA:mA", "no column \"pwm^2\""),
+        ("time=tick:8kHz,voltage=pwm*1*1*1*1*1*1*1*1*1,current=mA:mA", "no column"),
+    ] {
+        assert!(refused(text, columns).to_string().contains(part), "{columns}: {}", refused(text, columns));
+    }
+    assert!(
+        refused(&text.replace("0.7", "0.6"), "time=tick:8kHz,voltage=on:0..12,current=mA:mA")
+            .to_string()
+            .contains("throughout")
+    );
+    assert!(refused(text, "").remedy().contains("voltage=pwm*12/255:V"), "{}", refused(text, "").remedy());
+    // A heading with such signs is taken as it stands.
+    let odd = "t,U*2,I/mA\n0,1,500\n0.1,2,600\n";
+    assert_eq!(one(odd, "voltage=U*2").samples().voltage, [1.0, 2.0]);
+    assert_eq!(one(odd, "voltage=U*2*3").samples().voltage, [3.0, 6.0]);
+}
+
+#[test]
+fn a_position_is_a_source_of_speed() {
+    let text = |count: &dyn Fn(f64) -> f64| {
+        let rows: String = (0..50).map(|n| f64::from(n) * 0.01).map(|t| format!("{t},5,{}\n", count(t))).collect();
+        format!("t,u,position\n{rows}")
+    };
+    let rising = |per_turn: f64| move |t: f64| per_turn * 3.0 * t;
+    for (columns, per_turn) in [
+        ("position=position/4096:turns", 4096.0),
+        ("position=position:deg", 360.0),
+        ("position=position:rad", std::f64::consts::TAU),
+    ] {
+        let record = one(&text(&rising(per_turn)), columns);
+        assert!(
+            record.measured()[1].unwrap().iter().all(|w| (w - 3.0 * std::f64::consts::TAU).abs() < 1e-9),
+            "{columns}"
+        );
+        assert!(record.source().notes.iter().any(|note| note.contains("central difference")));
+    }
+    let wrapping = one(&text(&|t| (3.0 * t * 360.0) % 360.0), "position=position:deg");
+    assert!(wrapping.measured()[1].unwrap().iter().all(|w| (w - 3.0 * std::f64::consts::TAU).abs() < 1e-9));
+    assert!(refused(&text(&|t| t), "position=position:counts").remedy().contains("/4096:turns"));
+    let both = "t,u,w,position\n0,0,1,0\n0.1,0,2,0\n";
+    assert_eq!(one(both, "").measured()[1].unwrap(), [1.0, 2.0], "a speed is a speed");
+    assert!(records(both, &options("position=position")).is_err());
+}
+
+#[test]
+fn gaps_and_repeats_are_treated_as_asked() {
+    let with_gap: String = (0..60)
+        .map(|n| f64::from(n) * 0.01 + if n < 25 { 0.0 } else { 0.2 })
+        .map(|t| format!("{t:.2},1,{t}\n"))
+        .collect();
+    let text = format!("t,u,i\n{with_gap}");
+    assert!(refused(&text, "").to_string().contains("gap in time"));
+    let with = |gaps| records(&text, &ReadOptions { gaps, ..ReadOptions::default() }).unwrap();
+    let kept = with(Gaps::Keep).pop().unwrap();
+    assert_eq!(kept.len(), 60);
+    assert!((kept.steps().step(24) - 0.21).abs() < 1e-9, "{}", kept.steps().step(24));
+    let split = with(Gaps::Split);
+    assert_eq!(split.iter().map(Record::len).collect::<Vec<_>>(), [25, 35]);
+    assert_eq!(split[1].source().part.as_deref(), Some("stretch 2"));
+    assert_eq!(split[1].source().lines.get(0), Some(27));
+    let repeated = "t,u,i\n0,0,1\n0.1,1,2\n0.1,1,3\n0.2,1,4\n0.3,1,5\n";
+    assert!(refused(repeated, "").remedy().contains("--drop-repeats"));
+    let dropped =
+        records(repeated, &ReadOptions { drop_repeats: true, ..ReadOptions::default() }).unwrap().pop().unwrap();
+    assert_eq!(dropped.measured()[0].unwrap(), [1.0, 2.0, 4.0, 5.0]);
+    // A clock that polls has long steps now and then, which are no gaps.
+    let mut t = 0.0;
+    let polled: String = (0..200)
+        .map(|n| {
+            t += if n % 50 == 49 { 0.04 } else { 0.01 * (1.0 + 0.1 * f64::from(n).sin()) };
+            format!("{t:.6},1,{n}\n")
+        })
+        .collect();
+    assert_eq!(one(&format!("t,u,i\n{polled}"), "").len(), 200);
+}
+
+#[test]
+fn several_files_are_one_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| -> PathBuf {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let drive = file("drive.csv", "t,u\n0,0\n0.001,10.5\n0.002,10.5\n0.003,0\n");
+    let current = file("current.csv", "t,i\n0,0\n0.001,0.25\n0.002,0.5\n0.003,0.75\n");
+    let speed = file("speed.csv", "t,w\n0,0\n0.001,1.5\n0.002,3\n0.003,4.5\n");
+    let plain = ReadOptions::default();
+    let joined = read_joined(&[drive.clone(), current, speed], &plain).unwrap().pop().unwrap();
+    is_rows(&joined);
+    assert!(joined.source().path.as_ref().unwrap().to_str().unwrap().contains("drive.csv+"));
+    let first = file("1.csv", "t,u,i,w\n0,0,0,0\n0.001,10.5,0.25,1.5\n");
+    let later = file("2.csv", "t,u,i,w\n0.002,10.5,0.5,3\n0.003,0,0.75,4.5\n");
+    let anew = file("3.csv", "t,u,i,w\n5,10.5,0.5,3\n5.001,0,0.75,4.5\n");
+    let zero = file("4.csv", "t,u,i,w\n0,10.5,0.5,3\n0.001,0,0.75,4.5\n");
+    is_rows(&read_joined(&[first.clone(), later], &plain).unwrap()[0]);
+    is_rows(&read_joined(&[first.clone(), zero], &plain).unwrap()[0]);
+    assert!(read_joined(&[first.clone(), anew], &plain).unwrap_err().to_string().contains("gap"));
+    let shifted = file("5.csv", "t,i\n0,0\n0.0015,0.25\n0.002,0.5\n0.003,0.75\n");
+    let error = read_joined(&[drive.clone(), shifted], &plain).unwrap_err();
+    assert!(error.to_string().contains("sample 2 is at 0.0015 s") && error.to_string().contains("5.csv"), "{error}");
+    let partly = file("6.csv", "t,u,i\n0,0,0\n0.001,1,1\n");
+    assert!(read_joined(&[drive, partly], &plain).unwrap_err().to_string().contains("but not all"));
+}
+
+fn golden(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden/formats").join(name)
+}
+
+#[test]
+#[cfg(feature = "formats")]
+fn other_formats_are_recordings() {
+    // t, u, and i32 as a current, of a file that scipy wrote.
+    let mat = read(&golden("mixed_v7.mat"), &options("time=t:s,voltage=u:V,current=on:A")).unwrap().pop().unwrap();
+    assert_eq!(mat.samples().time_s, [0.0, 0.001, 0.002, 0.003, 0.004]);
+    assert_eq!(mat.samples().voltage[3], 1.0 / 3.0);
+    assert!(mat.source().notes.iter().any(|note| note.contains("fs")), "{:?}", mat.source().notes);
+    let book = read(&golden("log.xlsx"), &options("current=took:s")).unwrap_err();
+    assert!(book.to_string().contains("log.xlsx, Log, line 3, column took: unit \"s\" of current"), "{book}");
+    let book = read(&golden("log.xlsx"), &options("current=on:mA,voltage=voltage_V*1e-15:V")).unwrap().pop().unwrap();
+    assert!(book.len() > 1 && book.source().part.as_deref() == Some("Log"), "{book:?}");
+    let sheet = ReadOptions { sheet: Some("Nothing".to_owned()), ..ReadOptions::default() };
+    assert!(read(&golden("log.xlsx"), &sheet).unwrap_err().to_string().contains("the workbook has"));
+    let tests = |rows: &str| {
+        let tests = ["slow-forward", "slow-backward", "fast-forward", "fast-backward"];
+        let tests = tests.map(|test| format!("\"{test}\": [{rows}]")).join(",");
+        let sort = if rows.matches(',').count() > 8 { "Drivetrain" } else { "Simple" };
+        format!(
+            "{{\"sysid\": true, \"test\": \"{sort}\", \"units\": \"Radians\", \"unitsPerRotation\": 6.283, {tests}}}"
+        )
+    };
+    let simple = records(&tests("[1.0, 0.5, 0.0, 0.0], [1.005, 0.5, 0.001, 0.25]"), &ReadOptions::default()).unwrap();
+    assert_eq!(simple.len(), 4);
+    assert_eq!(simple[2].source().part.as_deref(), Some("fast-forward"));
+    assert_eq!(simple[0].measured()[1].unwrap()[1], 0.25 * std::f64::consts::TAU);
+    let short = records(&tests("[1.0, 0.5, 0.0, 0.0]"), &ReadOptions::default()).unwrap_err();
+    assert!(short.to_string().contains("slow-forward: found 1 row"), "{short}");
+    let sides = tests("[1.0, 0.5, 0.6, 0, 0, 0, 0, 0, 0], [1.005, 0.5, 0.6, 0, 0, 0.25, 0.5, 0, 0]");
+    assert!(records(&sides, &ReadOptions::default()).unwrap_err().to_string().contains("look like voltage"));
+    let right = options("voltage=right voltage [V],speed=right speed [turns/s]");
+    assert_eq!(records(&sides, &right).unwrap()[3].measured()[1].unwrap()[1], 0.5 * std::f64::consts::TAU);
+    let json = records("{\"a\": 1}", &ReadOptions::default()).unwrap_err();
+    assert!(json.to_string().contains("JSON"), "{json}");
+}
+
+/// A file with something done to its bytes.
+fn mutated(mut bytes: Vec<u8>, changes: &[(usize, u8, u8)]) -> Vec<u8> {
+    for &(at, what, value) in changes {
+        let at = at % (bytes.len() + 1);
+        match what % 6 {
+            0 if at < bytes.len() => bytes[at] = value,
+            1 => bytes.insert(at, value),
+            2 if at < bytes.len() => {
+                bytes.remove(at);
+            }
+            3 => bytes.truncate(at),
+            4 => {
+                let end = (at + usize::from(value)).min(bytes.len());
+                let copy = bytes[at..end].to_vec();
+                bytes.splice(at..at, copy);
+            }
+            _ => bytes.splice(at..at, *b"nan").for_each(drop),
+        }
+    }
+    bytes
+}
+
+const SEEDS: [&str; 4] = [
+    "time_s,voltage_V,current_A,speed_rad_s\n0,0,0,0\n0.001,10.5,0.25,1.5\n0.002,10.5,0.5,3\n0.003,0,1e-3,-4.5\n",
+    "%t,u,w\n%[s],[V],[rpm]\nnan,nan,nan;\n1,0,0;\n2,5,0.5;\n3,5,0.75;\n0,0,0;\n0,0,0;\n",
+    "\u{feff}Tempo [ms];Spannung (V);\"Strom (mA)\"\r\n0;0,5;1,5\r\n1;0,5;2\r\n2;1;2,5\r\n",
+    "Logger\nt u position\ns V deg\n0.0  1 0\n0.1  1 5\n0.2  2 10\n",
+];
+
+proptest! {
+    // 10⁵ files in all, with and without column names.
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(50_000) })]
+
+    #[test]
+    fn damaged_files_are_read_whole_or_refused(
+        seed in 0..SEEDS.len(),
+        changes in proptest::collection::vec((any::<usize>(), any::<u8>(), any::<u8>()), 1..8),
+        named in any::<bool>(),
+    ) {
+        let bytes = mutated(SEEDS[seed].as_bytes().to_vec(), &changes);
+        let columns = if named { "time=#1:8kHz,voltage=#2*12/255:V,speed=#3:rpm" } else { "" };
+        for gaps in [Gaps::Error, Gaps::Split] {
+            match read_bytes(&bytes, None, &ReadOptions { gaps, ..options(columns) }) {
+                Ok(records) => for record in records {
+                    let samples = record.samples();
+                    prop_assert!(samples.time_s.windows(2).all(|t| t[1] > t[0]));
+                    let outputs = record.measured().into_iter().flatten();
+                    prop_assert!(outputs.chain([samples.voltage.as_slice()]).all(|s| s.len() == record.len() && s.iter().all(|v| v.is_finite())));
+                    // Every sample is a line of the file, and every line of numbers but those said to be left out a sample.
+                    let lines = &record.source().lines;
+                    prop_assert_eq!(lines.len(), record.len());
+                },
+                Err(error) => {
+                    prop_assert!(!error.remedy().is_empty());
+                    prop_assert!(!error.to_string().chars().any(motorfit::text::is_unsafe));
+                }
+            }
+        }
+    }
+}
