@@ -10,7 +10,7 @@ mod support;
 use motorfit::Error;
 use motorfit::record::{Gaps, ReadOptions, Record, parse_columns, read, read_bytes, read_joined};
 use proptest::prelude::*;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 fn options(columns: &str) -> ReadOptions {
     ReadOptions { columns: parse_columns(columns).unwrap(), ..ReadOptions::default() }
@@ -298,6 +298,73 @@ fn other_formats_are_recordings() {
     assert_eq!(records(&sides, &right).unwrap()[3].measured()[1].unwrap()[1], 0.5 * std::f64::consts::TAU);
     let json = records("{\"a\": 1}", &ReadOptions::default()).unwrap_err();
     assert!(json.to_string().contains("JSON"), "{json}");
+}
+
+/// The folder of real recordings.
+fn folder() -> Option<PathBuf> {
+    let folder = std::env::var_os("MOTORFIT_RECORDINGS").map(PathBuf::from);
+    if folder.is_none() {
+        let skips_fail = std::env::var_os("MOTORFIT_NO_SKIP").is_some();
+        assert!(!skips_fail, "MOTORFIT_RECORDINGS is not set and skips are failures");
+        println!("SKIPPED: set MOTORFIT_RECORDINGS to the folder of real recordings");
+    }
+    folder
+}
+
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    paths.filter(|path| path.extension().is_some_and(|e| e == "csv")).collect()
+}
+
+/// Rows of numbers of a text, read by the simplest means there are.
+fn numbers(path: &Path, separator: char) -> Vec<Vec<f64>> {
+    let text = std::fs::read_to_string(path).unwrap();
+    let row = |line: &str| line.trim_end_matches(';').split(separator).map(|cell| cell.trim().parse().ok()).collect();
+    text.lines().filter_map(row).collect()
+}
+
+fn is_near(ours: &[f64], theirs: impl Iterator<Item = f64>) {
+    let theirs: Vec<f64> = theirs.collect();
+    assert_eq!(ours.len(), theirs.len());
+    assert!(ours.iter().zip(&theirs).all(|(a, b)| (a - b).abs() <= 1e-12 * b.abs().max(1e-3)));
+}
+
+#[test]
+fn real_recordings_hold_what_is_known_of_them() {
+    let Some(folder) = folder() else { return };
+    let tau = std::f64::consts::TAU;
+    let mut read_so_far = 0;
+    for path in files(&folder.join("labmrd-odrive")) {
+        let record = read(&path, &options("time=timestep (8Hz):8kHz")).unwrap().pop().unwrap();
+        let rows: Vec<Vec<f64>> =
+            numbers(&path, ',').into_iter().filter(|r| r.iter().all(|v| v.is_finite()) && r[0] > 0.0).collect();
+        is_near(&record.samples().time_s, rows.iter().map(|r| r[0] / 8000.0));
+        is_near(&record.samples().voltage, rows.iter().map(|r| r[1]));
+        is_near(record.measured()[1].unwrap(), rows.iter().map(|r| r[3] * tau));
+        assert!(read(&path, &options("")).unwrap_err().remedy().contains("8kHz"), "its own heading is wrong");
+        read_so_far += 1;
+    }
+    for path in files(&folder.join("tutla53-dc-motor")) {
+        let record = read(&path, &options("voltage=Commanded_PWM*12/7200:V")).unwrap().pop().unwrap();
+        let rows = numbers(&path, ',');
+        is_near(&record.samples().time_s, rows.iter().map(|r| r[0] * 1e-3));
+        is_near(&record.samples().voltage, rows.iter().map(|r| r[2] / 600.0));
+        is_near(record.measured()[1].unwrap(), rows.iter().map(|r| r[1] * tau / 60.0));
+        read_so_far += 1;
+    }
+    for path in files(&folder.join("waam-ufjf-ensaio-frequencia")) {
+        let columns = "current=Corrente:mA,speed=Velocidade:rad/s,voltage=Degrau:11.04*154/255..11.04*180/255";
+        let record = read(&path, &options(columns)).unwrap().pop().unwrap();
+        let rows = numbers(&path, ';');
+        let first = rows[0].len() - 4;
+        is_near(&record.samples().time_s, rows.iter().map(|r| r[first]));
+        is_near(record.measured()[0].unwrap(), rows.iter().map(|r| r[first + 1] * 1e-3));
+        let low = rows.iter().map(|r| r[first + 3]).fold(f64::INFINITY, f64::min);
+        let volts = |flag: f64| 11.04 / 255.0 * if flag > low { 180.0 } else { 154.0 };
+        is_near(&record.samples().voltage, rows.iter().map(|r| volts(r[first + 3])));
+        read_so_far += 1;
+    }
+    assert_eq!(read_so_far, 20 + 104 + 12);
 }
 
 /// A file with something done to its bytes.

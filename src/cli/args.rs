@@ -333,6 +333,9 @@ pub(crate) struct InspectArgs {
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
+    /// A new folder for report.html and result.json
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
 }
 
 #[derive(Args)]

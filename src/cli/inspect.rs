@@ -1,12 +1,12 @@
 //! `inspect`: what a recording holds and how it was understood.
 
 use super::args::InspectArgs;
+use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
 use super::{Outcome, reading};
-use motorfit::identify::{Outlook, outlook, record_warnings};
+use motorfit::identify::{Inspection, Outlook};
 use motorfit::motor::{Discretization, Parameter};
-use motorfit::record::Record;
-use motorfit::report::{InspectDocument, SignalFacts, json};
+use motorfit::report::{InspectDocument, SignalFacts, inspect_page, json};
 use motorfit::text::{printable, significant};
 use motorfit::{Error, Result};
 use std::fmt::Write as _;
@@ -14,13 +14,20 @@ use std::fmt::Write as _;
 pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
     let band = band(args.band.settling_band)?;
     let records = reading::records(&args.records, &args.reading, Discretization::Zoh)?;
+    let out = args.out.as_deref().map(Out::take).transpose()?;
+    let inspections: Vec<Inspection<'_>> = records.iter().map(Inspection::of).collect();
+    let document = json(&InspectDocument::of(&inspections, band));
     if args.json {
-        data(&json(&InspectDocument::of(&records, band)))?;
-        return Ok(Outcome::Done);
+        data(&document)?;
     }
-    for record in &records {
-        data(&text(record, band))?;
-        style.warnings(&record_warnings(record));
+    for inspection in inspections.iter().filter(|_| !args.json) {
+        data(&text(inspection, band))?;
+        style.findings(&inspection.warnings);
+    }
+    if let Some(out) = out {
+        let how = out::reproduced(vec![("settling band", format!("{} %", args.band.settling_band))]);
+        let page = inspect_page(&inspections, band, &how).html();
+        out.write(vec![("report.html".to_owned(), page), ("result.json".to_owned(), document)], style)?;
     }
     Ok(Outcome::Done)
 }
@@ -33,10 +40,13 @@ pub(super) fn band(percent: f64) -> Result<f64> {
     Err(Error::usage(format!("--settling-band is {percent}"), "Give percent between 0 and 100, usually 2 or 5."))
 }
 
-fn text(record: &Record, band: f64) -> String {
+fn text(inspection: &Inspection<'_>, band: f64) -> String {
+    let record = inspection.record;
     let mut text = format!("{}\n", reading::understood(record));
-    let jitter = significant(100.0 * record.steps().jitter, 2);
-    let _ = writeln!(text, "  jitter of the period: at most {jitter} %");
+    if record.steps().jitter > 1e-6 {
+        let jitter = significant(100.0 * record.steps().jitter, 2);
+        let _ = writeln!(text, "  jitter of the period: at most {jitter} %");
+    }
     if !record.source().ignored.is_empty() {
         let _ = writeln!(text, "  not used: {}", printable(&record.source().ignored.join(", ")));
     }
@@ -50,7 +60,7 @@ fn text(record: &Record, band: f64) -> String {
             None if facts.settling_hidden => "noise hides when it settles".to_owned(),
             None => "not settled".to_owned(),
         };
-        let overshoot = response.overshoot_percent.map_or_else(String::new, |p| format!(" ({p:.1} % over)"));
+        let overshoot = response.overshoot_percent.filter(|p| *p < 1000.0).map_or_else(String::new, |p| format!(" ({p:.1} % over)"));
         let _ = writeln!(
             text,
             "  {STRONG}{}{STRONG:#}: peak {} {unit} at {} s{overshoot}, steady state {} {unit}, {settled} (within {} %)",
@@ -61,15 +71,15 @@ fn text(record: &Record, band: f64) -> String {
             significant(100.0 * band, 3).trim_end_matches('0').trim_end_matches('.'),
         );
     }
-    text.push_str(&identifiability(record));
+    text.push_str(&identifiability(&inspection.outlook));
     text
 }
 
 /// What the recording can and cannot identify.
-fn identifiability(record: &Record) -> String {
-    match outlook(record) {
+fn identifiability(outlook: &Outlook) -> String {
+    match outlook {
         Outlook::Identifies { relative_error } => {
-            let error = |(p, e): (Parameter, Option<f64>)| match e {
+            let error = |(p, e): (Parameter, &Option<f64>)| match e {
                 Some(e) => format!("{} ± {} %", p.symbol(), significant(100.0 * e, 2)),
                 None => format!("{} at a bound", p.symbol()),
             };
@@ -77,7 +87,7 @@ fn identifiability(record: &Record) -> String {
             format!("  {STRONG}identifies{STRONG:#}: {} (standard errors)\n", errors.join(", "))
         }
         Outlook::Lacks { message, remedy } => {
-            format!("  {STRONG}does not identify all five{STRONG:#}: {}; {}\n", printable(&message), printable(&remedy))
+            format!("  {STRONG}does not identify all five{STRONG:#}: {}; {}\n", printable(message), printable(remedy))
         }
     }
 }

@@ -4,6 +4,7 @@ use super::args::{Common, When};
 use anstyle::{AnsiColor, Style as Paint};
 use clap::error::{ContextKind, ContextValue};
 use motorfit::identify::Warning;
+use motorfit::record::Severity;
 use motorfit::text::printable;
 use motorfit::{Error, Result};
 use std::io::{self, IsTerminal as _, Write as _};
@@ -58,9 +59,20 @@ impl Style {
         self.line(&format!("{ERROR}error:{ERROR:#} {error}\n{HELP}help:{HELP:#} {}", error.remedy()));
     }
 
+    /// Warnings; remarks only where details are asked for.
     pub(crate) fn warnings(&self, warnings: &[Warning]) {
-        for warning in warnings.iter().filter(|_| !self.quiet) {
-            self.line(&format!("{WARNING}warning:{WARNING:#} {} [{}]", printable(&warning.message), warning.code));
+        let shown = |w: &&Warning| self.verbose || w.severity == Severity::Report;
+        self.findings(warnings.iter().filter(shown));
+    }
+
+    /// Warnings and remarks.
+    pub(crate) fn findings<'a>(&self, warnings: impl IntoIterator<Item = &'a Warning>) {
+        for warning in warnings.into_iter().filter(|_| !self.quiet) {
+            let text = printable(&warning.text());
+            match warning.severity {
+                Severity::Report => self.line(&format!("{WARNING}warning:{WARNING:#} {text} [{}]", warning.code)),
+                Severity::Mention => self.line(&format!("{DIM}note:{DIM:#} {text} [{}]", warning.code)),
+            }
         }
     }
 

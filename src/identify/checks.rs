@@ -68,7 +68,7 @@ pub(super) fn after(
         let (first, rest) = remedy.split_at(1);
         return Err(not_identified(what, format!("{}{rest}.", first.to_uppercase())));
     }
-    warnings.push(Warning { code: "not_identifiable", message: format!("{what}; {remedy}") });
+    warnings.push(Warning::new("not_identifiable", format!("{what}; {remedy}")));
     Ok(())
 }
 

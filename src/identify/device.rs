@@ -125,7 +125,7 @@ fn open_gpu(selector: &gpu::Selector, precision: PrecisionSpec) -> Result<Opened
     let gpu = Gpu::open(selector, precision)?;
     let software = gpu.facts().kind == "software";
     let message = format!("{} is a software adapter: slower than --device cpu", gpu.facts().name);
-    let warnings = software.then_some(Warning { code: "software_adapter", message });
+    let warnings = software.then_some(Warning::new("software_adapter", message));
     let slice_steps = if software { SLICE_STEPS } else { SLICE_STEPS_GPU };
     let warnings = warnings.into_iter().collect();
     Ok(Opened { kind: "gpu", slice_steps, warnings, ..Opened::given(Box::new(gpu)) })
@@ -144,7 +144,7 @@ fn open(spec: &IdentifySpec, _: &Problem) -> Result<Opened> {
 }
 
 pub(super) fn taken_over(error: &crate::Error) -> Warning {
-    Warning { code: "gpu_failed", message: format!("{error}; the CPU evaluates instead") }
+    Warning::new("gpu_failed", format!("{error}; the CPU evaluates instead"))
 }
 
 /// The place of a real adapter that will win; `None` where the work is too small for that to be looked for. Adapters that

@@ -158,7 +158,7 @@ impl Lockstep {
             Ok(()) => Some(cost[0] - Scalar::cost(&problem, values)),
             Err(error) => {
                 let message = format!("{error}; the result itself is the oracle's");
-                self.opened.warnings.push(Warning { code: "gpu_failed", message });
+                self.opened.warnings.push(Warning::new("gpu_failed", message));
                 None
             }
         }

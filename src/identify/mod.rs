@@ -8,6 +8,7 @@ mod checks;
 mod costs;
 mod device;
 mod figures;
+mod held;
 mod lockstep;
 mod method;
 mod outlook;
@@ -19,13 +20,14 @@ mod warnings;
 
 pub use costs::Costs;
 pub use device::{DeviceSpec, PrecisionSpec};
+pub use held::{Between, between_samples};
 pub use lockstep::Lockstep;
 pub use method::{Method, Polish};
-pub use outlook::{Outlook, outlook};
+pub use outlook::{Inspection, Outlook};
 pub use pace::{AdapterPace, Pace, Paces, Work};
 pub use spec::{Identification, IdentifySpec, Searched};
 pub use verify::{Status, Verification};
-pub use warnings::{Warning, record_warnings};
+pub use warnings::{Place, Warning, record_warnings, warnings_of_records};
 
 use crate::estimate::{Estimate, RefineOptions, Refined, SmFailure, refine};
 use crate::evaluate::{Problem, Scalar};
@@ -114,6 +116,7 @@ fn run(
     let mut result = Identification { verification, ..assemble(records, spec, attempt)? };
     checks::fit(records, spec, &result)?;
     warnings.extend(warnings::of_result(&result, &estimate));
+    warnings.extend(held::of_result(records, spec, &result));
     result.warnings = warnings;
     result.seconds = started.elapsed().as_secs_f64();
     Ok(result)

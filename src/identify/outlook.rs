@@ -1,10 +1,23 @@
-//! What a recording can and cannot identify, as an inspection tells it.
+//! What a recording is good for, as an inspection tells it.
 
 use super::device::DeviceSpec;
+use super::held::between_samples;
 use super::identify;
 use super::spec::IdentifySpec;
+use super::warnings::{Warning, record_warnings};
 use crate::motor::Parameter;
 use crate::record::Record;
+
+/// A recording that was looked at.
+#[derive(Debug, Clone)]
+pub struct Inspection<'a> {
+    /// The recording.
+    pub record: &'a Record,
+    /// What is odd about it, what matters most first.
+    pub warnings: Vec<Warning>,
+    /// What it can identify.
+    pub outlook: Outlook,
+}
 
 /// What a recording can identify.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,16 +36,27 @@ pub enum Outlook {
     },
 }
 
-/// Identifies the motor of a recording without any flag and keeps what that says of the recording.
-#[must_use]
-pub fn outlook(record: &Record) -> Outlook {
-    let spec = IdentifySpec { device: DeviceSpec::Cpu, ..IdentifySpec::default() };
-    match identify(std::slice::from_ref(record), &spec) {
-        Ok(found) => {
-            let place = |p: Parameter| found.space.free().iter().position(|axis| axis.parameter == p);
-            let error = |p: Parameter| found.uncertainty.as_ref()?.std_error[place(p)?];
-            Outlook::Identifies { relative_error: Parameter::ALL.map(|p| Some(error(p)? / found.parameters.get(p))) }
-        }
-        Err(error) => Outlook::Lacks { message: error.to_string(), remedy: error.remedy().to_owned() },
+impl<'a> Inspection<'a> {
+    /// Looks for what is odd, and identifies the motor without any flag for what that says of the recording.
+    #[must_use]
+    pub fn of(record: &'a Record) -> Self {
+        let spec = IdentifySpec { device: DeviceSpec::Cpu, ..IdentifySpec::default() };
+        let mut warnings = record_warnings(record);
+        let mut say = |warning: Option<Warning>| warnings.extend(warning);
+        let outlook = match identify(std::slice::from_ref(record), &spec) {
+            Ok(found) => {
+                say(found.warnings.iter().find(|warning| warning.code == "between_samples").cloned());
+                let place = |p: Parameter| found.space.free().iter().position(|axis| axis.parameter == p);
+                let error = |p: Parameter| found.uncertainty.as_ref()?.std_error[place(p)?];
+                let relative = |p: Parameter| Some(error(p)? / found.parameters.get(p));
+                Outlook::Identifies { relative_error: Parameter::ALL.map(relative) }
+            }
+            Err(error) => {
+                let between = between_samples(record, None, spec.model.discretization);
+                say(between.ok().flatten().map(|between| between.warning()));
+                Outlook::Lacks { message: error.to_string(), remedy: error.remedy() }
+            }
+        };
+        Self { record, warnings, outlook }
     }
 }

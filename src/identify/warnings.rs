@@ -5,16 +5,108 @@ use super::verify::Status;
 use crate::estimate::{Estimate, SmFailure, Whiteness};
 use crate::evaluate::Initial;
 use crate::motor::Parameter;
-use crate::record::Record;
+use crate::record::{Finding, Quantity, Record, Severity, diagnose};
 use crate::text::significant;
+use std::fmt;
 
 /// Something that the reader of a result should know.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warning {
     /// A short name that does not change.
     pub code: &'static str,
+    /// Whether parameters are likely off for it, or it is just good to know.
+    pub severity: Severity,
     /// In words.
     pub message: String,
+    /// Where it is, of what is found in a recording.
+    pub place: Option<Place>,
+    /// What to do about it, where the message does not say.
+    pub remedy: Option<String>,
+}
+
+/// Where in a recording something is.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Place {
+    /// The recording, where there are several.
+    pub recording: Option<String>,
+    /// The signal; `None` where it is about several.
+    pub quantity: Option<Quantity>,
+    /// From when to when \[s\]; empty where it is all of the recording.
+    pub times_s: Vec<[f64; 2]>,
+    /// The lines of the file for each of the times, where it has lines.
+    pub lines: Vec<[u64; 2]>,
+    /// The figures that it rests on, by name.
+    pub figures: Vec<(&'static str, f64)>,
+}
+
+/// Times that are spelled out.
+const TIMES_SHOWN: usize = 3;
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let from_to = |a: String, b: String| if a == b { a } else { format!("{a} to {b}") };
+        let mut parts: Vec<String> = self.recording.iter().cloned().collect();
+        parts.extend(self.quantity.map(|quantity| quantity.to_string()));
+        for (n, [from, to]) in self.times_s.iter().take(TIMES_SHOWN).enumerate() {
+            let lines = self
+                .lines
+                .get(n)
+                .map_or_else(String::new, |[a, b]| format!(" (line {})", from_to(a.to_string(), b.to_string())));
+            parts.push(format!("{} s{lines}", from_to(significant(*from, 5), significant(*to, 5))));
+        }
+        let more = self.times_s.len().saturating_sub(TIMES_SHOWN);
+        if more > 0 {
+            parts.push(format!("{more} more"));
+        }
+        f.write_str(&if parts.is_empty() { "the whole recording".to_owned() } else { parts.join(", ") })
+    }
+}
+
+impl Place {
+    fn of(record: &Record, finding: &Finding) -> Self {
+        let (time, lines) = (&record.samples().time_s, &record.source().lines);
+        let ends = |range: &std::ops::Range<usize>| {
+            let last = time.len() - 1;
+            [range.start.min(last), (range.end.max(range.start + 1) - 1).min(last)]
+        };
+        let line_of = |range| {
+            let [first, last] = ends(range);
+            Some([lines.get(first)?, lines.get(last)?])
+        };
+        Self {
+            recording: None,
+            quantity: finding.quantity,
+            times_s: finding.places.iter().map(|range| ends(range).map(|n| time[n])).collect(),
+            lines: finding.places.iter().filter_map(line_of).collect(),
+            figures: finding.figures.clone(),
+        }
+    }
+}
+
+impl Warning {
+    pub(super) fn new(code: &'static str, message: impl Into<String>) -> Self {
+        Self { code, severity: Severity::Report, message: message.into(), place: None, remedy: None }
+    }
+
+    fn mention(code: &'static str, message: impl Into<String>) -> Self {
+        Self { severity: Severity::Mention, ..Self::new(code, message) }
+    }
+
+    /// What is found in a recording, its samples as times and lines.
+    fn found(record: &Record, finding: Finding) -> Self {
+        let place = Some(Place::of(record, &finding));
+        let Finding { code, severity, message, remedy, .. } = finding;
+        Self { code, severity, message, place, remedy: Some(remedy) }
+    }
+
+    /// On one line, for people.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let place = self.place.as_ref().map_or_else(String::new, |place| format!("{place}: "));
+        let remedy = self.remedy.as_ref().map_or_else(String::new, |remedy| format!(" {remedy}"));
+        let end = if self.remedy.is_some() && !self.message.ends_with('.') { "." } else { "" };
+        format!("{place}{}{end}{remedy}", self.message)
+    }
 }
 
 /// Below so many samples 95 % intervals cover 81 to 90 % (measured).
@@ -27,52 +119,60 @@ pub(super) fn poor_fit(fit_percent: [Option<f64>; 2]) -> Option<Warning> {
         fit.filter(|fit| *fit < POOR_FIT_PERCENT).map(|fit| format!("{name} {} %", significant(fit, 3)))
     };
     let list: Vec<String> = ["current", "speed"].into_iter().zip(fit_percent).filter_map(poor).collect();
-    (!list.is_empty()).then(|| Warning {
-        code: "poor_fit",
-        message: format!(
+    (!list.is_empty()).then(|| {
+        let message = format!(
             "the model does not fit ({}): do not use these parameters; check columns, units and signs, and --bounds",
             list.join(", ")
-        ),
+        );
+        Warning::new("poor_fit", message)
     })
 }
 
 pub(super) fn warnings_of(records: &[Record], spec: &IdentifySpec) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    for record in records {
-        let name = name_of(record);
-        warnings.extend(
-            record_warnings(record)
-                .into_iter()
-                .map(|Warning { code, message }| Warning { code, message: format!("{name}: {message}") }),
-        );
+    warnings.extend(warnings_of_records(records));
+    if !warnings.iter().any(|warning| warning.code == "sign_reversed") {
+        warnings.extend(sign_reversed(records));
     }
-    warnings.extend(sign_reversed(records));
     let samples: usize = records.iter().map(Record::len).sum();
     if samples < SAMPLES_FEW {
         let message = format!("{samples} samples: from fewer than {SAMPLES_FEW} the intervals come out too narrow");
-        warnings.push(Warning { code: "few_samples", message });
+        warnings.push(Warning::new("few_samples", message));
     }
     warnings.extend(
         missing_channel(records, spec)
-            .map(|(what, remedy)| Warning { code: "channel_missing", message: format!("{what}; {remedy}") }),
+            .map(|(what, remedy)| Warning::new("channel_missing", format!("{what}; {remedy}"))),
     );
     if spec.model.initial == Initial::Zero && records.iter().flat_map(Record::measured).flatten().any(moves_at_start) {
-        warnings.push(Warning {
-            code: "initial_state",
-            message: "a recording does not start at rest, but --initial zero says so; use --initial free".to_owned(),
-        });
+        let message = "a recording does not start at rest, but --initial zero says so; use --initial free";
+        warnings.push(Warning::new("initial_state", message));
     }
     warnings
 }
 
+/// What is suspicious about recordings, each named.
+#[must_use]
+pub fn warnings_of_records(records: &[Record]) -> Vec<Warning> {
+    let named = |record: &Record| {
+        let name = name_of(record);
+        let place = move |warning: Warning| {
+            let place = Place { recording: Some(name.clone()), ..warning.place.unwrap_or_default() };
+            Warning { place: Some(place), ..warning }
+        };
+        record_warnings(record).into_iter().map(place).collect::<Vec<_>>()
+    };
+    records.iter().flat_map(named).collect()
+}
+
 fn name_of(record: &Record) -> String {
-    record.source().path.as_ref().map_or_else(|| "the recording".to_owned(), |p| p.display().to_string())
+    let Some(path) = &record.source().path else { return "the recording".to_owned() };
+    record.source().part.iter().fold(path.display().to_string(), |name, part| format!("{name} ({part})"))
 }
 
 /// What is said of a result.
 pub(super) fn of_result(found: &Identification, estimate: &std::result::Result<Estimate, SmFailure>) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let mut warn = |code, message| warnings.push(Warning { code, message });
+    let mut warn = |code, message: String| warnings.push(Warning::new(code, message));
     if found.searched.is_fallback {
         let failure = estimate.as_ref().err().copied().unwrap_or(SmFailure::PoorFit);
         let message = format!("Steiglitz–McBride cannot serve: {}; a population search took over", failure.message());
@@ -90,7 +190,7 @@ pub(super) fn of_result(found: &Identification, estimate: &std::result::Result<E
         }
     }
     warnings.extend(poor_fit(found.fit_percent));
-    let mut warn = |code, message| warnings.push(Warning { code, message });
+    let mut warn = |code, message: String| warnings.push(Warning::new(code, message));
     if !found.converged {
         warn(
             "not_converged",
@@ -174,53 +274,53 @@ pub(super) fn sign_reversed(records: &[Record]) -> Option<Warning> {
     let message = format!(
         "the sign of the {reversed} is reversed: it runs against what the other columns say; swap its sign in the file"
     );
-    Some(Warning { code: "sign_reversed", message })
+    Some(Warning::new("sign_reversed", message))
 }
 
 fn moves_at_start(signal: &[f64]) -> bool {
     signal[0].abs() > 0.05 * signal.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()))
 }
 
-/// A period from which on it is doubted \[s\]: a motor moves faster, and a logger in milliseconds is common.
+/// A period from which on it is doubted \[s\], if nobody names its unit: a motor moves faster, and a logger in
+/// milliseconds is common.
 const PERIOD_DOUBTED_S: f64 = 0.02;
 
 /// What is suspicious about a recording, whatever it is used for.
 #[must_use]
 pub fn record_warnings(record: &Record) -> Vec<Warning> {
-    let mut warnings = Vec::new();
-    let mut warn = |code, message| warnings.push(Warning { code, message });
-    let (period, jitter) = (record.period_s(), record.steps().jitter);
-    if period >= PERIOD_DOUBTED_S {
-        warn(
-            "period_unit",
-            format!(
-                "{period} s between samples is long for a motor; if the times are milliseconds, name the unit: \
-                 --columns time=HEADING:ms"
-            ),
+    let whole = |finding: &Finding| {
+        let masked = |place: &std::ops::Range<usize>| {
+            record.excluded().iter().any(|e| e.start <= place.start && place.end <= e.end)
+        };
+        finding.places.is_empty() || !finding.places.iter().all(masked)
+    };
+    let mut warnings: Vec<Warning> =
+        diagnose(record).into_iter().filter(whole).map(|finding| Warning::found(record, finding)).collect();
+    let columns = &record.source().columns;
+    let period = record.period_s();
+    let unit_open = columns.iter().any(|c| c.quantity == Quantity::Time && !c.unit_named);
+    if period >= PERIOD_DOUBTED_S && unit_open && !warnings.iter().any(|w| w.code == "units") {
+        let message = format!(
+            "{period} s between samples is long for a motor; if the times are milliseconds, name the unit: --columns \
+             time=HEADING:ms"
         );
-    }
-    if jitter > crate::record::TIME_JITTER_UNIFORM && !record.steps().step_index.is_empty() {
-        let percent = significant(100.0 * jitter, 2);
-        warn(
-            "jitter",
-            format!("steps between samples deviate by up to {percent} % from the period; each is simulated as it is"),
-        );
+        warnings.push(Warning::mention("period_unit", message));
     }
     let voltage = &record.samples().voltage;
     if voltage.iter().all(|v| v.to_bits() == voltage[0].to_bits()) && voltage[0] != 0.0 {
-        warn(
-            "constant_voltage",
-            format!("the voltage is {} V throughout; fine if the motor starts from rest in this recording", voltage[0]),
-        );
+        let message =
+            format!("the voltage is {} V throughout; fine if the motor starts from rest in this recording", voltage[0]);
+        warnings.push(Warning::new("constant_voltage", message));
     }
-    let assumed: Vec<String> = (record.source().columns.iter().filter(|c| !c.unit_named))
-        .map(|c| format!("{} in {}", c.heading, c.unit))
-        .collect();
+    let assumed: Vec<String> =
+        (columns.iter().filter(|c| !c.unit_named)).map(|c| format!("{} in {}", c.heading, c.unit)).collect();
     if !assumed.is_empty() {
-        warn("unit_assumed", format!("no unit is named, taken to be {}; name it with --columns", assumed.join(", ")));
+        let message = format!("no unit is named, taken to be {}; name it with --columns", assumed.join(", "));
+        warnings.push(Warning::new("unit_assumed", message));
     }
     if record.source().last_line_open {
-        warn("no_line_end", "the file ends without a line end: its last number may be cut off".to_owned());
+        let message = "the file ends without a line end: its last number may be cut off";
+        warnings.push(Warning::mention("no_line_end", message));
     }
     warnings
 }

@@ -1,11 +1,13 @@
 //! Recordings: sampled voltage, load torque, current and speed of one motor, checked once, in SI units.
 
+mod diagnose;
 mod heading;
 mod import;
 mod lines;
 mod prepare;
 mod time;
 
+pub use diagnose::{Finding, Severity, diagnose};
 pub use heading::{ColumnRequest, Quantity, parse_columns};
 pub use import::{
     ReadOptions, parse_number, read, read_bytes, read_csv, read_csv_bytes, read_inputs, read_joined, write_csv,

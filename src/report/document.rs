@@ -1,11 +1,10 @@
 //! Results as JSON documents. What is not available or not finite is `null`.
 
-use crate::criterion::{mean, noise_sigma, rms, standard_deviation};
 use crate::estimate::{ReferenceKind, Uncertainty};
 use crate::evaluate::{Initial, Level, cpu_name};
-use crate::identify::{Costs, Identification, IdentifySpec, Outlook, Warning, outlook, record_warnings};
-use crate::motor::{Parameter, Parameters, response};
-use crate::record::{Quantity, Record};
+use crate::identify::{Costs, Identification, IdentifySpec, Place, Warning};
+use crate::motor::{Parameter, Parameters};
+use crate::record::{Record, Severity};
 use crate::text::is_unsafe;
 use serde_json::{Map, Value, json as value};
 
@@ -25,7 +24,22 @@ pub fn json(document: &Value) -> String {
 }
 
 pub(super) fn warnings(list: &[Warning]) -> Value {
-    list.iter().map(|w| value!({"code": w.code, "message": w.message})).collect()
+    let severity = |w: &Warning| if w.severity == Severity::Report { "report" } else { "mention" };
+    let one = |w: &Warning| {
+        value!({
+            "code": w.code, "severity": severity(w), "message": w.message, "place": w.place.as_ref().map(place_of),
+            "remedy": w.remedy,
+        })
+    };
+    list.iter().map(one).collect()
+}
+
+fn place_of(place: &Place) -> Value {
+    let figures: Map<String, Value> = place.figures.iter().map(|(name, v)| ((*name).to_owned(), (*v).into())).collect();
+    value!({
+        "record": place.recording, "quantity": place.quantity.map(|q| q.to_string()), "times_s": place.times_s,
+        "lines": place.lines, "figures": figures, "text": place.to_string(),
+    })
 }
 
 pub(super) fn record_head(record: &Record) -> Value {
@@ -208,112 +222,6 @@ impl Names {
                 Initial::Free => "free",
             },
         }
-    }
-}
-
-/// Facts of one signal of a recording.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SignalFacts {
-    /// What it holds.
-    pub quantity: Quantity,
-    /// Smallest value.
-    pub min: f64,
-    /// Largest value.
-    pub max: f64,
-    /// Arithmetic mean.
-    pub mean: f64,
-    /// Root mean square.
-    pub rms: f64,
-    /// Population standard deviation.
-    pub std: f64,
-    /// Standard deviation of its white noise, estimated.
-    pub noise_sigma: f64,
-    /// Peak, settling and steady state of a response; `None` for inputs.
-    pub response: Option<crate::motor::Response>,
-    /// Whether noise leaves the band of the settling time, so that there is none to be seen.
-    pub settling_hidden: bool,
-}
-
-impl SignalFacts {
-    /// The facts of all signals; `band` is that of the settling time.
-    #[must_use]
-    pub fn of(record: &Record, band: f64) -> Vec<Self> {
-        let samples = record.samples();
-        let signals = [
-            (Quantity::Voltage, Some(&samples.voltage)),
-            (Quantity::Torque, samples.torque.as_ref()),
-            (Quantity::Current, samples.current.as_ref()),
-            (Quantity::Speed, samples.speed.as_ref()),
-        ];
-        let facts = |(quantity, signal): (Quantity, Option<&Vec<f64>>)| {
-            let signal = signal?;
-            let output = matches!(quantity, Quantity::Current | Quantity::Speed);
-            let mut response = if output { response(&samples.time_s, signal, band) } else { None };
-            let noise_sigma = noise_sigma(signal);
-            let settling_hidden = response.is_some_and(|r| 3.0 * noise_sigma > band * r.steady_state.abs());
-            if let (Some(response), true) = (&mut response, settling_hidden) {
-                response.settling_time_s = None;
-            }
-            Some(Self {
-                quantity,
-                min: signal.iter().copied().fold(f64::INFINITY, f64::min),
-                max: signal.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-                mean: mean(signal),
-                rms: rms(signal),
-                std: standard_deviation(signal),
-                noise_sigma,
-                response,
-                settling_hidden,
-            })
-        };
-        signals.into_iter().filter_map(facts).collect()
-    }
-}
-
-/// The document of `inspect --json`.
-pub struct InspectDocument;
-
-impl InspectDocument {
-    /// What each recording holds.
-    #[must_use]
-    pub fn of(records: &[Record], band: f64) -> Value {
-        value!({
-            "motorfit": env!("CARGO_PKG_VERSION"),
-            "records": records.iter().map(|record| Self::record(record, band)).collect::<Value>(),
-        })
-    }
-
-    fn record(record: &Record, band: f64) -> Value {
-        let mut document = record_head(record);
-        let signals = SignalFacts::of(record, band).into_iter().map(|s| {
-            let response = s.response.map(|r| {
-                value!({
-                    "peak": r.peak, "peak_time_s": r.peak_time_s, "overshoot_percent": r.overshoot_percent,
-                    "settling_time_s": r.settling_time_s, "settling_band": band, "steady_state": r.steady_state,
-                })
-            });
-            let facts = value!({
-                "unit": s.quantity.unit(), "min": s.min, "max": s.max, "mean": s.mean, "rms": s.rms, "std": s.std,
-                "noise_sigma": s.noise_sigma, "response": response,
-            });
-            (s.quantity.to_string().replace(' ', "_"), facts)
-        });
-        document["jitter"] = record.steps().jitter.into();
-        document["duration_s"] = (record.samples().time_s[record.len() - 1] - record.samples().time_s[0]).into();
-        document["ignored_columns"] = record.source().ignored.clone().into();
-        document["signals"] = signals.collect::<Map<_, _>>().into();
-        document["identifiability"] = match outlook(record) {
-            Outlook::Identifies { relative_error } => {
-                let errors = Parameter::ALL.iter().zip(relative_error);
-                let errors: Map<String, Value> = errors.map(|(p, e)| (p.symbol().to_owned(), e.into())).collect();
-                value!({"identifies": true, "relative_std_error": errors, "message": null, "remedy": null})
-            }
-            Outlook::Lacks { message, remedy } => {
-                value!({"identifies": false, "relative_std_error": null, "message": message, "remedy": remedy})
-            }
-        };
-        document["warnings"] = warnings(&record_warnings(record));
-        document
     }
 }
 

@@ -6,6 +6,7 @@ pub mod compare;
 mod document;
 #[cfg(feature = "report")]
 pub mod figures;
+mod inspect;
 #[cfg(feature = "report")]
 mod page;
 #[cfg(feature = "report")]
@@ -16,7 +17,10 @@ pub mod plot;
 mod table;
 
 pub use bench::BenchDocument;
-pub use document::{Devices, EvaluateDocument, IdentifyDocument, InspectDocument, Names, SignalFacts, json};
+pub use document::{Devices, EvaluateDocument, IdentifyDocument, Names, json};
+#[cfg(feature = "report")]
+pub use inspect::inspect_page;
+pub use inspect::{InspectDocument, SignalFacts};
 #[cfg(feature = "report")]
 pub use page::{Figure, Page, Part, Section};
 #[cfg(feature = "report")]

@@ -23,20 +23,18 @@ fn boxed(figure: Figure) -> Part {
     Part::Figure(Box::new(figure))
 }
 
-fn section(heading: &str, parts: Vec<Part>) -> Section {
+pub(super) fn section(heading: &str, parts: Vec<Part>) -> Section {
     Section { heading: heading.to_owned(), parts }
 }
 
 fn warnings(list: &[Warning]) -> Vec<Part> {
-    list.iter().map(|w| Part::Warning(w.message.clone())).collect()
+    list.iter().map(|w| Part::Warning(w.text())).collect()
 }
 
 /// How to make it again.
-fn reproduce(records: &[Record], how: &Reproduced, device: (&str, &str)) -> Section {
-    let mut list = vec![
-        ("version".to_owned(), format!("motorfit {}", env!("CARGO_PKG_VERSION"))),
-        ("device".to_owned(), format!("{}, {}", device.0, device.1)),
-    ];
+pub(super) fn reproduce(records: &[Record], how: &Reproduced, device: Option<(&str, &str)>) -> Section {
+    let mut list = vec![("version".to_owned(), format!("motorfit {}", env!("CARGO_PKG_VERSION")))];
+    list.extend(device.map(|(name, precision)| ("device".to_owned(), format!("{name}, {precision}"))));
     for record in records {
         let source = record.source();
         let path = source.path.as_ref().map_or("simulated".to_owned(), |path| path.display().to_string());
@@ -80,7 +78,7 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
         sections: vec![
             section("How sure this is", sure),
             section("Measured and modelled", plots),
-            reproduce(records, how, (&found.device, found.precision)),
+            reproduce(records, how, Some((&found.device, found.precision))),
         ],
     }
 }
@@ -182,7 +180,7 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
         }
     }
     let device = (comparison.device.1.as_str(), comparison.device.2);
-    sections.push(reproduce(&comparison.subject.records, how, device));
+    sections.push(reproduce(&comparison.subject.records, how, Some(device)));
     Page { title: "Methods compared".to_owned(), answer: answer(comparison), sections }
 }
 

@@ -1,5 +1,6 @@
 //! What does not count: stretches of time, and what the recording itself shows to be wrong.
 
+use crate::record::diagnose::findings;
 use crate::record::{Excluded, Record};
 use crate::text::{excerpt, significant};
 use crate::{Error, Result};
@@ -133,5 +134,26 @@ fn automatic(
     cuts: &mut Vec<std::ops::Range<usize>>,
     notes: &mut Vec<String>,
 ) {
-    let _ = (record, excluded, cuts, notes);
+    for finding in findings(record) {
+        let samples: usize = finding.places.iter().map(ExactSizeIterator::len).sum();
+        // A sensor at its end hides the current alone; a drive at its limit gives another voltage than it says.
+        let sensor = finding.figures.iter().any(|(name, _)| *name == "samples");
+        match finding.code {
+            "current_clipped" if sensor => {
+                let off = |p: &std::ops::Range<usize>| Excluded { start: p.start, end: p.end, channels: [true, false] };
+                excluded.extend(finding.places.iter().map(off));
+                notes.push(format!("masked: saturated current, {samples} samples"));
+            }
+            "voltage_without_current" => {
+                cuts.extend(finding.places);
+                notes.push(format!("cut out: the drive was off for {samples} samples"));
+            }
+            "input_reset" => {
+                cuts.extend(finding.places.iter().map(|place| place.start..record.len()));
+                notes.push("cut off: the input is reset at the end".to_owned());
+            }
+            _ => {}
+        }
+    }
+    cuts.sort_by_key(|cut| cut.start);
 }

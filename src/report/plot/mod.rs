@@ -7,6 +7,7 @@ pub use heat::{Map, correlation, heat_map};
 
 use kuva::backend::svg::SvgBackend;
 use kuva::plot::BoxPlot;
+use kuva::plot::annotations::{ReferenceLine, ShadedRegion};
 use kuva::plot::line::LinePlot;
 use kuva::render::figure::Figure;
 use kuva::render::layout::Layout;
@@ -44,6 +45,17 @@ pub struct Chart {
     pub lines: Vec<Line>,
     /// What is shown of the first axis, if not all.
     pub range: Option<[f64; 2]>,
+    /// Stretches of the first axis that are marked.
+    pub marks: Vec<Mark>,
+}
+
+/// A stretch of the first axis that is marked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mark {
+    /// From where to where; at least a hair is shown.
+    pub range: [f64; 2],
+    /// What stands at it; nothing where it is empty.
+    pub label: String,
 }
 
 impl Chart {
@@ -57,6 +69,12 @@ impl Chart {
     #[must_use]
     pub fn log(self, log: [bool; 2]) -> Self {
         Self { log, ..self }
+    }
+
+    /// How far the lines reach along the first axis.
+    fn width(&self) -> f64 {
+        let all = || self.lines.iter().flat_map(|line| &line.points).map(|(x, _)| *x).filter(|x| x.is_finite());
+        (all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min)).max(0.0)
     }
 
     fn plots(&self, with_legend: bool) -> Vec<Plot> {
@@ -77,6 +95,15 @@ impl Chart {
         }
         if let Some([from, to]) = self.range {
             layout = layout.with_x_axis_min(from).with_x_axis_max(to);
+        }
+        let hair = 0.003 * self.width();
+        for Mark { range: [from, to], label } in &self.marks {
+            let region = ShadedRegion::vertical(*from - hair, to.max(*from) + hair);
+            layout = layout.with_shaded_region(region.with_color(COLORS[2]).with_opacity(0.3));
+            if !label.is_empty() {
+                let line = ReferenceLine::vertical(*from).with_color(COLORS[2]).with_label(label.clone());
+                layout = layout.with_reference_line(line);
+            }
         }
         layout
     }

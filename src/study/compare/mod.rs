@@ -16,7 +16,7 @@ pub use steiglitz::Steiglitz;
 pub use targets::{Reached, reached};
 
 use crate::evaluate::{Problem, Scalar};
-use crate::identify::{Identification, IdentifySpec, Lockstep, Method, Warning, identify};
+use crate::identify::{Identification, IdentifySpec, Lockstep, Method, Warning, identify, warnings_of_records};
 use crate::motor::{Parameter, Parameters, Space};
 use crate::optimize::{Budget, Progress, Run, Setup, Stop, minimize};
 use crate::{Error, Result};
@@ -177,7 +177,10 @@ pub fn compare(
     let initial: Vec<[f64; 2]> = arena.problems[0].signals().iter().map(|signals| signals.initial()).collect();
     let (found, estimate) = (reference.as_deref().ok(), steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok()));
     add_costs(&mut blocks, &subject, spec, (found, estimate, &initial))?;
-    let (device, warnings) = (arena.searches.device(), arena.searches.warnings().to_vec());
+    let (device, mut warnings) = (arena.searches.device(), arena.searches.warnings().to_vec());
+    if subject.truth.is_none() {
+        warnings.extend(warnings_of_records(&subject.records));
+    }
     let spec = spec.clone();
     let evaluations = before;
     Ok(Comparison {

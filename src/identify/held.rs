@@ -1,0 +1,157 @@
+//! Whether a voltage is held between samples or was sampled while it went on: what the outputs say.
+//!
+//! A drive that sets a new voltage at each sample holds it; a voltage that a sensor samples goes on in between. Taking
+//! the one for the other shifts the input by half a period. Both are tried, and the likelihood of the outputs tells.
+
+use super::spec::{Identification, IdentifySpec};
+use super::warnings::{Place, Warning};
+use super::{Polish, refine};
+use crate::estimate::{RefineOptions, Refined};
+use crate::evaluate::{Initial, Model};
+use crate::motor::{Axis, Discretization, Parameter, Scope, Space};
+use crate::record::{Quantity, Record};
+use crate::text::significant;
+use crate::{Error, Result};
+
+/// Between samples, the voltage goes on as this rather than as that which was assumed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Between {
+    /// What the outputs speak for.
+    pub better: Discretization,
+    /// The logarithm of how many times likelier they make it.
+    pub log_likelihood: f64,
+    /// σ of the worst channel's residuals, relative to that of what was assumed.
+    pub sigma_ratio: f64,
+}
+
+/// A voltage that changes at fewer samples than this part of them is the same either way.
+const LIVELY: f64 = 0.3;
+/// What must be gained before it is said: a factor of e²⁰ in likelihood, and residuals a twentieth smaller, so that no
+/// correlation of them can feign it.
+const LOG_LIKELIHOOD: f64 = 20.0;
+const SIGMA_RATIO: f64 = 0.95;
+
+/// Whether the voltage changes at so many samples that it matters what it does between them.
+fn is_lively(record: &Record) -> bool {
+    let voltage = &record.samples().voltage;
+    let changes = voltage.windows(2).filter(|v| v[0].to_bits() != v[1].to_bits()).count();
+    #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
+    let part = changes as f64 / voltage.len() as f64;
+    part > LIVELY && record.slope().is_empty()
+}
+
+/// The other way on, where there is one.
+fn other(method: Discretization) -> Option<Discretization> {
+    match method {
+        Discretization::Zoh => Some(Discretization::Foh),
+        Discretization::Foh => Some(Discretization::Zoh),
+        _ => None,
+    }
+}
+
+/// What two fits of the same recordings say.
+fn judged(here: &Refined, there: &Refined, better: Discretization, count: usize) -> Option<Between> {
+    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
+    let count = count as f64;
+    let (mut log_likelihood, mut sigma_ratio) = (0.0, f64::INFINITY);
+    for (here, there) in here.sigma.iter().zip(&there.sigma) {
+        let (Some(here), Some(there)) = (here, there) else { continue };
+        log_likelihood += count * (here / there).ln();
+        sigma_ratio = f64::min(sigma_ratio, there / here);
+    }
+    let told = log_likelihood > LOG_LIKELIHOOD && sigma_ratio < SIGMA_RATIO;
+    told.then_some(Between { better, log_likelihood, sigma_ratio })
+}
+
+/// Whether recordings speak for another course of the voltage between samples than `method`: by all five parameters
+/// where current and speed were measured, else by gain and time constant.
+///
+/// # Errors
+/// As a refinement.
+pub fn between_samples(record: &Record, start: Option<&[f64; 5]>, method: Discretization) -> Result<Option<Between>> {
+    let Some(better) = other(method).filter(|_| is_lively(record)) else { return Ok(None) };
+    let records = std::slice::from_ref(record);
+    let options =
+        |discretization| RefineOptions { model: Model { discretization, initial: Initial::Auto }, sigma: None };
+    let (space, start) = match (start, record.measured()) {
+        (Some(start), _) => (around(start)?, start.to_vec()),
+        (None, [None, Some(_)]) => first_order(record)?,
+        _ => return Ok(None),
+    };
+    let here = refine(records, &space, &start, &options(method))?;
+    let there = refine(records, &space, &here.values, &options(better))?;
+    Ok(judged(&here, &there, better, record.len()))
+}
+
+/// A box of four decades around a motor.
+fn around(motor: &[f64; 5]) -> Result<Space> {
+    let axis = |(parameter, value): (Parameter, &f64)| Axis {
+        parameter,
+        scope: Scope::Shared,
+        min: 1e-2 * value,
+        max: 1e2 * value,
+    };
+    Space::new(Parameter::ALL.into_iter().zip(motor).map(axis).collect(), Vec::new())
+}
+
+/// A motor of gain and time constant alone, from the speed: R = 1 Ω, no inductance to speak of, no friction, so that
+/// the gain is 1/K and the time constant J/K².
+fn first_order(record: &Record) -> Result<(Space, Vec<f64>)> {
+    let samples = record.samples();
+    let speed = samples.speed.as_deref().unwrap_or_default();
+    let h = record.period_s();
+    // w⁺ = a w + b v by least squares; rough, but a start.
+    let mut sums = [0.0; 5];
+    for n in 0..speed.len() - 1 {
+        let (w, v, next) = (speed[n], samples.voltage[n], speed[n + 1]);
+        for (sum, term) in sums.iter_mut().zip([w * w, w * v, v * v, w * next, v * next]) {
+            *sum += term;
+        }
+    }
+    let [ww, wv, vv, wn, vn] = sums;
+    let determinant = ww * vv - wv * wv;
+    let (a, b) = ((vv * wn - wv * vn) / determinant, (ww * vn - wv * wn) / determinant);
+    let a = a.clamp(0.01, 0.9999);
+    let (gain, constant) = (b.abs() / (1.0 - a), -h / a.ln());
+    if !(gain.is_finite() && gain > 0.0 && constant.is_finite()) {
+        return Err(Error::data("the speed does not follow the voltage", "Check the recording."));
+    }
+    let (k, j) = (1.0 / gain, constant / (gain * gain));
+    let axis = |parameter, value: f64| Axis { parameter, scope: Scope::Shared, min: 1e-3 * value, max: 1e3 * value };
+    let held = [(Parameter::R, 1.0), (Parameter::L, 0.01 * h), (Parameter::B, 1e-6 * k * k)];
+    let fixed = held.map(|(parameter, value)| (parameter, Scope::Shared, value)).to_vec();
+    Ok((Space::new(vec![axis(Parameter::K, k), axis(Parameter::J, j)], fixed)?, vec![k, j]))
+}
+
+/// What the outputs say of an assumption, in words.
+impl Between {
+    /// As a warning, with the flag that follows it.
+    #[must_use]
+    pub fn warning(&self) -> Warning {
+        let (what, flag) = match self.better {
+            Discretization::Foh => ("as if it had been sampled while it went on in between", "foh"),
+            _ => ("as if it had been held in between", "zoh"),
+        };
+        let smaller = significant(100.0 * (1.0 - self.sigma_ratio), 2);
+        Warning {
+            remedy: Some(format!("Use --discretization {flag}.")),
+            place: Some(Place { quantity: Some(Quantity::Voltage), ..Place::default() }),
+            ..Warning::new(
+                "between_samples",
+                format!("the motor follows the voltage {what}: residuals are {smaller} % smaller"),
+            )
+        }
+    }
+}
+
+/// The warning for a result whose voltage was taken to go on otherwise than the outputs say.
+pub(super) fn of_result(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Option<Warning> {
+    let [record] = records else { return None };
+    if spec.polish != Polish::LevenbergMarquardt {
+        return None;
+    }
+    let all_free = found.space.fixed().is_empty();
+    let start = found.parameters.to_array();
+    let between = between_samples(record, all_free.then_some(&start), spec.model.discretization);
+    between.ok().flatten().map(|between| between.warning())
+}

@@ -1,0 +1,187 @@
+//! The motor's static curve: the speed that each voltage leads to.
+
+use super::Finding;
+use super::statistics::{mean, number, slope};
+use super::view::{Channel, View};
+use crate::record::Quantity;
+use crate::text::significant;
+
+/// Faster varying voltages show no static curve.
+const RESTLESS: f64 = 0.3;
+/// Bins of |voltage|.
+const BINS: usize = 12;
+/// Blocks of which a recording is seen as; fewer than this many samples are too few.
+const BLOCKS: usize = 400;
+const SAMPLES_MIN: usize = 100;
+
+pub(super) fn curve(view: &View<'_>, findings: &mut Vec<Finding>) {
+    let Some(speed) = view.speed.as_ref().filter(|speed| speed.range > 0.0 && !view.loaded) else { return };
+    if view.restless >= RESTLESS || view.volts_range == 0.0 || view.len() < SAMPLES_MIN {
+        return;
+    }
+    let Some(points) = static_curve(view, speed) else { return };
+    findings.extend(falls(&points).or_else(|| saturates(&points)));
+}
+
+/// A point of the static curve: |voltage|, the speed that it leads to, its standard error.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    volts: f64,
+    speed: f64,
+    error: f64,
+}
+
+/// Sums over the blocks of one bin: 1, v, and each of x (before), y (after), z (instrument).
+#[derive(Debug, Clone, Copy, Default)]
+struct Bin {
+    count: f64,
+    v: f64,
+    vv: f64,
+    xyz: [f64; 3],
+    xyz_v: [f64; 3],
+    /// yz, xz, xx, zz
+    products: [f64; 4],
+}
+
+impl Bin {
+    fn add(&mut self, v: f64, [x, y, z]: [f64; 3]) {
+        self.count += 1.0;
+        self.v += v;
+        self.vv += v * v;
+        for (k, value) in [x, y, z].into_iter().enumerate() {
+            self.xyz[k] += value;
+            self.xyz_v[k] += value * v;
+        }
+        for (sum, product) in self.products.iter_mut().zip([y * z, x * z, x * x, z * z]) {
+            *sum += product;
+        }
+    }
+
+    /// The products with mean and slope over v taken out of both factors.
+    fn partial(&self) -> [f64; 4] {
+        let vv = self.vv - self.v * self.v / self.count;
+        let with_v = |k: usize| self.xyz_v[k] - self.xyz[k] * self.v / self.count;
+        let [x, y, z] = [0, 1, 2];
+        let mut partial = self.products;
+        for (sum, (a, b)) in partial.iter_mut().zip([(y, z), (x, z), (x, x), (z, z)]) {
+            *sum -= self.xyz[a] * self.xyz[b] / self.count;
+            if vv > 1e-9 * self.vv {
+                *sum -= with_v(a) * with_v(b) / vv;
+            }
+        }
+        partial
+    }
+}
+
+/// The static curve by instrumental variables: the speed of a block is `a` times that of the block before plus a
+/// function of the voltage; the block before that, whose noise is independent, is the instrument. So a slow motor
+/// under short steps shows the speeds that it would come to.
+fn static_curve(view: &View<'_>, speed: &Channel<'_>) -> Option<Vec<Point>> {
+    let rows = rows(view, speed);
+    let mut bins = [Bin::default(); BINS];
+    for (bin, v, xyz) in &rows {
+        bins[*bin].add(*v, *xyz);
+    }
+    let mut sums = [0.0; 4];
+    let mut used = 0.0;
+    for bin in bins.iter().filter(|bin| bin.count >= 4.0) {
+        sums.iter_mut().zip(bin.partial()).for_each(|(sum, part)| *sum += part);
+        used += bin.count;
+    }
+    let [yz, xz, xx, zz] = sums;
+    // A motor that has settled in every block has no memory to be told.
+    let a = if xz > 4.0 * (xx * zz / f64::max(used, 1.0)).sqrt() { yz / xz } else { 0.0 };
+    if !(-0.3..0.9).contains(&a) {
+        return None;
+    }
+    let gain = 1.0 - a;
+    let mut squares = [0.0; BINS];
+    for (bin, _, [x, y, _]) in &rows {
+        let all = &bins[*bin];
+        let rest = (y - a * x) - (all.xyz[1] - a * all.xyz[0]) / all.count;
+        squares[*bin] += rest * rest;
+    }
+    let points = bins.iter().zip(squares).filter(|(bin, _)| bin.count >= 4.0).map(|(bin, squares)| Point {
+        volts: bin.v / bin.count,
+        speed: (bin.xyz[1] - a * bin.xyz[0]) / bin.count / gain,
+        error: (squares / (bin.count - 2.0) / bin.count).sqrt() / gain,
+    });
+    Some(points.collect())
+}
+
+/// Blocks with a steady voltage: the bin of |v|, |v|, and the speeds now, next and before, with the sign of v.
+fn rows(view: &View<'_>, speed: &Channel<'_>) -> Vec<(usize, f64, [f64; 3])> {
+    let length = view.len().div_ceil(BLOCKS);
+    let blocks = |values: &[f64]| values.chunks_exact(length).map(mean).collect::<Vec<f64>>();
+    let (volts, speeds) = (blocks(view.voltage), blocks(speed.values));
+    let width = view.volts_peak / number(BINS);
+    let mut rows = Vec::new();
+    for n in 1..volts.len().saturating_sub(1) {
+        let v = 0.5 * (volts[n] + volts[n + 1]);
+        if v.abs() < 0.5 * width || (volts[n + 1] - volts[n]).abs() > 0.5 * width {
+            continue;
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and BINS")]
+        let bin = ((v.abs() / width) as usize).min(BINS - 1);
+        let sign = v.signum();
+        rows.push((bin, v.abs(), [speeds[n], speeds[n + 1], speeds[n - 1]].map(|w| sign * w)));
+    }
+    rows
+}
+
+/// More voltage, less speed: the drive turns back, or its command overflows.
+fn falls(points: &[Point]) -> Option<Finding> {
+    let top = points.last().filter(|_| points.len() >= 3)?;
+    let best = points.iter().max_by(|a, b| a.speed.total_cmp(&b.speed))?;
+    let drop = best.speed - top.speed;
+    if best.speed <= 0.0
+        || top.speed < 0.0
+        || drop < 0.1 * best.speed
+        || drop < 5.0 * (best.error.powi(2) + top.error.powi(2)).sqrt()
+    {
+        return None;
+    }
+    let [at, peak, end, last] = [best.volts, best.speed, top.volts, top.speed].map(|x| significant(x, 3));
+    Some(
+        Finding::new(
+            "speed_falls",
+            format!("the speed falls as the voltage rises: {peak} rad/s at {at} V but {last} rad/s at {end} V"),
+            format!("Leave out what lies above {at} V, and check the drive and the range of its command there."),
+        )
+        .of(Quantity::Speed)
+        .figure("volts", best.volts)
+        .figure("drop", drop / best.speed),
+    )
+}
+
+/// The gain of the top third of voltages below a quarter of that of the bottom third.
+fn saturates(points: &[Point]) -> Option<Finding> {
+    let (low, high) = (points.first()?.volts, points.last()?.volts);
+    let third = (high - low) / 3.0;
+    let gain = |from: f64, to: f64| {
+        let within: Vec<&Point> = points.iter().filter(|p| (from..=to).contains(&p.volts)).collect();
+        let line: Vec<(f64, f64)> = within.iter().map(|p| (p.volts, p.speed)).collect();
+        let error = within.iter().fold(0.0, |worst: f64, p| worst.max(p.error)) / third;
+        (line.len() >= 2).then(|| (slope(&line), 2.0 * error))
+    };
+    let ((bottom, error_bottom), (top, error_top)) = (gain(low, low + third)?, gain(high - third, high)?);
+    let sure = bottom > 5.0 * error_bottom && 0.25 * bottom - top > 2.0 * (error_top + 0.25 * error_bottom);
+    if points.len() < 6 || top >= 0.25 * bottom || !sure {
+        return None;
+    }
+    let [bottom_shown, top_shown] = [bottom, top].map(|gain| significant(gain, 3));
+    let from = significant(high - third, 3);
+    Some(
+        Finding::new(
+            "speed_saturates",
+            format!(
+                "the speed stops rising with the voltage: {bottom_shown} rad/s per V at first, {top_shown} above \
+                 {from} V"
+            ),
+            "Leave the highest voltages out, and check the drive's range and its supply.",
+        )
+        .of(Quantity::Speed)
+        .figure("gain_first", bottom)
+        .figure("gain_last", top),
+    )
+}

@@ -1,0 +1,151 @@
+//! The drive: a current that is cut off or limited, a voltage that never reaches the motor.
+
+use super::Finding;
+use super::statistics::{mean, number, runs};
+use super::view::{Channel, Stretch, View};
+use crate::record::Quantity;
+use crate::text::engineering;
+use std::ops::Range;
+
+pub(super) fn drive(view: &View<'_>, findings: &mut Vec<Finding>) {
+    let Some(current) = view.current.as_ref().filter(|c| c.range > 0.0 && view.len() >= 20) else { return };
+    findings.extend(clipped(view, current).or_else(|| limited(view, current)));
+    if !view.loaded {
+        findings.extend(without_current(view, current));
+    }
+}
+
+/// Samples at which the current is exactly as large as it ever is.
+const CLIPPED_MIN: usize = 4;
+
+/// A run of exactly the largest (or smallest) value that is entered by a jump and left under the same voltage.
+fn clipped(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
+    let values = current.values;
+    let mut places = Vec::new();
+    for sign in [1.0, -1.0] {
+        let extreme = values.iter().fold(f64::NEG_INFINITY, |top: f64, i| top.max(sign * i));
+        if extreme < 0.2 * current.range {
+            continue;
+        }
+        let at_top = runs(values.len(), |n| (sign * values[n]).to_bits() == extreme.to_bits());
+        places.extend(
+            at_top.into_iter().filter(|run| run.len() >= CLIPPED_MIN && enters_and_leaves(view, current, run, sign)),
+        );
+    }
+    if places.is_empty() {
+        return None;
+    }
+    let samples: usize = places.iter().map(Range::len).sum();
+    let shown = engineering(current.peak, "A", 3);
+    Some(
+        Finding::new(
+            "current_clipped",
+            format!("the current stands at {shown} for {samples} samples, as if it were cut off there"),
+            "Leave these samples of the current out with --mask auto, or record with less voltage or a larger range.",
+        )
+        .of(Quantity::Current)
+        .figure("level", current.peak)
+        .figure("samples", number(samples))
+        .at(places),
+    )
+}
+
+/// Whether the current jumps up to a run at its top and falls from it while the voltage stays.
+fn enters_and_leaves(view: &View<'_>, current: &Channel<'_>, run: &Range<usize>, sign: f64) -> bool {
+    let (values, top) = (current.values, sign * current.values[run.start]);
+    let before = run.start.checked_sub(2).map(|n| top - sign * values[n]);
+    let jump = (0.1 * current.range).max(4.0 * if current.is_fine() { 0.0 } else { current.quantum });
+    let Some(stretch) = view.stretches.iter().find(|s| s.samples.contains(&(run.end - 1))) else { return false };
+    let after = &values[run.end..stretch.samples.end.max(run.end)];
+    let falls = after.iter().fold(0.0, |fall: f64, i| fall.max(top - sign * i));
+    // A fall by steps of quantization right after the run is what a flat top looks like too: it must be steep.
+    let steep = values.get(run.end + run.len()).is_some_and(|i| top - sign * i > 2.5 * current.quantum);
+    before.is_some_and(|rise| rise > jump) && falls > 0.15 * current.range && steep
+}
+
+/// A current that stays within 5 % while the speed runs through half of its range under one voltage: back-EMF must
+/// lower it. Around the peak of a slow winding the speed runs through 31 % at most.
+fn limited(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
+    let speed = view.speed.as_ref().filter(|speed| speed.range > 0.0 && !view.loaded)?;
+    let mut places = Vec::new();
+    for stretch in view.stretches.iter().filter(|s| s.samples.len() >= 20 && view.part(s.volts) > 0.2) {
+        places.extend(plateau(current, speed, stretch));
+    }
+    if places.is_empty() {
+        return None;
+    }
+    let level = mean(&current.values[places[0].clone()]);
+    Some(
+        Finding::new(
+            "current_clipped",
+            format!(
+                "the current stays at {} while the motor speeds up, as under a current limit",
+                engineering(level, "A", 3)
+            ),
+            "Use steps small enough for the drive not to limit the current, or record the motor's voltage.",
+        )
+        .of(Quantity::Current)
+        .figure("level", level)
+        .at(places),
+    )
+}
+
+fn plateau(current: &Channel<'_>, speed: &Channel<'_>, stretch: &Stretch) -> Option<Range<usize>> {
+    let sign = stretch.volts.signum();
+    let i = |n: usize| sign * current.values[n];
+    let samples = stretch.samples.clone();
+    let top = samples.clone().max_by(|a, b| i(*a).total_cmp(&i(*b)))?;
+    let level = i(top);
+    // Noise within the band, else nothing is told.
+    if level <= 0.0 || 4.0 * current.noise > 0.05 * level {
+        return None;
+    }
+    let inside = |n: &usize| i(*n) > 0.95 * level;
+    let from = samples.clone().find(inside)?;
+    let to = (from..samples.end).find(|n| !inside(n))?;
+    let low = (to..samples.end).map(i).fold(level, f64::min);
+    let gained = sign * (speed.values[to - 1] - speed.values[from]);
+    (to - from >= 10 && low < 0.75 * level && gained > 0.5 * speed.range).then_some(from..to)
+}
+
+/// Voltage without current at half the speed or less that the voltage led to elsewhere: v − Kω = R i cannot be 0 there.
+fn without_current(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
+    let none = (0.02 * current.peak).max(3.0 * current.noise);
+    if none > 0.1 * current.peak {
+        return None;
+    }
+    // The sensor's offset, as far as it is told from a true current.
+    let rest = view.first_rest();
+    let offset = if rest.len() >= 10 { mean(&current.values[rest]) } else { 0.0 };
+    let slow = |n: usize| match &view.speed {
+        Some(speed) => speed.values[n].abs() * view.volts_peak < 0.5 * speed.peak * view.voltage[n].abs(),
+        None => true,
+    };
+    let is_off = |n: usize| {
+        view.voltage[n].abs() > 0.5 * view.volts_peak && (current.values[n] - offset).abs() <= none && slow(n)
+    };
+    let least = (view.len() / 50).max(10);
+    let from_the_edge = |run: &Range<usize>| {
+        // Without a speed only a step from rest that never draws current is told from a motor without friction.
+        view.stretches.windows(2).any(|w| {
+            let (rest, on) = (&w[0], &w[1].samples);
+            let was_at_rest = rest.volts.abs() < 0.05 * view.volts_peak && rest.samples.len() >= 10;
+            was_at_rest && on.contains(&run.start) && run.start <= on.start + 1 && run.end + 1 >= on.end
+        })
+    };
+    let places: Vec<Range<usize>> = runs(view.len(), is_off)
+        .into_iter()
+        .filter(|run| run.len() >= least && (view.speed.is_some() || from_the_edge(run)))
+        .collect();
+    (!places.is_empty()).then(|| {
+        Finding::new(
+            "voltage_without_current",
+            "there is voltage but no current while the motor stands or coasts: the drive was off",
+            "Cut the recording there with --mask auto, or record the voltage at the motor: a drive that is off is no short \
+             circuit.",
+        )
+        .of(Quantity::Current)
+        .figure("samples", number(places.iter().map(Range::len).sum()))
+        .at(places)
+    })
+}

@@ -1,0 +1,111 @@
+//! The input: changes too fast for the clock, only one change, a reset at the end, an idle value.
+
+use super::Finding;
+use super::statistics::number;
+use super::view::View;
+use crate::record::Quantity;
+use crate::text::significant;
+
+/// Standard deviation of the differences over that of the voltage, from which on it is undersampled.
+const RESTLESS: f64 = 0.7;
+/// Samples at the end in which a reset is looked for.
+const LAST: usize = 3;
+
+pub(super) fn input(view: &View<'_>, findings: &mut Vec<Finding>) {
+    findings.extend(undersampled(view));
+    let reset = reset(view);
+    findings.extend(single_edge(view, reset.as_ref().map_or(view.len(), |(at, _)| *at)));
+    findings.extend(reset.map(|(_, finding)| finding));
+    findings.extend(idle(view));
+}
+
+/// A voltage that changes from sample to sample. One that is held for two samples or more between its changes, as a
+/// binary sequence is, is resolved however often it switches.
+fn undersampled(view: &View<'_>) -> Option<Finding> {
+    // A constant voltage with noise is none.
+    if view.restless <= RESTLESS || view.volts_spread < 0.1 || view.len() < 10 {
+        return None;
+    }
+    let single = view.stretches.iter().filter(|s| s.samples.len() == 1).count();
+    // Of a binary sequence that may switch at every sample a quarter of the samples stand alone.
+    let share = number(single) / number(view.len());
+    (share > 0.2).then(|| {
+        Finding::new(
+            "undersampled_input",
+            "the voltage changes from sample to sample: what it was between them is not known",
+            "Record faster, or hold each voltage for several samples.",
+        )
+        .of(Quantity::Voltage)
+        .figure("ratio", view.restless)
+    })
+}
+
+/// One change of the voltage, and nothing else, before sample `end`.
+fn single_edge(view: &View<'_>, end: usize) -> Option<Finding> {
+    let mut changes: Vec<usize> = Vec::new();
+    let mut level = view.stretches[0].volts;
+    for stretch in view.stretches.iter().skip(1).take_while(|s| s.samples.start < end) {
+        if view.part(stretch.volts - level) > 0.05 {
+            changes.push(stretch.samples.start);
+        }
+        level = stretch.volts;
+    }
+    let (&first, &last) = (changes.first()?, changes.last()?);
+    // A step that takes up to three samples is one change; a pulse is not.
+    let stays = view.part(level - view.stretches[0].volts) > 0.02;
+    (changes.len() <= 3 && last - first < 3 && stays).then(|| {
+        Finding::new(
+            "single_edge",
+            "the voltage changes only once: a delay of the drive cannot be told from a slow motor",
+            "Record several steps, up and down; three or more tell delays and dead times.",
+        )
+        .of(Quantity::Voltage)
+        .mention_if(true)
+        .at(Some(first..last + 1))
+    })
+}
+
+/// The voltage returns to its first value in the last samples, and nowhere before: the program's end, not the motor's
+/// experiment. Where it begins and what it is.
+fn reset(view: &View<'_>) -> Option<(usize, Finding)> {
+    let count = view.len();
+    let last = view.stretches.last()?;
+    let (at, first) = (last.samples.start, &view.stretches[0]);
+    if count < 20 || count - at > LAST || view.stretches.len() < 3 || first.samples.len() <= LAST {
+        return None;
+    }
+    let idle = |volts: f64| view.part(volts - first.volts) < 0.02;
+    let before = view.stretches.iter().rev().find(|s| s.samples.end <= at && s.samples.len() > LAST)?;
+    let again = view.stretches[1..view.stretches.len() - 1].iter().any(|s| idle(s.volts));
+    if !idle(last.volts) || again || view.part(before.volts - last.volts) < 0.25 || before.samples.len() < 10 {
+        return None;
+    }
+    let [from, to] = [0, at - 1].map(|n| significant(view.time[n], 7));
+    let finding = Finding::new(
+        "input_reset",
+        format!("the voltage returns to {} V in the last {} samples", significant(last.volts, 3), count - at),
+        format!("Leave them out: --crop {from}:{to}, or --mask auto."),
+    )
+    .of(Quantity::Voltage)
+    .at(Some(last.samples.clone()));
+    Some((at, finding))
+}
+
+/// A voltage that is never 0 but starts from a small value.
+fn idle(view: &View<'_>) -> Option<Finding> {
+    let rest = view.first_rest();
+    let volts = view.voltage[0];
+    let is_constant = view.voltage[rest.clone()].iter().all(|v| v.to_bits() == volts.to_bits());
+    let never = view.voltage.iter().all(|v| *v != 0.0);
+    (rest.len() >= 10 && rest.len() < view.len() && is_constant && never).then(|| {
+        Finding::new(
+            "idle_input",
+            format!("the voltage is never 0 V; at rest it is {} V", significant(volts, 3)),
+            format!("If that is the drive's idle command, subtract it: --offset voltage={}.", significant(volts, 4)),
+        )
+        .of(Quantity::Voltage)
+        .mention_if(true)
+        .at(Some(rest))
+        .figure("idle", volts)
+    })
+}

@@ -1,0 +1,97 @@
+//! The delay of the first edge.
+
+use super::Finding;
+use super::statistics::{mean, median, number};
+use super::view::{Channel, View};
+use crate::text::engineering;
+
+/// The first delay is this many times the later ones and this much more \[s\].
+const TIMES: f64 = 3.0;
+const MORE_S: f64 = 0.02;
+/// Samples behind an edge that its response needs, and the part of the response at which it counts as begun.
+const SAMPLES_MIN: usize = 10;
+const BEGUN: f64 = 0.1;
+
+pub(super) fn start_latency(view: &View<'_>, findings: &mut Vec<Finding>) {
+    // A current answers first, so that its delay is the drive's.
+    findings.extend(view.channels().find_map(|channel| late(view, channel)));
+}
+
+/// An edge from one steady voltage to another: where, and from where to where the response to it is seen.
+struct Edge {
+    at: usize,
+    before: f64,
+    change: f64,
+}
+
+fn late(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
+    let long: Vec<usize> = (1..view.stretches.len())
+        .filter(|&k| {
+            let [before, after] = [&view.stretches[k - 1], &view.stretches[k]];
+            view.part(after.volts - before.volts) >= 0.2
+                && before.samples.len() >= SAMPLES_MIN.min(before.samples.end)
+                && after.samples.len() >= SAMPLES_MIN
+        })
+        .collect();
+    // Responses are compared over one length, so that those of a linear motor are alike.
+    let mut lengths: Vec<f64> = long.iter().map(|&k| number(view.stretches[k].samples.len())).collect();
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of samples")]
+    let length = median(&mut lengths) as usize;
+    let edges: Vec<Edge> = long.into_iter().filter_map(|k| edge(view, channel, k, length)).collect();
+    if edges.len() < 3 || edges[0].at != view.stretches[0].samples.end {
+        return None;
+    }
+    let least = edges.iter().fold(f64::INFINITY, |least: f64, edge| least.min(edge.change.abs()));
+    let begun = BEGUN.max(channel.floor() / least);
+    if begun > 0.5 {
+        return None;
+    }
+    let delays: Vec<f64> = edges.iter().filter_map(|edge| delay(view, channel, edge, begun)).collect();
+    if delays.len() < edges.len() {
+        return None;
+    }
+    let later = median(&mut delays[1..].to_vec());
+    let first = delays[0];
+    (first > TIMES * later && first > later + MORE_S).then(|| {
+        let [first_shown, later_shown] = [first, later].map(|delay| engineering(delay, "s", 3));
+        Finding::new(
+            "start_latency",
+            format!(
+                "the motor answers the first change of the voltage after {first_shown}, later ones after {later_shown}"
+            ),
+            "Leave the first one out: the drive was waking up.",
+        )
+        .of(channel.quantity)
+        .at(Some(edges[0].at..edges[0].at + 1))
+        .figure("first_s", first)
+        .figure("later_s", later)
+    })
+}
+
+/// The edge at the start of stretch `k`, if the channel stood before it and has changed `length` samples behind it.
+fn edge(view: &View<'_>, channel: &Channel<'_>, k: usize, length: usize) -> Option<Edge> {
+    let (before, after) = (&view.stretches[k - 1].samples, &view.stretches[k].samples);
+    let at = after.start;
+    let end = at + length;
+    if end > after.end + length / 10 || end > channel.values.len() {
+        return None;
+    }
+    let tail = |end: usize, count: usize| mean(&channel.values[end - count.min(end)..end]);
+    let few = (length / 10).clamp(2, before.len().max(2));
+    let level = tail(at, few);
+    let change = tail(end, few) - level;
+    let earlier = tail(at - few.min(at - before.start), few.min(at - before.start).max(1));
+    let stood = k == 1 && before.len() >= 3 || (level - earlier).abs() < 0.05 * change.abs() + channel.noise;
+    (stood && change.abs() > channel.floor() && change.abs() > 0.05 * channel.range).then_some(Edge {
+        at,
+        before: level,
+        change,
+    })
+}
+
+/// How long after an edge the response to it has begun, for two samples.
+fn delay(view: &View<'_>, channel: &Channel<'_>, edge: &Edge, begun: f64) -> Option<f64> {
+    let done = |n: usize| (channel.values[n] - edge.before) / edge.change > begun;
+    let at = (edge.at..view.len() - 1).find(|&n| done(n) && done(n + 1))?;
+    Some(view.time[at] - view.time[edge.at])
+}

@@ -1,0 +1,137 @@
+//! What the motor does without voltage, or does not do with it.
+
+use super::Finding;
+use super::rest::MOVES;
+use super::statistics::{deviation, mean, number, runs};
+use super::view::{Channel, View};
+use crate::record::Quantity;
+use std::ops::Range;
+
+/// Samples that a judgement needs.
+const SAMPLES_MIN: usize = 10;
+
+pub(super) fn motion(view: &View<'_>, findings: &mut Vec<Finding>) {
+    let Some(speed) = view.speed.as_ref().filter(|_| view.len() >= SAMPLES_MIN && !view.loaded) else { return };
+    if does_not_move(view, speed) {
+        findings.push(
+            Finding::new(
+                "no_motion",
+                "the motor did not move: the speed shows nothing of the voltage",
+                "Leave the recording out; it can only tell R, and L, from the current. Use more voltage, or check the \
+                 drive and the speed sensor.",
+            )
+            .of(Quantity::Speed)
+            .figure("peak", speed.peak),
+        );
+        return;
+    }
+    let zero = runs(view.len(), |n| view.is_zero(n));
+    let mut places: Vec<Range<usize>> = zero.iter().filter_map(|run| start_of_motion(view, speed, run)).collect();
+    places.extend(zero.first().and_then(|run| keeps_moving(view, speed, run)));
+    if !places.is_empty() {
+        findings.push(
+            Finding::new(
+                "motion_without_input",
+                "the motor speeds up, or keeps its speed, while the recorded voltage is 0 V",
+                "Check that the column of the voltage is what the motor got: commands too short to be recorded, a \
+                 flag, another channel, a hand on the shaft. The recording cannot be fitted as it is.",
+            )
+            .of(Quantity::Voltage)
+            .figure("places", number(places.len()))
+            .at(places),
+        );
+    }
+}
+
+/// From standstill to motion within a run of samples without voltage: at rest for twice as long as it then takes to
+/// move, so that it is not the current of a pulse before.
+fn start_of_motion(view: &View<'_>, speed: &Channel<'_>, run: &Range<usize>) -> Option<Range<usize>> {
+    let coarse = if speed.is_fine() { 0.0 } else { speed.quantum };
+    let still = (0.03 * speed.peak).max(3.0 * speed.noise).max(1.5 * coarse);
+    let moving = (MOVES * speed.peak).max(8.0 * speed.noise).max(3.0 * coarse);
+    // Where there is voltage elsewhere, a spike of the sensor is no motion.
+    let lasts = if view.volts_peak > 0.0 { 3 } else { 1 };
+    let mut quiet = 0;
+    let mut since = None;
+    for n in run.clone() {
+        let size = speed.values[n].abs();
+        if size <= still {
+            if since.take().is_some() {
+                quiet = 0;
+            }
+            quiet += 1;
+            continue;
+        }
+        let start = *since.get_or_insert(n);
+        let end = (n + lasts).min(run.end);
+        let goes_on = end == n + lasts && speed.values[n..end].iter().all(|w| w.abs() > 0.5 * moving);
+        if size > moving && goes_on && quiet >= 5 && quiet >= 2 * (n - start) {
+            return Some(start..end);
+        }
+    }
+    None
+}
+
+/// A speed that stays while there is no voltage from the start on, although it changes fast when voltage comes.
+fn keeps_moving(view: &View<'_>, speed: &Channel<'_>, run: &Range<usize>) -> Option<Range<usize>> {
+    let count = run.len();
+    if run.start > 0 || count < 2 * SAMPLES_MIN || run.end + count / 2 > view.len() {
+        return None;
+    }
+    let values = speed.values;
+    let (first, last) = (mean(&values[..count / 3]), mean(&values[count - count / 3..count]));
+    let floor = (MOVES * speed.peak).max(speed.floor());
+    let after = values[run.end..(run.end + count).min(values.len())].iter();
+    let change = after.fold(0.0, |change: f64, w| change.max((w - last).abs()));
+    let drift = (last - first).abs();
+    let stays = first.abs() > floor && last.abs() > floor && drift < 0.03 * first.abs();
+    (stays && change > (5.0 * drift).max(0.05 * speed.peak).max(speed.floor())).then(|| run.clone())
+}
+
+fn does_not_move(view: &View<'_>, speed: &Channel<'_>) -> bool {
+    if view.volts_peak == 0.0 {
+        return false;
+    }
+    let varies = view.volts_range > 0.2 * view.volts_peak;
+    if speed.range == 0.0 {
+        return varies || speed.peak == 0.0;
+    }
+    if !varies {
+        return false;
+    }
+    let values = speed.values;
+    let changes = values.windows(2).filter(|w| w[0].to_bits() != w[1].to_bits()).count();
+    // An encoder that flickers by one count.
+    let flickers = speed.range <= 2.01 * speed.quantum && number(changes) < 0.02 * number(values.len());
+    let is_noise = speed.noise > 0.0 && deviation(values) < 1.25 * speed.noise;
+    (flickers || is_noise) && !follows(view, values)
+}
+
+/// Whether a signal follows the voltage, at once or its running sum, in any of the first lags.
+fn follows(view: &View<'_>, values: &[f64]) -> bool {
+    let count = values.len();
+    let sure = 4.5 / number(count).sqrt();
+    let mut sum = 0.0;
+    let middle = mean(view.voltage);
+    let slow: Vec<f64> = view
+        .voltage
+        .iter()
+        .map(|v| {
+            sum += v - middle;
+            sum
+        })
+        .collect();
+    let lags = [0, 1, 2, 3, 5, 8, 13, 21, 34, 55].into_iter().filter(|lag| lag + SAMPLES_MIN <= count);
+    lags.into_iter().any(|lag| {
+        let later = &values[lag..];
+        let (now, summed) = (&view.voltage[..count - lag], &slow[..count - lag]);
+        correlation(now, later).abs() > sure || correlation(summed, later).abs() > 2.0 * sure
+    })
+}
+
+pub(super) fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let (mean_a, mean_b) = (mean(a), mean(b));
+    let product: f64 = a.iter().zip(b).map(|(a, b)| (a - mean_a) * (b - mean_b)).sum();
+    let size = deviation(a) * deviation(b) * number(a.len());
+    if size > 0.0 { product / size } else { 0.0 }
+}

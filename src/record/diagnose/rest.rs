@@ -1,0 +1,70 @@
+//! What sensors read while the motor rests.
+
+use super::Finding;
+use super::statistics::{deviation, mean, number, peak};
+use super::view::{Channel, View};
+use crate::text::engineering;
+use std::ops::Range;
+
+/// Samples of rest that a judgement needs.
+const SAMPLES_MIN: usize = 10;
+/// An offset below this part of the largest value is none.
+const PART: f64 = 0.01;
+/// Offsets from this part on are reported.
+const PART_REPORTED: f64 = 0.05;
+/// A speed above this part of the largest is motion.
+pub(super) const MOVES: f64 = 0.1;
+
+pub(super) fn rest(view: &View<'_>, findings: &mut Vec<Finding>) {
+    let rest = view.first_rest();
+    if rest.len() < SAMPLES_MIN || view.loaded {
+        return;
+    }
+    // A motor that turns before the voltage comes is no motor at rest.
+    let turns = |speed: &Channel<'_>| {
+        let level = mean(&speed.values[rest.clone()]).abs();
+        level > MOVES * speed.peak && (speed.range > 0.5 * speed.peak || !is_flat(speed, &rest))
+    };
+    if view.speed.as_ref().is_some_and(turns) {
+        return;
+    }
+    findings.extend(view.channels().filter_map(|channel| offset(channel, &rest)));
+}
+
+/// Whether the channel stands still during `rest`: half as much drift as spread.
+fn is_flat(channel: &Channel<'_>, rest: &Range<usize>) -> bool {
+    let values = &channel.values[rest.clone()];
+    let (first, last) = values.split_at(values.len() / 2);
+    let drift = (mean(last) - mean(first)).abs();
+    drift <= deviation(values) * (8.0 / number(values.len()).sqrt()).min(1.0) + 1e-12 * channel.peak
+}
+
+fn offset(channel: &Channel<'_>, rest: &Range<usize>) -> Option<Finding> {
+    let values = &channel.values[rest.clone()];
+    let (level, spread) = (mean(values), deviation(values));
+    let sure = 6.0 * spread / number(values.len()).sqrt();
+    let part = level.abs() / channel.peak;
+    if channel.peak == 0.0 || level.abs() <= sure || part <= PART || !is_flat(channel, rest) {
+        return None;
+    }
+    // A single value that is off says nothing of the others.
+    if peak(values) > 3.0 * level.abs() + 6.0 * spread {
+        return None;
+    }
+    let (quantity, shown) = (channel.quantity, engineering(level, channel.quantity.unit(), 3));
+    Some(
+        Finding::new(
+            "rest_offset",
+            format!(
+                "the {quantity} reads {shown} at rest without voltage, {} % of its largest value",
+                crate::text::significant(100.0 * part, 2)
+            ),
+            format!("If it is the sensor's offset, subtract it with --offset auto, or --offset {quantity}=VALUE."),
+        )
+        .of(quantity)
+        .mention_if(part < PART_REPORTED)
+        .at(Some(rest.clone()))
+        .figure("offset", level)
+        .figure("part_of_peak", part),
+    )
+}

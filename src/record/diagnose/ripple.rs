@@ -1,0 +1,76 @@
+//! A periodic ripple on the speed in the steady state.
+
+use super::Finding;
+use super::spectrum::{POINTS, power};
+use super::statistics::{mean, number, peak, slope};
+use super::view::{Channel, View};
+use crate::record::Quantity;
+use crate::text::{engineering, significant};
+
+/// Samples of steady state that are needed.
+const SAMPLES_MIN: usize = 200;
+/// The peak of the spectrum over its surroundings: in noise alone the largest of 2000 bins is 8 times, more than 30
+/// times once in 10^10.
+const TIMES: f64 = 30.0;
+/// An amplitude over the speed that matters, and one that is reported.
+const PARTS: [f64; 2] = [0.005, 0.03];
+
+pub(super) fn speed_ripple(view: &View<'_>, findings: &mut Vec<Finding>) {
+    let Some(speed) = view.speed.as_ref().filter(|speed| speed.range > 0.0) else { return };
+    let driven = view.stretches.iter().filter(|s| s.volts.abs() > 0.02 * view.volts_peak);
+    let Some(longest) = driven.max_by_key(|s| s.samples.len()) else { return };
+    // The second half: the first may still be on its way.
+    let count = longest.samples.len() / 2;
+    if count < SAMPLES_MIN {
+        return;
+    }
+    findings.extend(ripple(view, speed, longest.samples.end - count));
+}
+
+fn ripple(view: &View<'_>, speed: &Channel<'_>, start: usize) -> Option<Finding> {
+    let end = view.stretches.iter().find(|s| s.samples.contains(&start))?.samples.end;
+    let values = &speed.values[start..end];
+    let line: Vec<(f64, f64)> = (0..).map(|n: u32| f64::from(n)).zip(values.iter().copied()).collect();
+    let (slope, level, middle) = (slope(&line), mean(values), 0.5 * number(values.len() - 1));
+    let flat: Vec<f64> = line.iter().map(|(n, w)| w - level - slope * (n - middle)).collect();
+    if level.abs() < 0.05 * speed.peak || peak(&flat) == 0.0 {
+        return None;
+    }
+    let (power, segments) = power(&flat);
+    let length = values.len().min(POINTS);
+    // A line is as wide as the window's main lobe; below ten of them drift and the end of a transient look alike.
+    let lobe = 2 * POINTS.div_ceil(length);
+    let at = (5 * lobe..power.len()).max_by(|a, b| power[*a].total_cmp(&power[*b]))?;
+    let around = |k: usize| (at / 2 + 2 * lobe..2 * at + 8 * lobe).contains(&k) && k.abs_diff(at) > lobe;
+    let others: Vec<f64> = power.iter().enumerate().filter(|(k, _)| around(*k)).map(|(_, p)| *p).collect();
+    if others.len() < 4 * lobe || power[at] < TIMES * mean(&others) {
+        return None;
+    }
+    // The transform of a sine of amplitude A under a Hann window is A/4 times the samples.
+    let amplitude = 4.0 * (power[at] / number(segments)).sqrt() / number(length);
+    let (hertz, part) = (number(at) / number(POINTS) / view.period(), amplitude / level.abs());
+    // A quantized speed that flickers by one step has an amplitude of 0.64 steps at most.
+    if part < PARTS[0] || !speed.is_fine() && amplitude < speed.quantum {
+        return None;
+    }
+    let per_turn = hertz * std::f64::consts::TAU / level.abs();
+    Some(
+        Finding::new(
+            "speed_ripple",
+            format!(
+                "the speed ripples by ±{} % at {} in the steady state, {} times a turn",
+                significant(100.0 * part, 2),
+                engineering(hertz, "Hz", 3),
+                significant(per_turn, 3)
+            ),
+            "Look at the coupling, the encoder's disc and the load; the model has no ripple, so its intervals are too \
+             narrow.",
+        )
+        .of(Quantity::Speed)
+        .mention_if(part < PARTS[1])
+        .at(Some(start..end))
+        .figure("hertz", hertz)
+        .figure("part", part)
+        .figure("per_turn", per_turn),
+    )
+}

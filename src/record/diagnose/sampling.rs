@@ -1,0 +1,98 @@
+//! Sensors that show less than they could: values held over several samples, coarse steps.
+
+use super::Finding;
+use super::statistics::{median, number, runs};
+use super::view::{Channel, View};
+use crate::text::significant;
+
+/// Changes that a judgement rests on.
+const CHANGES_MIN: usize = 12;
+
+pub(super) fn sampling(view: &View<'_>, findings: &mut Vec<Finding>) {
+    for channel in view.channels() {
+        findings.extend(held(view, channel));
+        findings.extend(coarse(view, channel));
+    }
+}
+
+/// A value that stands for two samples or more and then changes by several of its steps is held; one that stands
+/// because it is quantized changes by one step.
+fn held(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
+    let values = channel.values;
+    let equal = runs(values.len() - 1, |n| values[n].to_bits() == values[n + 1].to_bits());
+    if equal.len() < CHANGES_MIN {
+        return None;
+    }
+    let large = (3.0 * channel.quantum).max(0.002 * channel.range);
+    let mut lengths = Vec::new();
+    let mut since = 0;
+    for n in 1..values.len() {
+        let change = (values[n] - values[n - 1]).abs();
+        if change > 0.0 {
+            if change >= large && since > 0 {
+                lengths.push(number(n - since));
+            }
+            since = n;
+        }
+    }
+    if lengths.len() < CHANGES_MIN {
+        return None;
+    }
+    // Noise of about one step gives runs of all lengths, half of them of one sample.
+    let singles = lengths.iter().filter(|length| **length < 1.5).count();
+    let typical = median(&mut lengths);
+    if typical < 2.0 || number(singles) > 0.3 * number(lengths.len()) {
+        return None;
+    }
+    let (quantity, seconds) = (channel.quantity, crate::text::engineering(typical * view.period(), "s", 3));
+    Some(
+        Finding::new(
+            "held_samples",
+            format!("the {quantity} changes only every {typical} samples ({seconds}) while it moves"),
+            "Record it at its own rate, or keep one row of each run of equal values.",
+        )
+        .of(quantity)
+        .figure("run", typical)
+        .figure("changes", number(lengths.len())),
+    )
+}
+
+/// Steps above 1 % of the range, most changes whole multiples of them.
+fn coarse(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
+    let (values, quantum) = (channel.values, channel.quantum);
+    if quantum <= 0.01 * channel.range {
+        return None;
+    }
+    let (mut changes, mut whole, mut unforced) = (0, 0, 0);
+    for n in 1..values.len() {
+        let steps = (values[n] - values[n - 1]).abs() / quantum;
+        if steps > 0.0 {
+            changes += 1;
+            whole += usize::from((steps - steps.round()).abs() < 0.1 && steps > 0.5);
+            // A fast motor under few voltages shows few speeds: such changes come with those of the voltage.
+            let forced = (n.saturating_sub(2)..n).any(|m| view.part(view.voltage[m + 1] - view.voltage[m]) > 0.02);
+            unforced += usize::from(!forced);
+        }
+    }
+    if changes < CHANGES_MIN || number(whole) < 0.9 * number(changes) || 2 * unforced < changes {
+        return None;
+    }
+    let part = quantum / channel.range;
+    Some(
+        Finding::new(
+            "coarse_quantization",
+            format!(
+                "the {} comes in steps of {} {}, {} % of its range",
+                channel.quantity,
+                significant(quantum, 3),
+                channel.quantity.unit(),
+                significant(100.0 * part, 2)
+            ),
+            "Record it with more resolution: an encoder with more lines, times between its edges, a longer count.",
+        )
+        .of(channel.quantity)
+        .mention_if(part < 0.02)
+        .figure("step", quantum)
+        .figure("part_of_range", part),
+    )
+}

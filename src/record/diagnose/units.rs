@@ -1,0 +1,83 @@
+//! Units that give no motor.
+
+use super::Finding;
+use super::statistics::{median, number};
+use super::view::{Channel, View};
+use crate::record::Quantity;
+use crate::text::{engineering, significant};
+
+/// A period from which on time looks like milliseconds: 1 ms read as seconds is 1 s; slow loggers take 0.1 s.
+const PERIOD_S: f64 = 0.9;
+/// A speed in whole numbers above this is revolutions a minute; one above the second is, whatever its digits
+/// (19,000 and 38,000 revolutions a minute as rad/s).
+const SPEEDS: [f64; 2] = [300.0, 4000.0];
+/// Volts per rad/s below which a motor is none: 12 V at 76,000 revolutions a minute.
+const VOLTS_PER_SPEED: f64 = 0.0015;
+/// Ohms from the largest voltage and current below which it is no motor but a bus bar, and above which it is a meter.
+const OHMS: [f64; 2] = [0.02, 50_000.0];
+/// A current in whole numbers above this is in mA, if the resistance is below 0.2 Ω.
+const AMPERES: f64 = 20.0;
+
+pub(super) fn units(view: &View<'_>, findings: &mut Vec<Finding>) {
+    findings.extend(time(view));
+    findings.extend(view.speed.as_ref().and_then(|speed| speed_unit(view, speed)));
+    findings.extend(view.current.as_ref().and_then(|current| current_unit(view, current)));
+}
+
+fn finding(view: &View<'_>, quantity: Quantity, what: String, unit: &str) -> Finding {
+    let key = match quantity {
+        Quantity::Time => "time",
+        Quantity::Current => "current",
+        _ => "speed",
+    };
+    let remedy = format!("If it is, name the unit: --columns {key}={}:{unit}", view.heading(quantity));
+    Finding::new("units", what, remedy).of(quantity).mention_if(view.unit_named(quantity))
+}
+
+fn time(view: &View<'_>) -> Option<Finding> {
+    let period = view.period();
+    (period >= PERIOD_S).then(|| {
+        let what = format!("{} s between samples: the time looks like milliseconds", significant(period, 3));
+        finding(view, Quantity::Time, what, "ms").figure("period_s", period)
+    })
+}
+
+fn speed_unit(view: &View<'_>, speed: &Channel<'_>) -> Option<Finding> {
+    let whole = is_whole(speed);
+    let volts_per_speed = view.volts_peak / speed.peak;
+    let too_fast = speed.peak > SPEEDS[1] || speed.peak > SPEEDS[0] && volts_per_speed < VOLTS_PER_SPEED;
+    if !(too_fast && view.volts_peak > 0.0 || whole && speed.peak > SPEEDS[0]) {
+        return None;
+    }
+    let peak = significant(speed.peak, 3);
+    let how = if whole { "in whole numbers" } else { "taken as rad/s" };
+    let what = format!("the speed, {how} and up to {peak}, looks like revolutions a minute");
+    Some(finding(view, Quantity::Speed, what, "rpm").mention_if(!whole).figure("peak", speed.peak))
+}
+
+fn current_unit(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
+    if current.peak == 0.0 || view.volts_peak == 0.0 || current.floor() > 0.3 * current.peak {
+        return None;
+    }
+    let ohms = view.volts_peak / current.peak;
+    let (shown, whole) = (engineering(ohms, "Ω", 2), is_whole(current));
+    let what =
+        |unit: &str| format!("voltage over current is {shown}, which is no motor's: the current looks like {unit}");
+    let found = if ohms < OHMS[0] || whole && current.peak > AMPERES && ohms < 0.2 {
+        finding(view, Quantity::Current, what("mA taken as A"), "mA").mention_if(!whole)
+    } else if ohms > OHMS[1] {
+        finding(view, Quantity::Current, what("A taken as mA or µA"), "A").mention_if(true)
+    } else {
+        return None;
+    };
+    Some(found.figure("ohms", ohms))
+}
+
+/// Whether the values are whole numbers, and more than a few different ones.
+fn is_whole(channel: &Channel<'_>) -> bool {
+    let values = channel.values;
+    let mut moving: Vec<f64> = values.iter().copied().filter(|v| *v != 0.0).collect();
+    let (count, whole) = (moving.len(), moving.iter().filter(|v| v.fract() == 0.0).count());
+    moving.truncate(2000);
+    count >= 10 && number(whole) > 0.98 * number(count) && median(&mut moving).abs() > 1.0
+}

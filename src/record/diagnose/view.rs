@@ -1,0 +1,157 @@
+//! What several rules look at, computed once.
+
+use super::statistics::{deviation, noise, number, peak, quantile};
+use crate::record::{Quantity, Record};
+use std::ops::Range;
+
+/// A measured signal.
+pub(super) struct Channel<'a> {
+    pub quantity: Quantity,
+    pub values: &'a [f64],
+    pub peak: f64,
+    pub range: f64,
+    /// Standard deviation of its white noise.
+    pub noise: f64,
+    /// The 5th percentile of the |differences| that are not 0: the step of a quantized signal; 0 where it is constant.
+    pub quantum: f64,
+}
+
+impl<'a> Channel<'a> {
+    fn new(quantity: Quantity, values: &'a [f64]) -> Self {
+        let (low, high) = extremes(values);
+        let mut steps: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).collect();
+        let quantum = quantile(&mut steps, 0.05);
+        Self { quantity, values, peak: peak(values), range: high - low, noise: noise(values), quantum }
+    }
+
+    /// Below this nothing is told from noise and quantization.
+    pub(super) fn floor(&self) -> f64 {
+        (5.0 * self.noise).max(2.5 * if self.is_fine() { 0.0 } else { self.quantum })
+    }
+
+    /// Whether differences have no smallest step worth regarding.
+    pub(super) fn is_fine(&self) -> bool {
+        self.quantum < 1e-3 * self.range
+    }
+}
+
+/// Samples under one voltage.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Stretch {
+    pub samples: Range<usize>,
+    pub volts: f64,
+}
+
+/// A recording with what several rules look at.
+pub(super) struct View<'a> {
+    pub record: &'a Record,
+    pub time: &'a [f64],
+    pub voltage: &'a [f64],
+    pub volts_peak: f64,
+    pub volts_range: f64,
+    /// Standard deviation of the differences of the voltage over its own: how fast it varies. 0 where it is constant.
+    pub restless: f64,
+    /// Standard deviation of the voltage's white noise, where it is measured.
+    pub volts_noise: f64,
+    /// Standard deviation of the voltage over its largest value.
+    pub volts_spread: f64,
+    /// The recording in parts of constant voltage, up to noise and a tenth of the range.
+    pub stretches: Vec<Stretch>,
+    pub current: Option<Channel<'a>>,
+    pub speed: Option<Channel<'a>>,
+    /// Whether a load torque was recorded: then motion and currents without voltage are no surprise.
+    pub loaded: bool,
+}
+
+/// Voltages up to this part of the largest count as 0: the idle commands of drives and the noise of a measured 0 V.
+const ZERO: f64 = 0.005;
+
+impl<'a> View<'a> {
+    pub(super) fn new(record: &'a Record) -> Self {
+        let samples = record.samples();
+        let voltage = samples.voltage.as_slice();
+        let (low, high) = extremes(voltage);
+        let volts_range = high - low;
+        let steps: Vec<f64> = voltage.windows(2).map(|w| w[1] - w[0]).collect();
+        let own = deviation(voltage);
+        let volts_noise = noise(voltage);
+        let tolerance = (6.0 * volts_noise).min(0.1 * volts_range).max(1e-9 * volts_range);
+        Self {
+            record,
+            time: &samples.time_s,
+            voltage,
+            volts_peak: peak(voltage),
+            volts_range,
+            volts_noise,
+            volts_spread: if own > 0.0 { own / peak(voltage) } else { 0.0 },
+            restless: if own > 0.0 { deviation(&steps) / own } else { 0.0 },
+            stretches: stretches(voltage, tolerance),
+            current: samples.current.as_deref().map(|values| Channel::new(Quantity::Current, values)),
+            speed: samples.speed.as_deref().map(|values| Channel::new(Quantity::Speed, values)),
+            loaded: samples.torque.as_ref().is_some_and(|torque| torque.iter().any(|t| *t != 0.0)),
+        }
+    }
+
+    /// How many samples.
+    pub(super) fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// The period \[s\].
+    pub(super) fn period(&self) -> f64 {
+        self.record.period_s()
+    }
+
+    /// The measured signals.
+    pub(super) fn channels(&self) -> impl Iterator<Item = &Channel<'a>> {
+        self.current.iter().chain(self.speed.iter())
+    }
+
+    /// Whether the voltage of sample `n` counts as 0.
+    pub(super) fn is_zero(&self, n: usize) -> bool {
+        self.voltage[n].abs() <= ZERO * self.volts_peak
+    }
+
+    /// The samples from the start on that have next to no voltage.
+    pub(super) fn first_rest(&self) -> Range<usize> {
+        // Idle commands are up to 2 %: more than 0.5 % where the recording's largest command is small.
+        let end = self.voltage.iter().position(|v| v.abs() > 4.0 * ZERO * self.volts_peak);
+        0..end.unwrap_or(self.len())
+    }
+
+    /// The heading of a column, or its name.
+    pub(super) fn heading(&self, quantity: Quantity) -> String {
+        let columns = &self.record.source().columns;
+        columns.iter().find(|c| c.quantity == quantity).map_or_else(|| "HEADING".to_owned(), |c| c.heading.clone())
+    }
+
+    /// The unit that a column names, if it does.
+    pub(super) fn unit_named(&self, quantity: Quantity) -> bool {
+        self.record.source().columns.iter().any(|c| c.quantity == quantity && c.unit_named)
+    }
+
+    /// What turns |Δ voltage| into a part of its range.
+    pub(super) fn part(&self, volts: f64) -> f64 {
+        if self.volts_range > 0.0 { volts.abs() / self.volts_range } else { 0.0 }
+    }
+}
+
+/// Smallest and largest value.
+fn extremes(values: &[f64]) -> (f64, f64) {
+    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)))
+}
+
+fn stretches(voltage: &[f64], tolerance: f64) -> Vec<Stretch> {
+    let mut found = Vec::new();
+    let mut start = 0;
+    let mut sum = 0.0;
+    for (n, v) in voltage.iter().enumerate() {
+        if (v - voltage[start]).abs() > tolerance {
+            found.push(Stretch { samples: start..n, volts: sum / number(n - start) });
+            (start, sum) = (n, 0.0);
+        }
+        sum += v;
+    }
+    found.push(Stretch { samples: start..voltage.len(), volts: sum / number(voltage.len() - start) });
+    found
+}

@@ -1,0 +1,121 @@
+//! What a recording holds: facts of its signals, as a document and as a page.
+
+#[cfg(feature = "report")]
+mod page;
+
+#[cfg(feature = "report")]
+pub use page::inspect_page;
+
+use super::document::{record_head, warnings};
+use crate::criterion::{mean, noise_sigma, rms, standard_deviation};
+use crate::identify::{Inspection, Outlook};
+use crate::motor::{Parameter, response};
+use crate::record::{Quantity, Record};
+use serde_json::{Map, Value, json as value};
+
+/// Facts of one signal of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SignalFacts {
+    /// What it holds.
+    pub quantity: Quantity,
+    /// Smallest value.
+    pub min: f64,
+    /// Largest value.
+    pub max: f64,
+    /// Arithmetic mean.
+    pub mean: f64,
+    /// Root mean square.
+    pub rms: f64,
+    /// Population standard deviation.
+    pub std: f64,
+    /// Standard deviation of its white noise, estimated.
+    pub noise_sigma: f64,
+    /// Peak, settling and steady state of a response; `None` for inputs.
+    pub response: Option<crate::motor::Response>,
+    /// Whether noise leaves the band of the settling time, so that there is none to be seen.
+    pub settling_hidden: bool,
+}
+
+impl SignalFacts {
+    /// The facts of all signals; `band` is that of the settling time.
+    #[must_use]
+    pub fn of(record: &Record, band: f64) -> Vec<Self> {
+        let samples = record.samples();
+        let signals = [
+            (Quantity::Voltage, Some(&samples.voltage)),
+            (Quantity::Torque, samples.torque.as_ref()),
+            (Quantity::Current, samples.current.as_ref()),
+            (Quantity::Speed, samples.speed.as_ref()),
+        ];
+        let facts = |(quantity, signal): (Quantity, Option<&Vec<f64>>)| {
+            let signal = signal?;
+            let output = matches!(quantity, Quantity::Current | Quantity::Speed);
+            let mut response = if output { response(&samples.time_s, signal, band) } else { None };
+            let noise_sigma = noise_sigma(signal);
+            let settling_hidden = response.is_some_and(|r| 3.0 * noise_sigma > band * r.steady_state.abs());
+            if let (Some(response), true) = (&mut response, settling_hidden) {
+                response.settling_time_s = None;
+            }
+            Some(Self {
+                quantity,
+                min: signal.iter().copied().fold(f64::INFINITY, f64::min),
+                max: signal.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+                mean: mean(signal),
+                rms: rms(signal),
+                std: standard_deviation(signal),
+                noise_sigma,
+                response,
+                settling_hidden,
+            })
+        };
+        signals.into_iter().filter_map(facts).collect()
+    }
+}
+
+/// The document of `inspect --json`.
+pub struct InspectDocument;
+
+impl InspectDocument {
+    /// What each recording holds.
+    #[must_use]
+    pub fn of(inspections: &[Inspection<'_>], band: f64) -> Value {
+        value!({
+            "motorfit": env!("CARGO_PKG_VERSION"),
+            "records": inspections.iter().map(|inspection| Self::record(inspection, band)).collect::<Value>(),
+        })
+    }
+
+    fn record(inspection: &Inspection<'_>, band: f64) -> Value {
+        let record = inspection.record;
+        let mut document = record_head(record);
+        let signals = SignalFacts::of(record, band).into_iter().map(|s| {
+            let response = s.response.map(|r| {
+                value!({
+                    "peak": r.peak, "peak_time_s": r.peak_time_s, "overshoot_percent": r.overshoot_percent,
+                    "settling_time_s": r.settling_time_s, "settling_band": band, "steady_state": r.steady_state,
+                })
+            });
+            let facts = value!({
+                "unit": s.quantity.unit(), "min": s.min, "max": s.max, "mean": s.mean, "rms": s.rms, "std": s.std,
+                "noise_sigma": s.noise_sigma, "response": response,
+            });
+            (s.quantity.to_string().replace(' ', "_"), facts)
+        });
+        document["jitter"] = record.steps().jitter.into();
+        document["duration_s"] = (record.samples().time_s[record.len() - 1] - record.samples().time_s[0]).into();
+        document["ignored_columns"] = record.source().ignored.clone().into();
+        document["signals"] = signals.collect::<Map<_, _>>().into();
+        document["identifiability"] = match &inspection.outlook {
+            Outlook::Identifies { relative_error } => {
+                let errors = Parameter::ALL.iter().zip(relative_error);
+                let errors: Map<String, Value> = errors.map(|(p, e)| (p.symbol().to_owned(), (*e).into())).collect();
+                value!({"identifies": true, "relative_std_error": errors, "message": null, "remedy": null})
+            }
+            Outlook::Lacks { message, remedy } => {
+                value!({"identifies": false, "relative_std_error": null, "message": message, "remedy": remedy})
+            }
+        };
+        document["warnings"] = warnings(&inspection.warnings);
+        document
+    }
+}

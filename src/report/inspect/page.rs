@@ -1,0 +1,206 @@
+//! The page of an inspection: what was understood, what is odd and where, the signals with its places marked.
+
+use super::SignalFacts;
+use crate::identify::{Inspection, Outlook, Warning};
+use crate::motor::Parameter;
+use crate::record::{Quantity, Record, Severity};
+use crate::report::page::{Figure, Page, Part, Section};
+use crate::report::pages::{Reproduced, reproduce, section};
+use crate::report::plot::{Chart, Line, Mark, panels};
+use crate::report::table::Table;
+use crate::text::{engineering, significant};
+
+/// The page of some recordings; `band` is that of the settling time.
+#[must_use]
+pub fn inspect_page(inspections: &[Inspection<'_>], band: f64, how: &Reproduced) -> Page {
+    let count = |severity| inspections.iter().flat_map(|i| &i.warnings).filter(|w| w.severity == severity).count();
+    let answer = match (inspections, count(Severity::Report), count(Severity::Mention)) {
+        ([one], reports, mentions) => {
+            let (what, odd) = (holds(one.record), counted(reports, mentions));
+            format!("{what}. {odd} {}", outlook(&one.outlook))
+        }
+        (many, reports, mentions) => format!("{} recordings. {}", many.len(), counted(reports, mentions)),
+    };
+    let mut sections: Vec<Section> = Vec::new();
+    for (n, inspection) in inspections.iter().enumerate() {
+        let heading = if inspections.len() == 1 { "What is odd".to_owned() } else { name(inspection.record) };
+        sections.push(section(&heading, odd(inspection, n, inspections.len() > 1)));
+        sections.push(section("Signals", vec![Part::Figure(Box::new(signals(inspection, n)))]));
+        sections.push(section("What was understood", understood(inspection.record, band)));
+    }
+    let records: Vec<Record> = inspections.iter().map(|i| i.record.clone()).collect();
+    sections.push(reproduce(&records, how, None));
+    let title = match inspections {
+        [one] => format!("Inspection of {}", name(one.record)),
+        many => format!("Inspection of {} recordings", many.len()),
+    };
+    Page { title, answer, sections }
+}
+
+fn name(record: &Record) -> String {
+    let source = record.source();
+    let file = source.path.as_ref().and_then(|path| path.file_name());
+    let file = file.map_or_else(|| "a recording".to_owned(), |file| file.to_string_lossy().into_owned());
+    source.part.as_ref().map_or(file.clone(), |part| format!("{file}, {part}"))
+}
+
+fn holds(record: &Record) -> String {
+    let time = &record.samples().time_s;
+    let columns: Vec<String> = record.source().columns.iter().map(|c| c.quantity.to_string()).collect();
+    format!(
+        "{} samples every {} for {} of {}",
+        record.len(),
+        engineering(record.period_s(), "s", 4),
+        engineering(time[time.len() - 1] - time[0], "s", 4),
+        columns.join(", ")
+    )
+}
+
+fn counted(reports: usize, mentions: usize) -> String {
+    let many = |count: usize, one: &str, more: &str| match count {
+        1 => format!("1 {one}"),
+        _ => format!("{count} {more}"),
+    };
+    match (reports, mentions) {
+        (0, 0) => "Nothing odd was found.".to_owned(),
+        (0, _) => format!("No fault was found, {}.", many(mentions, "remark", "remarks")),
+        (_, 0) => format!("{} found.", many(reports, "fault was", "faults were")),
+        _ => format!("{} found, {}.", many(reports, "fault was", "faults were"), many(mentions, "remark", "remarks")),
+    }
+}
+
+fn outlook(outlook: &Outlook) -> String {
+    match outlook {
+        Outlook::Identifies { relative_error } => {
+            let error = |(p, e): (Parameter, &Option<f64>)| match e {
+                Some(e) => format!("{} ± {} %", p.symbol(), significant(100.0 * e, 2)),
+                None => format!("{} at a bound", p.symbol()),
+            };
+            let errors: Vec<String> = Parameter::ALL.into_iter().zip(relative_error).map(error).collect();
+            format!("It identifies {} (standard errors, if the model holds).", errors.join(", "))
+        }
+        Outlook::Lacks { message, remedy } => {
+            let message = message.rsplit_once(".csv: ").map_or(message.as_str(), |(_, message)| message);
+            format!("It does not identify all five parameters: {message}; {remedy}")
+        }
+    }
+}
+
+/// The findings, numbered as they are on the plots.
+fn odd(inspection: &Inspection<'_>, n: usize, several: bool) -> Vec<Part> {
+    let mut parts = Vec::new();
+    if several {
+        let text = format!("{}. {}", holds(inspection.record), outlook(&inspection.outlook));
+        parts.push(Part::Text(text));
+    }
+    if inspection.warnings.is_empty() {
+        parts.push(Part::Text("Nothing odd was found.".to_owned()));
+        return parts;
+    }
+    let heads = ["", "what", "where", "what to do", "code"];
+    let mut table = Table::new(format!("findings-{}", n + 1), "Findings", &heads);
+    for (n, warning) in inspection.warnings.iter().enumerate() {
+        let sort = if warning.severity == Severity::Report { "fault" } else { "remark" };
+        table.row(vec![
+            format!("{} {sort}", n + 1),
+            capital(&warning.message),
+            warning.place.as_ref().map_or_else(String::new, ToString::to_string),
+            warning.remedy.clone().unwrap_or_default(),
+            warning.code.to_owned(),
+        ]);
+    }
+    parts.push(Part::Table(table));
+    parts
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// All signals over time, with the places of the findings.
+fn signals(inspection: &Inspection<'_>, n: usize) -> Figure {
+    let record = inspection.record;
+    let samples = record.samples();
+    let signals = [
+        (Quantity::Voltage, "Voltage", Some(&samples.voltage)),
+        (Quantity::Torque, "Load torque", samples.torque.as_ref()),
+        (Quantity::Current, "Current", samples.current.as_ref()),
+        (Quantity::Speed, "Speed", samples.speed.as_ref()),
+    ];
+    let chart = |(quantity, title, signal): (Quantity, &str, Option<&Vec<f64>>)| {
+        let points = samples.time_s.iter().copied().zip(signal?.iter().copied()).collect();
+        let steps = quantity == Quantity::Voltage && record.slope().is_empty();
+        let line = Line { name: title.to_lowercase(), points, steps, ..Line::default() };
+        let own: Vec<(usize, &Warning)> =
+            inspection.warnings.iter().enumerate().filter(|(_, w)| is_of(w, quantity)).collect();
+        let numbers: Vec<String> = own.iter().map(|(n, _)| (n + 1).to_string()).collect();
+        let title =
+            if numbers.is_empty() { title.to_owned() } else { format!("{title} (findings {})", numbers.join(", ")) };
+        let label = format!("{} [{}]", quantity, quantity.unit());
+        let marks = own.iter().flat_map(|(n, warning)| marks(*n, warning)).collect();
+        Some(Chart { lines: vec![line], marks, ..Chart::new(title, ["time [s]", &label]) })
+    };
+    let charts: Vec<Chart> = signals.into_iter().filter_map(chart).collect();
+    Figure {
+        id: format!("signals-{}", n + 1),
+        map: false,
+        svg: panels(&charts, 1, [1060.0, 270.0]),
+        alternative: format!("The signals of {} over time, findings marked", name(record)),
+        caption:
+            "Marked in orange: where findings are, by their numbers in the table; findings without a place are about \
+                  all of the signal."
+                .to_owned(),
+    }
+}
+
+/// Whether a finding is about a signal; those about time are shown with the voltage.
+fn is_of(warning: &Warning, quantity: Quantity) -> bool {
+    let Some(place) = &warning.place else { return false };
+    match place.quantity {
+        Some(Quantity::Time) | None => quantity == Quantity::Voltage,
+        Some(own) => own == quantity,
+    }
+}
+
+fn marks(n: usize, warning: &Warning) -> Vec<Mark> {
+    let times = warning.place.iter().flat_map(|place| &place.times_s);
+    let label = |first: bool| if first { (n + 1).to_string() } else { String::new() };
+    times.enumerate().map(|(k, range)| Mark { range: *range, label: label(k == 0) }).collect()
+}
+
+/// Columns, signals and what was done to them.
+fn understood(record: &Record, band: f64) -> Vec<Part> {
+    let source = record.source();
+    let mut columns = Table::new("columns", "Columns", &["heading", "holds", "cells", "unit"]);
+    for column in &source.columns {
+        let unit = if column.unit_named { column.unit.clone() } else { format!("{}, assumed", column.unit) };
+        columns.row(vec![column.heading.clone(), column.quantity.to_string(), column.conversion.clone(), unit]);
+    }
+    if !source.ignored.is_empty() {
+        columns.note(format!("Not used: {}.", source.ignored.join(", ")));
+    }
+    source.notes.iter().for_each(|note| columns.note(format!("{}.", capital(note))));
+    let heads = ["signal", "min", "max", "mean", "rms", "noise σ", "peak at [s]", "overshoot [%]", "settled from [s]"];
+    let mut signals = Table::new("signals", "Signals in SI units", &heads);
+    for facts in SignalFacts::of(record, band) {
+        let number = |value: f64| significant(value, 4);
+        let response = |of: &dyn Fn(&crate::motor::Response) -> Option<f64>| {
+            facts.response.as_ref().and_then(of).map_or_else(|| "\u{2013}".to_owned(), number)
+        };
+        signals.row(vec![
+            format!("{} [{}]", facts.quantity, facts.quantity.unit()),
+            number(facts.min),
+            number(facts.max),
+            number(facts.mean),
+            number(facts.rms),
+            significant(facts.noise_sigma, 2),
+            response(&|r| Some(r.peak_time_s)),
+            response(&|r| r.overshoot_percent),
+            response(&|r| r.settling_time_s),
+        ]);
+    }
+    let jitter = significant(100.0 * record.steps().jitter, 2);
+    signals.note(format!("Steps between samples deviate by up to {jitter} % from the period."));
+    vec![Part::Table(columns), Part::Table(signals)]
+}

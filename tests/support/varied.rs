@@ -1,0 +1,160 @@
+//! Simulated recordings of all sorts: random motors, excitations, rates, lengths, noise and channels.
+#![allow(dead_code, reason = "each test file uses its part")]
+#![allow(clippy::unwrap_used, reason = "a test may stop")]
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    clippy::cast_precision_loss,
+    reason = "small numbers"
+)]
+
+use motorfit::experiment::{Excitation, simulated};
+use motorfit::motor::{Discretization, Parameters};
+use motorfit::record::{Record, Samples};
+use rand::{RngExt as _, SeedableRng as _};
+use rand_distr::{Distribution as _, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus as Numbers;
+use std::f64::consts::TAU;
+
+/// Excitations that are drawn from.
+pub const KINDS: [&str; 9] = ["step", "steps", "prbs", "chirp", "sine", "ramp", "staircase", "impulses", "multisine"];
+
+/// A recording and what it was made of.
+pub struct Varied {
+    pub kind: &'static str,
+    pub record: Record,
+    pub motor: Parameters,
+    /// The torque at standstill.
+    pub stall: f64,
+    /// Samples for which a binary sequence holds its value.
+    pub hold: usize,
+    /// The mechanical time constant in samples.
+    pub memory: f64,
+}
+
+pub fn numbers(seed: u64) -> Numbers {
+    Numbers::seed_from_u64(seed)
+}
+
+pub fn log_uniform(numbers: &mut Numbers, from: f64, to: f64) -> f64 {
+    (numbers.random_range(from.ln()..to.ln())).exp()
+}
+
+/// A motor whose mechanical time constant is `memory` seconds, and the voltage that it is made for.
+pub fn motor(numbers: &mut Numbers, memory: f64) -> (Parameters, f64) {
+    let volts = log_uniform(numbers, 3.0, 48.0);
+    let k = volts / log_uniform(numbers, 30.0, 1500.0);
+    let r = log_uniform(numbers, 0.2, 20.0);
+    let b = log_uniform(numbers, 0.003, 0.3) * k * k / r;
+    let j = memory * k * k / r;
+    let l = log_uniform(numbers, 0.002, 0.2) * memory * r;
+    (Parameters::from_array([r, l, k, b, j]), volts)
+}
+
+pub fn voltage(numbers: &mut Numbers, kind: &str, count: usize, memory: f64) -> (Vec<f64>, usize) {
+    let rest = numbers.random_range(0..=count / 5);
+    let dwell = ((memory * log_uniform(numbers, 0.3, 8.0)) as usize).clamp(5, count / 4);
+    let hold = (log_uniform(numbers, 1.0, (1.5 * memory).max(2.0)) as usize).clamp(1, count / 4);
+    let signed = numbers.random_bool(0.5);
+    let cycles = log_uniform(numbers, 2.0, number(count) / 12.0);
+    let phases: Vec<f64> = (0..8).map(|_| numbers.random_range(0.0..TAU)).collect();
+    let top = numbers.random_range(3..10);
+    let mut level = 0.0;
+    let volts = (0..count).map(|n| {
+        if n < rest {
+            return 0.0;
+        }
+        let (at, part) = (n - rest, number(n - rest) / number(count - rest));
+        match kind {
+            "step" => 1.0,
+            "steps" => {
+                if at % dwell == 0 {
+                    level = numbers.random_range(if signed { -1.0..1.0 } else { 0.1..1.0 });
+                }
+                level
+            }
+            "prbs" => {
+                if at % hold == 0 {
+                    level = if numbers.random_bool(0.5) {
+                        1.0
+                    } else if signed {
+                        -1.0
+                    } else {
+                        0.0
+                    };
+                }
+                level
+            }
+            "chirp" => (TAU * cycles * (0.2 * part + 0.8 * part * part)).sin(),
+            "sine" => (TAU * cycles * part).sin(),
+            "ramp" => part,
+            "staircase" => {
+                let steps = if signed { 2 * top } else { top };
+                let at = (part * number(steps)) as usize;
+                number(if at < top { at + 1 } else { steps - at }) / number(top)
+            }
+            "impulses" => {
+                if at % (4 * dwell) < hold.min(2 * dwell) {
+                    1.0
+                } else {
+                    0.0
+                }
+            }
+            _ => {
+                phases
+                    .iter()
+                    .zip(1..)
+                    .map(|(p, k)| (p + TAU * f64::from(k * k) * cycles / 64.0 * part).sin())
+                    .sum::<f64>()
+                    / 4.0
+            }
+        }
+    });
+    (volts.collect(), hold)
+}
+
+fn number(count: usize) -> f64 {
+    count as f64
+}
+
+/// The recording that `seed` stands for, without noise and with both channels.
+pub fn clean(numbers: &mut Numbers, kind: &'static str, count: usize) -> Varied {
+    let memory = log_uniform(numbers, 3.0, 600.0).min(number(count));
+    let period = [0.0005, 0.001, 0.002, 0.005, 0.01, 0.02][numbers.random_range(0..6)];
+    let (motor, volts) = motor(numbers, memory * period);
+    let (mut voltage, hold) = voltage(numbers, kind, count, memory);
+    voltage.iter_mut().for_each(|v| *v *= volts);
+    let time_s = (0..count).map(|n| number(n) * period).collect();
+    let record = simulated(&motor, &Excitation { time_s, voltage, torque: None }, Discretization::Zoh).unwrap();
+    Varied { kind, record, motor, stall: motor.k * volts / motor.r, hold, memory }
+}
+
+/// White noise so many dB below the root mean square.
+pub fn noisy(numbers: &mut Numbers, values: &mut [f64], decibels: f64) {
+    let rms = (values.iter().map(|v| v * v).sum::<f64>() / number(values.len())).sqrt();
+    let sigma = rms * 10f64.powf(-decibels / 20.0);
+    for value in values {
+        let normal: f64 = StandardNormal.sample(numbers);
+        *value += sigma * normal;
+    }
+}
+
+/// A clean recording with noise and both channels or one.
+pub fn varied(seed: u64) -> Varied {
+    let mut numbers = numbers(seed);
+    let kind = KINDS[numbers.random_range(0..KINDS.len())];
+    let count = log_uniform(&mut numbers, 200.0, 10_000.0) as usize;
+    let mut varied = clean(&mut numbers, kind, count);
+    let mut samples: Samples = varied.record.samples().clone();
+    for signal in [&mut samples.current, &mut samples.speed].into_iter().flatten() {
+        let decibels = numbers.random_range(20.0..60.0);
+        noisy(&mut numbers, signal, decibels);
+    }
+    match numbers.random_range(0..4) {
+        0 => samples.current = None,
+        1 => samples.speed = None,
+        _ => {}
+    }
+    varied.record = Record::new(samples).unwrap();
+    varied
+}
