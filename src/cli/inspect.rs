@@ -60,7 +60,10 @@ fn text(inspection: &Inspection<'_>, band: f64) -> String {
             None if facts.settling_hidden => "noise hides when it settles".to_owned(),
             None => "not settled".to_owned(),
         };
-        let overshoot = response.overshoot_percent.filter(|p| *p < 1000.0).map_or_else(String::new, |p| format!(" ({p:.1} % over)"));
+        let overshoot = response
+            .overshoot_percent
+            .filter(|p| *p < 1000.0)
+            .map_or_else(String::new, |p| format!(" ({p:.1} % over)"));
         let _ = writeln!(
             text,
             "  {STRONG}{}{STRONG:#}: peak {} {unit} at {} s{overshoot}, steady state {} {unit}, {settled} (within {} %)",
@@ -87,7 +90,7 @@ fn identifiability(outlook: &Outlook) -> String {
             format!("  {STRONG}identifies{STRONG:#}: {} (standard errors)\n", errors.join(", "))
         }
         Outlook::Lacks { message, remedy } => {
-            format!("  {STRONG}does not identify all five{STRONG:#}: {}; {}\n", printable(message), printable(remedy))
+            format!("  {STRONG}does not identify all five{STRONG:#}: {}. {}\n", printable(message), printable(remedy))
         }
     }
 }

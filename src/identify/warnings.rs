@@ -322,5 +322,6 @@ pub fn record_warnings(record: &Record) -> Vec<Warning> {
         let message = "the file ends without a line end: its last number may be cut off";
         warnings.push(Warning::mention("no_line_end", message));
     }
+    warnings.sort_by_key(|warning| warning.severity == Severity::Mention);
     warnings
 }

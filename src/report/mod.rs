@@ -22,7 +22,7 @@ pub use document::{Devices, EvaluateDocument, IdentifyDocument, Names, json};
 pub use inspect::inspect_page;
 pub use inspect::{InspectDocument, SignalFacts};
 #[cfg(feature = "report")]
-pub use page::{Figure, Page, Part, Section};
+pub use page::{Figure, Item, Page, Part, Section};
 #[cfg(feature = "report")]
 pub use pages::{Reproduced, compare_page, identify_page};
 #[cfg(feature = "report")]

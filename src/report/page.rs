@@ -36,6 +36,21 @@ pub enum Part {
     List(Vec<(String, String)>),
     /// Text as it is typed.
     Typed(String),
+    /// Things found, one after the other.
+    Items(Vec<Item>),
+}
+
+/// Something found.
+#[derive(Debug, Clone)]
+pub struct Item {
+    /// Its number and sort.
+    pub name: String,
+    /// Whether it must not be overlooked.
+    pub grave: bool,
+    /// What it is.
+    pub text: String,
+    /// Where it is, and what else there is to say.
+    pub details: Vec<(String, String)>,
 }
 
 /// A section under a heading.
@@ -111,21 +126,49 @@ fn part(part: &Part) -> Markup {
         Part::List(list) => html! {
             dl { @for (name, value) in list { dt { (printable(name)) } dd { (printable(value)) } } }
         },
+        Part::Items(items) => html! { @for item in items { (self::item(item)) } },
         Part::Typed(text) => html! { pre { code { (printable(text)) } } },
     }
 }
 
+fn item(item: &Item) -> Markup {
+    html! {
+        div.item.grave[item.grave] role="note" {
+            p { strong { (printable(&item.name)) } " " (printable(&item.text)) }
+            dl { @for (name, value) in &item.details { dt { (printable(name)) } dd { (printable(value)) } } }
+        }
+    }
+}
+
+/// Whether a column of a table holds words rather than numbers.
+fn is_words(table: &Table, column: usize) -> bool {
+    let number = |cell: &String| cell.starts_with(|c: char| c.is_ascii_digit() || "+-−±–∞<>≤≥".contains(c));
+    let cells = || table.rows.iter().filter_map(|row| row.get(column)).filter(|cell| !cell.is_empty());
+    cells().count() > 0 && !cells().any(number)
+}
+
 fn table(table: &Table) -> Markup {
+    let words: Vec<bool> = (0..table.heads.len()).map(|column| is_words(table, column)).collect();
     html! {
         div.table tabindex="0" role="region" aria-label=(printable(&table.title)) {
             table {
                 caption { (printable(&table.title)) }
-                thead { tr { @for head in &table.heads { th scope="col" { (printable(head)) } } } }
+                thead {
+                    tr {
+                        @for (head, words) in table.heads.iter().zip(&words) {
+                            th.words[*words] scope="col" { (printable(head)) }
+                        }
+                    }
+                }
                 tbody {
                     @for row in &table.rows {
                         tr {
                             @for (n, cell) in row.iter().enumerate() {
-                                @if n == 0 { th scope="row" { (printable(cell)) } } @else { td { (printable(cell)) } }
+                                @if n == 0 {
+                                    th scope="row" { (printable(cell)) }
+                                } @else {
+                                    td.words[words.get(n) == Some(&true)] { (printable(cell)) }
+                                }
                             }
                         }
                     }

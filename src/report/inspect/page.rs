@@ -4,7 +4,7 @@ use super::SignalFacts;
 use crate::identify::{Inspection, Outlook, Warning};
 use crate::motor::Parameter;
 use crate::record::{Quantity, Record, Severity};
-use crate::report::page::{Figure, Page, Part, Section};
+use crate::report::page::{Figure, Item, Page, Part, Section};
 use crate::report::pages::{Reproduced, reproduce, section};
 use crate::report::plot::{Chart, Line, Mark, panels};
 use crate::report::table::Table;
@@ -46,7 +46,8 @@ fn name(record: &Record) -> String {
 
 fn holds(record: &Record) -> String {
     let time = &record.samples().time_s;
-    let columns: Vec<String> = record.source().columns.iter().map(|c| c.quantity.to_string()).collect();
+    let signals = record.source().columns.iter().filter(|c| c.quantity != Quantity::Time);
+    let columns: Vec<String> = signals.map(|c| c.quantity.to_string()).collect();
     format!(
         "{} samples every {} for {} of {}",
         record.len(),
@@ -81,7 +82,7 @@ fn outlook(outlook: &Outlook) -> String {
         }
         Outlook::Lacks { message, remedy } => {
             let message = message.rsplit_once(".csv: ").map_or(message.as_str(), |(_, message)| message);
-            format!("It does not identify all five parameters: {message}; {remedy}")
+            format!("It does not identify all five parameters: {message}. {}", capital(remedy))
         }
     }
 }
@@ -97,19 +98,19 @@ fn odd(inspection: &Inspection<'_>, n: usize, several: bool) -> Vec<Part> {
         parts.push(Part::Text("Nothing odd was found.".to_owned()));
         return parts;
     }
-    let heads = ["", "what", "where", "what to do", "code"];
-    let mut table = Table::new(format!("findings-{}", n + 1), "Findings", &heads);
-    for (n, warning) in inspection.warnings.iter().enumerate() {
-        let sort = if warning.severity == Severity::Report { "fault" } else { "remark" };
-        table.row(vec![
-            format!("{} {sort}", n + 1),
-            capital(&warning.message),
-            warning.place.as_ref().map_or_else(String::new, ToString::to_string),
-            warning.remedy.clone().unwrap_or_default(),
-            warning.code.to_owned(),
-        ]);
-    }
-    parts.push(Part::Table(table));
+    let item = |(n, warning): (usize, &Warning)| {
+        let grave = warning.severity == Severity::Report;
+        let place = warning.place.as_ref().map(|place| ("where".to_owned(), place.to_string()));
+        let remedy = warning.remedy.as_ref().map(|remedy| ("what to do".to_owned(), remedy.clone()));
+        let code = ("code".to_owned(), warning.code.to_owned());
+        Item {
+            name: format!("{}. {}:", n + 1, if grave { "Fault" } else { "Remark" }),
+            grave,
+            text: warning.message.clone(),
+            details: place.into_iter().chain(remedy).chain([code]).collect(),
+        }
+    };
+    parts.push(Part::Items(inspection.warnings.iter().enumerate().map(item).collect()));
     parts
 }
 
@@ -148,8 +149,8 @@ fn signals(inspection: &Inspection<'_>, n: usize) -> Figure {
         svg: panels(&charts, 1, [1060.0, 270.0]),
         alternative: format!("The signals of {} over time, findings marked", name(record)),
         caption:
-            "Marked in orange: where findings are, by their numbers in the table; findings without a place are about \
-                  all of the signal."
+            "Marked in orange: where findings are, by their numbers above; those without a place are about all of the \
+                  signal."
                 .to_owned(),
     }
 }
@@ -201,6 +202,10 @@ fn understood(record: &Record, band: f64) -> Vec<Part> {
         ]);
     }
     let jitter = significant(100.0 * record.steps().jitter, 2);
-    signals.note(format!("Steps between samples deviate by up to {jitter} % from the period."));
+    let regular = record.steps().jitter < 1e-6;
+    signals.note(match regular {
+        true => "Samples are evenly spaced.".to_owned(),
+        false => format!("Steps between samples deviate by up to {jitter} % from the period."),
+    });
     vec![Part::Table(columns), Part::Table(signals)]
 }

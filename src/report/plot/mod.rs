@@ -187,13 +187,15 @@ pub fn panels(charts: &[Chart], columns: usize, [width, height]: [f64; 2]) -> St
     // The first that has all lines explains them all.
     let most = charts.iter().map(|chart| chart.plots(false).len()).max().unwrap_or(0);
     let named = charts.iter().position(|chart| chart.plots(false).len() == most).unwrap_or(0);
-    let plots: Vec<Vec<Plot>> = charts.iter().enumerate().map(|(n, chart)| chart.plots(n == named)).collect();
+    // A single line in each needs no legend: titles and axes say what it is.
+    let legend = most > 1;
+    let plots: Vec<Vec<Plot>> = charts.iter().enumerate().map(|(n, chart)| chart.plots(legend && n == named)).collect();
     let layouts = charts.iter().zip(&plots).map(|(chart, plots)| small(chart.layout(plots))).collect();
     let figure = Figure::new(charts.len().div_ceil(columns), columns)
         .with_plots(plots)
         .with_layouts(layouts)
-        .with_cell_size(width, height)
-        .with_shared_legend_bottom();
+        .with_cell_size(width, height);
+    let figure = if legend { figure.with_shared_legend_bottom() } else { figure };
     SvgBackend::default().render_scene(&figure.render())
 }
 
