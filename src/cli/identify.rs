@@ -7,7 +7,7 @@ use super::progress::Reporter;
 use super::{Outcome, interrupt, methods, problem, reading, values};
 use motorfit::Result;
 use motorfit::estimate::ReferenceKind;
-use motorfit::identify::{Identification, IdentifySpec, Method, Polish, Status, identify_with};
+use motorfit::identify::{Identification, IdentifySpec, Method, Polish, Status, identify_with, warnings_of_records};
 use motorfit::motor::Parameter;
 use motorfit::optimize::Stop;
 use motorfit::record::Record;
@@ -28,7 +28,8 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
         if interrupt::pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     drop(reporter);
-    let found = found?;
+    // What is wrong with the recordings may be why.
+    let found = found.inspect_err(|_| style.warnings(&warnings_of_records(&records)))?;
     style.warnings(&found.warnings);
     if found.stop == Stop::Interrupted {
         style.note("interrupted: this is the best so far");

@@ -75,7 +75,7 @@ pub fn between_samples(record: &Record, start: Option<&[f64; 5]>, method: Discre
         |discretization| RefineOptions { model: Model { discretization, initial: Initial::Auto }, sigma: None };
     let (space, start) = match (start, record.measured()) {
         (Some(start), _) => (around(start)?, start.to_vec()),
-        (None, [None, Some(_)]) => first_order(record)?,
+        (None, [None, Some(_)]) => by_speed(record)?,
         _ => return Ok(None),
     };
     let here = refine(records, &space, &start, &options(method))?;
@@ -94,9 +94,8 @@ fn around(motor: &[f64; 5]) -> Result<Space> {
     Space::new(Parameter::ALL.into_iter().zip(motor).map(axis).collect(), Vec::new())
 }
 
-/// A motor of gain and time constant alone, from the speed: R = 1 Ω, no inductance to speak of, no friction, so that
-/// the gain is 1/K and the time constant J/K².
-fn first_order(record: &Record) -> Result<(Space, Vec<f64>)> {
+/// What speed alone tells: R = 1 Ω and no friction, so that the gain is 1/K, the time constants J/K² and L/R.
+fn by_speed(record: &Record) -> Result<(Space, Vec<f64>)> {
     let samples = record.samples();
     let speed = samples.speed.as_deref().unwrap_or_default();
     let h = record.period_s();
@@ -118,9 +117,11 @@ fn first_order(record: &Record) -> Result<(Space, Vec<f64>)> {
     }
     let (k, j) = (1.0 / gain, constant / (gain * gain));
     let axis = |parameter, value: f64| Axis { parameter, scope: Scope::Shared, min: 1e-3 * value, max: 1e3 * value };
-    let held = [(Parameter::R, 1.0), (Parameter::L, 0.01 * h), (Parameter::B, 1e-6 * k * k)];
+    let held = [(Parameter::R, 1.0), (Parameter::B, 1e-6 * k * k)];
     let fixed = held.map(|(parameter, value)| (parameter, Scope::Shared, value)).to_vec();
-    Ok((Space::new(vec![axis(Parameter::K, k), axis(Parameter::J, j)], fixed)?, vec![k, j]))
+    let start = vec![0.3 * h, k, j];
+    let free = [Parameter::L, Parameter::K, Parameter::J].into_iter().zip(&start).map(|(p, v)| axis(p, *v)).collect();
+    Ok((Space::new(free, fixed)?, start))
 }
 
 /// What the outputs say of an assumption, in words.

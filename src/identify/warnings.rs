@@ -88,10 +88,6 @@ impl Warning {
         Self { code, severity: Severity::Report, message: message.into(), place: None, remedy: None }
     }
 
-    fn mention(code: &'static str, message: impl Into<String>) -> Self {
-        Self { severity: Severity::Mention, ..Self::new(code, message) }
-    }
-
     /// What is found in a recording, its samples as times and lines.
     fn found(record: &Record, finding: Finding) -> Self {
         let place = Some(Place::of(record, &finding));
@@ -304,7 +300,7 @@ pub fn record_warnings(record: &Record) -> Vec<Warning> {
             "{period} s between samples is long for a motor; if the times are milliseconds, name the unit: --columns \
              time=HEADING:ms"
         );
-        warnings.push(Warning::mention("period_unit", message));
+        warnings.push(Warning::new("period_unit", message));
     }
     let voltage = &record.samples().voltage;
     if voltage.iter().all(|v| v.to_bits() == voltage[0].to_bits()) && voltage[0] != 0.0 {
@@ -320,7 +316,7 @@ pub fn record_warnings(record: &Record) -> Vec<Warning> {
     }
     if record.source().last_line_open {
         let message = "the file ends without a line end: its last number may be cut off";
-        warnings.push(Warning::mention("no_line_end", message));
+        warnings.push(Warning::new("no_line_end", message));
     }
     warnings.sort_by_key(|warning| warning.severity == Severity::Mention);
     warnings

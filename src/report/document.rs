@@ -23,15 +23,10 @@ pub fn json(document: &Value) -> String {
     text
 }
 
-pub(super) fn warnings(list: &[Warning]) -> Value {
-    let severity = |w: &Warning| if w.severity == Severity::Report { "report" } else { "mention" };
-    let one = |w: &Warning| {
-        value!({
-            "code": w.code, "severity": severity(w), "message": w.message, "place": w.place.as_ref().map(place_of),
-            "remedy": w.remedy,
-        })
-    };
-    list.iter().map(one).collect()
+/// Warnings of a severity: those of a result and, apart from them, remarks.
+pub(super) fn warnings(list: &[Warning], severity: Severity) -> Value {
+    let one = |w: &Warning| value!({"code": w.code, "message": w.message, "place": w.place.as_ref().map(place_of), "remedy": w.remedy});
+    list.iter().filter(|w| w.severity == severity).map(one).collect()
 }
 
 fn place_of(place: &Place) -> Value {
@@ -110,7 +105,8 @@ impl IdentifyDocument {
                 "cost_gap": check.cost_gap,
                 "cpu_gpu_cost_difference": found.cost_difference,
             },
-            "warnings": warnings(&found.warnings),
+            "warnings": warnings(&found.warnings, Severity::Report),
+            "remarks": warnings(&found.warnings, Severity::Mention),
             "stop": found.stop.name(),
             "evaluations": found.evaluations,
             "history": found.history,
@@ -149,7 +145,7 @@ impl EvaluateDocument {
             "stop": if self.interrupted { "interrupted" } else { "budget_spent" },
             "seconds": self.seconds,
             "best": best.map(entry).collect::<Value>(),
-            "warnings": warnings(costs.warnings()),
+            "warnings": warnings(costs.warnings(), Severity::Report),
         })
     }
 }

@@ -6,7 +6,7 @@ use super::page::{Figure, Page, Part, Section};
 use super::{Names, Table};
 use crate::identify::{Identification, IdentifySpec, Status, Warning};
 use crate::motor::{Parameter, Parameters};
-use crate::record::Record;
+use crate::record::{Record, Severity};
 use crate::study::compare::{Block, Comparison, Contest};
 use crate::text::{engineering, significant};
 
@@ -28,7 +28,7 @@ pub(super) fn section(heading: &str, parts: Vec<Part>) -> Section {
 }
 
 fn warnings(list: &[Warning]) -> Vec<Part> {
-    list.iter().map(|w| Part::Warning(w.text())).collect()
+    list.iter().filter(|w| w.severity == Severity::Report).map(|w| Part::Warning(w.text())).collect()
 }
 
 /// How to make it again.

@@ -28,9 +28,11 @@ fn clipped(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
             continue;
         }
         let at_top = runs(values.len(), |n| (sign * values[n]).to_bits() == extreme.to_bits());
-        places.extend(
-            at_top.into_iter().filter(|run| run.len() >= CLIPPED_MIN && enters_and_leaves(view, current, run, sign)),
-        );
+        let is_told = |run: &Range<usize>| run.len() >= CLIPPED_MIN && enters_and_leaves(view, current, run, sign);
+        if at_top.iter().any(is_told) {
+            // Where a run tells what the level is, single samples at it are cut off too.
+            places.extend(at_top);
+        }
     }
     if places.is_empty() {
         return None;
@@ -121,8 +123,14 @@ fn without_current(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
         Some(speed) => speed.values[n].abs() * view.volts_peak < 0.5 * speed.peak * view.voltage[n].abs(),
         None => true,
     };
-    let is_off = |n: usize| {
-        view.voltage[n].abs() > 0.5 * view.volts_peak && (current.values[n] - offset).abs() <= none && slow(n)
+    let without =
+        |n: usize| view.voltage[n].abs() > 0.5 * view.volts_peak && (current.values[n] - offset).abs() <= none;
+    let is_off = |n: usize| without(n) && slow(n);
+    // A drive that goes off while the motor turns fast is only told when it has slowed down: it has been off before.
+    let whole = |run: Range<usize>| {
+        let start = (0..run.start).rev().take_while(|n| without(*n)).last().unwrap_or(run.start);
+        let end = (run.end..view.len()).take_while(|n| without(*n)).last().map_or(run.end, |n| n + 1);
+        start..end
     };
     let least = (view.len() / 50).max(10);
     let from_the_edge = |run: &Range<usize>| {
@@ -136,6 +144,7 @@ fn without_current(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
     let places: Vec<Range<usize>> = runs(view.len(), is_off)
         .into_iter()
         .filter(|run| run.len() >= least && (view.speed.is_some() || from_the_edge(run)))
+        .map(whole)
         .collect();
     (!places.is_empty()).then(|| {
         Finding::new(

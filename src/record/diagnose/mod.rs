@@ -73,6 +73,10 @@ impl Finding {
         self
     }
 
+    fn reported(self) -> Self {
+        Self { severity: Severity::Report, ..self }
+    }
+
     fn at(mut self, places: impl IntoIterator<Item = Range<usize>>) -> Self {
         self.places.extend(places);
         self

@@ -3,6 +3,7 @@
 use super::paper::paper_tables;
 use super::tables::{setting_name, tables};
 use crate::motor::Parameter;
+use crate::record::Severity;
 use crate::report::Table;
 use crate::report::document::{plain, record_head, warnings};
 use crate::study::compare::{Block, Comparison, Contest, Outcome, reached};
@@ -43,7 +44,8 @@ impl CompareDocument {
             })),
             "refined": comparison.reference.as_ref().ok().map(|found| plain(&found.parameters)),
             "refined_failure": comparison.reference.as_ref().err(),
-            "warnings": warnings(&comparison.warnings),
+            "warnings": warnings(&comparison.warnings, Severity::Report),
+            "remarks": warnings(&comparison.warnings, Severity::Mention),
             "stop": if comparison.interrupted { "interrupted" } else { "budget_spent" },
             "evaluations": comparison.evaluations,
             "seconds": comparison.batch_seconds,

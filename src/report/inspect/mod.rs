@@ -10,7 +10,7 @@ use super::document::{record_head, warnings};
 use crate::criterion::{mean, noise_sigma, rms, standard_deviation};
 use crate::identify::{Inspection, Outlook};
 use crate::motor::{Parameter, response};
-use crate::record::{Quantity, Record};
+use crate::record::{Quantity, Record, Severity};
 use serde_json::{Map, Value, json as value};
 
 /// Facts of one signal of a recording.
@@ -115,7 +115,8 @@ impl InspectDocument {
                 value!({"identifies": false, "relative_std_error": null, "message": message, "remedy": remedy})
             }
         };
-        document["warnings"] = warnings(&inspection.warnings);
+        document["warnings"] = warnings(&inspection.warnings, Severity::Report);
+        document["remarks"] = warnings(&inspection.warnings, Severity::Mention);
         document
     }
 }

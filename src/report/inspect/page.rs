@@ -24,7 +24,7 @@ pub fn inspect_page(inspections: &[Inspection<'_>], band: f64, how: &Reproduced)
     let mut sections: Vec<Section> = Vec::new();
     for (n, inspection) in inspections.iter().enumerate() {
         let heading = if inspections.len() == 1 { "What is odd".to_owned() } else { name(inspection.record) };
-        sections.push(section(&heading, odd(inspection, n, inspections.len() > 1)));
+        sections.push(section(&heading, odd(inspection, inspections.len() > 1)));
         sections.push(section("Signals", vec![Part::Figure(Box::new(signals(inspection, n)))]));
         sections.push(section("What was understood", understood(inspection.record, band)));
     }
@@ -88,7 +88,7 @@ fn outlook(outlook: &Outlook) -> String {
 }
 
 /// The findings, numbered as they are on the plots.
-fn odd(inspection: &Inspection<'_>, n: usize, several: bool) -> Vec<Part> {
+fn odd(inspection: &Inspection<'_>, several: bool) -> Vec<Part> {
     let mut parts = Vec::new();
     if several {
         let text = format!("{}. {}", holds(inspection.record), outlook(&inspection.outlook));

@@ -1,0 +1,266 @@
+//! Proves: every command reads, prepares and diagnoses recordings alike, by the same flags: what was understood and what
+//! is odd comes with code, place and remedy in text, JSON and pages; wrong flags are refused with a remedy.
+//! Does not prove: the rules themselves (diagnose.rs), nor preparation (preparation.rs).
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
+#![allow(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "small numbers"
+)]
+
+#[path = "support/program.rs"]
+mod program;
+mod support;
+
+use motorfit::identify::between_samples;
+use motorfit::motor::{Discretization, Parameters};
+use motorfit::record::{Record, write_csv};
+use program::{EXAMPLE, Folder, fails, json, ok, run, text};
+use serde_json::Value;
+use support::{changed, driven, m2_record};
+
+fn value(document: &Value, symbol: &str) -> f64 {
+    document["parameters"][symbol]["value"].as_f64().unwrap()
+}
+
+/// Steps up and down, at 1 kHz.
+fn steps(change: impl FnOnce(&mut motorfit::record::Samples)) -> Record {
+    let time: Vec<f64> = (0..4000).map(|n| f64::from(n) * 1e-3).collect();
+    let voltage = time.iter().map(|t| [0.0, 10.0, 4.0, -8.0, 0.0, 9.0, -3.0, 6.0][(t / 0.5) as usize % 8]).collect();
+    let noisy = motorfit::experiment::with_noise(&driven(time, voltage, None), [0.012, 1.04], 5).unwrap();
+    changed(&noisy, change)
+}
+
+#[test]
+fn preparation_by_flags() {
+    let whole = json(&["identify", EXAMPLE, "--json"]);
+    for (flags, samples, period, note) in [
+        (&["--crop", "0.5:2"][..], 1501, 0.001, "cropped to 0.500000 s … 2.00000 s"),
+        (&["--crop", ":2"], 2001, 0.001, "cropped"),
+        (&["--rate", "500"], 1501, 0.002, "every 2th sample"),
+        (&["--decimate", "4"], 751, 0.004, "every 4th sample"),
+        (&["--rate", "800"], 2401, 0.00125, "regular clock of 1.6000 kHz"),
+        (&["--filter", "chebyshev:100:4:0.5"], 3001, 0.001, "low-pass: Chebyshev (0.5 dB), order 4, 100.0 Hz"),
+        (&["--mask", "1.5:1.7,current@2:2.1"], 3001, 0.001, "masked: 201 samples"),
+        (&["--offset", "current=0,speed=0"], 3001, 0.001, "offsets subtracted"),
+        (&["--offset", "auto"], 3001, 0.001, "offsets subtracted"),
+        (&["--mask", "auto"], 3001, 0.001, ""),
+    ] {
+        let document = json(&[&["identify", EXAMPLE, "--json"], flags].concat());
+        let record = &document["records"][0];
+        assert_eq!(record["samples"], samples, "{flags:?}");
+        assert!((record["period_s"].as_f64().unwrap() / period - 1.0).abs() < 1e-9, "{flags:?}");
+        let notes = record["notes"].to_string();
+        assert!(notes.contains(note), "{flags:?}: {notes}");
+        for symbol in ["R", "L", "K", "B", "J"] {
+            let error = whole["parameters"][symbol]["std_error"].as_f64().unwrap();
+            let apart = (value(&document, symbol) - value(&whole, symbol)).abs() / error;
+            assert!(apart < 3.0, "{flags:?}: {symbol} is {apart} standard errors off");
+        }
+    }
+    for command in ["inspect", "compare", "evaluate"] {
+        let more: &[&str] = match command {
+            "compare" => &["--runs", "2", "--generations", "5", "--noise-records", "2"],
+            "evaluate" => &["--sample", "uniform:10"],
+            _ => &[],
+        };
+        let document = json(&[&[command, EXAMPLE, "--json", "--rate", "500"], more].concat());
+        assert_eq!(document["records"][0]["samples"], 1501, "{command}");
+    }
+}
+
+#[test]
+fn columns_and_files_by_flags() {
+    let folder = Folder::new();
+    let record = m2_record();
+    let samples = record.samples();
+    let rows = |row: &dyn Fn(usize) -> String| (0..record.len()).map(|n| row(n) + "\n").collect::<String>();
+    let [current, speed] = record.measured().map(Option::unwrap);
+    let bare = folder.file("bare.txt", rows(&|n| format!("{} {} {}", samples.voltage[n], current[n], speed[n])));
+    let columns = "voltage=1:V,current=2:A,speed=3:rad/s";
+    let found = json(&["identify", &bare, "--columns", columns, "--rate", "1000", "--json"]);
+    assert!((value(&found, "R") / 0.921_042 - 1.0).abs() < 1e-6);
+    assert_eq!(found["records"][0]["samples"], 3001, "the rate is that of the file");
+    let flag = folder.file(
+        "flag.csv",
+        format!(
+            "tick,on,mA,w\n{}",
+            rows(&|n| {
+                format!("{n},{},{},{}", if samples.voltage[n] > 0.0 { 0.7 } else { 0.6 }, 1e3 * current[n], speed[n])
+            })
+        ),
+    );
+    let columns = "time=tick:1kHz,voltage=on:0..10.5,current=mA:mA,speed=w:rad/s";
+    let found = json(&["identify", &flag, "--columns", columns, "--json"]);
+    assert!((value(&found, "K") / 0.073_472 - 1.0).abs() < 1e-6);
+    assert_eq!(found["records"][0]["columns"][1]["conversion"], "flag: 0 or 10.500");
+    let first = folder.file(
+        "a.csv",
+        format!("t,u,i\n{}", rows(&|n| format!("{},{},{}", samples.time_s[n], samples.voltage[n], current[n]))),
+    );
+    let second = folder.file("b.csv", format!("t,w\n{}", rows(&|n| format!("{},{}", samples.time_s[n], speed[n]))));
+    let both = json(&["identify", &format!("{first}+{second}"), "--json"]);
+    assert!((value(&both, "J") / 0.000_136 - 1.0).abs() < 1e-6);
+    assert!(both["records"][0]["path"].as_str().unwrap().contains("a.csv+"));
+    fails(&["identify", &first, "--columns", "voltage=u*x"], 3, "no column \"u*x\"");
+    fails(&["identify", &format!("{first}+nothing.csv")], 3, "nothing.csv");
+}
+
+#[test]
+fn wrong_flags_are_refused() {
+    for (flags, part) in [
+        (&["--crop", "1"][..], "not FROM:TO"),
+        (&["--crop", "2:1"], "holds nothing"),
+        (&["--crop", "a:1"], "--crop"),
+        (&["--crop", "7:9"], "leaves 0 samples"),
+        (&["--filter", "bessel:5"], "no filter"),
+        (&["--filter", "butterworth:600"], "half the sampling rate"),
+        (&["--mask", "power@1:2"], "neither current nor speed"),
+        (&["--offset", "power=1"], "no signal"),
+        (&["--offset", "current=1,current=2"], "twice"),
+        (&["--decimate", "0"], "--decimate is 0"),
+        (&["--decimate", "2000"], "leaves too little"),
+        (&["--rate", "0"], "--rate is 0"),
+        (&["--rate", "nan"], "--rate is NaN"),
+        (&["--rate", "1e13"], "more than 100000000 samples"),
+        (&["--rate", "500", "--decimate", "2"], "cannot be used with"),
+        (&["--gaps", "ignore"], "invalid value"),
+    ] {
+        fails(&[&["identify", EXAMPLE], flags].concat(), 2, part);
+    }
+    fails(&["inspect", EXAMPLE, "--columns", "position=current_A*2"], 2, "there is a speed");
+}
+
+#[test]
+fn what_is_odd_is_said_everywhere_with_place_and_remedy() {
+    let folder = Folder::new();
+    let clipped = steps(|s| s.current.as_mut().unwrap().iter_mut().for_each(|i| *i = i.clamp(-4.0, 4.0)));
+    let path = folder.file("clipped.csv", write_csv(&clipped));
+    let out = folder.path("out");
+    let document = json(&["identify", &path, "--json", "--out", &out]);
+    let warning = document["warnings"].as_array().unwrap().iter().find(|w| w["code"] == "current_clipped").unwrap();
+    assert_eq!(warning["place"]["quantity"], "current");
+    assert!(warning["place"]["lines"][0][0].as_u64().unwrap() > 500, "{warning}");
+    assert!(warning["remedy"].as_str().unwrap().contains("--mask auto"), "{warning}");
+    let page = std::fs::read_to_string(format!("{out}/report.html")).unwrap();
+    assert!(page.contains("as if it were cut off there") && page.contains("--mask auto"));
+    let shown = text(&run(&["identify", &path]).stderr);
+    assert!(shown.contains("warning:") && shown.contains("(line ") && shown.contains("[current_clipped]"), "{shown}");
+    assert!(text(&run(&["identify", &path, "-q"]).stderr).is_empty());
+    // What it advises helps, and then nothing is odd any more.
+    let masked = json(&["identify", &path, "--json", "--mask", "auto"]);
+    let apart = |document: &Value| {
+        let error = document["parameters"]["R"]["std_error"].as_f64().unwrap();
+        (value(document, "R") - 0.921_042).abs() / error
+    };
+    assert!(apart(&document) > 20.0 && apart(&masked) < 4.0, "{} {}", apart(&document), apart(&masked));
+    assert!(!masked["warnings"].to_string().contains("current_clipped"), "{}", masked["warnings"]);
+    // A good recording has no warnings; remarks are for those who ask.
+    assert_eq!(text(&run(&["identify", EXAMPLE]).stderr), "");
+    assert!(text(&run(&["identify", EXAMPLE, "-v"]).stderr).contains("[single_edge]"));
+    let compared = json(&["compare", &path, "--json", "--runs", "2", "--generations", "5", "--noise-records", "2"]);
+    assert!(compared["warnings"].to_string().contains("current_clipped"));
+}
+
+#[test]
+fn an_input_reset_and_a_drive_that_is_off_are_cut() {
+    let folder = Folder::new();
+    let reset = steps(|s| {
+        let last = s.voltage.len() - 2;
+        s.voltage[last..].fill(0.0);
+    });
+    let path = folder.file("reset.csv", write_csv(&reset));
+    let found = json(&["identify", &path, "--json", "--mask", "auto"]);
+    let inspected = ok(&["inspect", &path]);
+    println!("{inspected}");
+    assert!(found["records"][0]["samples"].as_u64().unwrap() >= 3998);
+    let off = steps(|_| ());
+    // From 1.6 s to 1.9 s nothing reaches the motor: it coasts, and starts anew from where it is.
+    let mut samples = off.samples().clone();
+    let clean = driven(samples.time_s.clone(), samples.voltage.clone(), None);
+    let clean = clean.measured().map(|signal| signal.unwrap().to_vec());
+    let (mut i, mut w) = (0.0, 0.0);
+    let p = Parameters::M2.to_array();
+    for n in 0..samples.time_s.len() {
+        let coasting = (1600..1900).contains(&n);
+        // The noise of the recording stays.
+        samples.current.as_mut().unwrap()[n] += i - clean[0][n];
+        samples.speed.as_mut().unwrap()[n] += w - clean[1][n];
+        for _ in 0..50 {
+            let h = 2e-5;
+            let di = if coasting { -i / 1e-4 } else { (samples.voltage[n] - p[0] * i - p[2] * w) / p[1] };
+            let dw = (p[2] * i - p[3] * w) / p[4];
+            (i, w) = (i + h * di, w + h * dw);
+        }
+    }
+    let path = folder.file("off.csv", write_csv(&Record::new(samples).unwrap()));
+    let plain = json(&["identify", &path, "--json"]);
+    assert!(plain["warnings"].to_string().contains("voltage_without_current"), "{}", plain["warnings"]);
+    let cut = json(&["identify", &path, "--json", "--mask", "auto"]);
+    assert_eq!(cut["records"].as_array().unwrap().len(), 2);
+    assert_eq!(cut["records"][1]["part"], "stretch 2");
+    // Fifty Euler steps a sample are not exact: half a percent.
+    let worst = |document: &Value| {
+        let truth = ["R", "L", "K", "B", "J"].into_iter().zip(p);
+        truth.map(|(symbol, p)| (value(document, symbol) / p - 1.0).abs()).fold(0.0, f64::max)
+    };
+    assert!(worst(&cut) < 0.01 && worst(&plain) > 0.05, "it matters: {} {}", worst(&cut), worst(&plain));
+}
+
+#[test]
+fn inspect_makes_a_page() {
+    let folder = Folder::new();
+    let evil = steps(|s| s.speed.as_mut().unwrap().iter_mut().for_each(|w| *w = (*w / 6.0).round() * 6.0));
+    let text = write_csv(&evil).replace("speed_rad_s", "speed<script>x</script> (rad/s)");
+    let path = folder.file("odd <b>.csv", text);
+    let out = folder.path("page");
+    ok(&["inspect", &path, EXAMPLE, "--out", &out]);
+    let page = std::fs::read_to_string(format!("{out}/report.html")).unwrap();
+    assert!(page.contains("coarse_quantization") && page.contains("Fault") && page.contains("what to do"));
+    assert!(!page.contains("<script") && !page.contains("<b>.csv"));
+    assert_eq!(page.matches("<svg").count(), 2, "the signals of each");
+    let document: Value =
+        serde_json::from_str(&std::fs::read_to_string(format!("{out}/result.json")).unwrap()).unwrap();
+    assert_eq!(document["records"].as_array().unwrap().len(), 2);
+    ok(&["inspect", EXAMPLE, "--out", &out]);
+    let own = folder.path("own");
+    std::fs::create_dir(&own).unwrap();
+    std::fs::write(format!("{own}/thesis.txt"), "mine").unwrap();
+    fails(&["inspect", EXAMPLE, "--out", &own], 3, "left as it is");
+}
+
+/// A voltage that goes on all the time, and a motor that follows it held or in straight lines.
+fn following(method: Discretization, seed: u64, speed_only: bool) -> Record {
+    use motorfit::experiment::{Excitation, simulated, with_noise};
+    let period = 0.004;
+    let time_s: Vec<f64> = (0..1500).map(|n| f64::from(n) * period).collect();
+    let voltage = time_s.iter().map(|t| 6.0 * (t * (2.0 + 4.0 * t)).sin() + 2.0 * (31.0 * t).sin()).collect();
+    let clean = simulated(&Parameters::M2, &Excitation { time_s, voltage, torque: None }, method).unwrap();
+    // The current tells at once; in the speed alone, a winding's lag looks much the same.
+    let noisy = with_noise(&clean, if speed_only { [0.0, 0.2] } else { [0.02, 1.0] }, seed).unwrap();
+    changed(&noisy, |s| s.current = s.current.take().filter(|_| !speed_only))
+}
+
+#[test]
+fn the_outputs_tell_whether_a_voltage_is_held() {
+    let truth = Parameters::M2.to_array();
+    let (zoh, foh) = (Discretization::Zoh, Discretization::Foh);
+    for speed_only in [false, true] {
+        let start = (!speed_only).then_some(&truth);
+        let said = |made, taken, seed| between_samples(&following(made, seed, speed_only), start, taken).unwrap();
+        for seed in 0..20 {
+            assert_eq!(said(foh, zoh, seed).map(|b| b.better), Some(foh), "{speed_only} {seed}");
+            assert_eq!(said(zoh, foh, seed).map(|b| b.better), Some(zoh), "{speed_only} {seed}");
+            assert_eq!(said(zoh, zoh, seed), None);
+            assert_eq!(said(foh, foh, seed), None);
+        }
+    }
+    assert_eq!(between_samples(&m2_record(), Some(&truth), zoh).unwrap(), None, "one step is the same either way");
+    let folder = Folder::new();
+    let path = folder.file("sampled.csv", write_csv(&following(foh, 1, false)));
+    let document = json(&["identify", &path, "--json"]);
+    assert!(document["warnings"].to_string().contains("--discretization foh"), "{}", document["warnings"]);
+    let taken = json(&["identify", &path, "--json", "--discretization", "foh"]);
+    assert!(!taken["warnings"].to_string().contains("between_samples"));
+}

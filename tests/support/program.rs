@@ -1,0 +1,64 @@
+//! The program from outside, as tests call it.
+#![allow(dead_code, reason = "each test file uses its part")]
+#![allow(clippy::unwrap_used, reason = "a test may stop")]
+
+use serde_json::Value;
+use std::process::{Command, Output};
+
+pub const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/m2-step.csv");
+pub const M2: &str = "R=0.921042,L=0.007759,K=0.073472,B=0.000678,J=0.000136";
+
+pub fn motorfit() -> Command {
+    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("motorfit"));
+    // What the user has measured is neither used nor changed.
+    command.env("XDG_CACHE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"));
+    command
+}
+
+pub fn run(args: &[&str]) -> Output {
+    motorfit().args(args).output().unwrap()
+}
+
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+pub fn ok(args: &[&str]) -> String {
+    let output = run(args);
+    assert!(output.status.success(), "{args:?}: {}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+pub fn json(args: &[&str]) -> Value {
+    serde_json::from_str(&ok(args)).unwrap()
+}
+
+/// Exit code and message of a run that must fail; the rules for every failure are checked here.
+pub fn fails(args: &[&str], code: i32, part: &str) -> String {
+    let output = run(args);
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {err}");
+    assert!(out.is_empty(), "{args:?} printed on stdout: {out}");
+    assert!(err.contains(part), "{args:?}: {err}\nlacks {part}");
+    assert!(!err.contains("panicked"), "{err}");
+    assert!(!err.chars().any(|c| c.is_control() && c != '\n'), "{args:?}: control characters in {err:?}");
+    assert!(err.contains("help:") || err.contains("tip:") || err.contains("--help"), "{args:?}: no remedy in {err}");
+    err
+}
+
+pub struct Folder(pub tempfile::TempDir);
+
+impl Folder {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    pub fn path(&self, name: &str) -> String {
+        self.0.path().join(name).to_str().unwrap().to_owned()
+    }
+
+    pub fn file(&self, name: &str, content: impl AsRef<[u8]>) -> String {
+        std::fs::write(self.path(name), content).unwrap();
+        self.path(name)
+    }
+}
