@@ -1,10 +1,11 @@
 //! Reading recordings: megabytes of CSV a second on one core, and where the time goes.
 //!
 //! The limit: every byte is hashed (SHA-256), searched for line ends and separators, and every number is parsed to
-//! the last bit. What these cost alone is measured beside the whole.
+//! the last bit. What these cost alone is measured beside the whole. With a file (`-- FILE`) that is read once, and its
+//! memory is shown.
 #![allow(clippy::print_stdout, clippy::unwrap_used, clippy::cast_precision_loss, reason = "a bench prints and stops")]
 
-use motorfit::record::{ReadOptions, read_bytes};
+use motorfit::record::{ReadOptions, read, read_bytes};
 use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -32,7 +33,23 @@ fn text(samples: u32, digits: usize) -> String {
     text
 }
 
+/// One file: rate, and memory against what is kept of it.
+fn file(path: &str) {
+    let megabytes = std::fs::metadata(path).unwrap().len() as f64 / 1e6;
+    let start = Instant::now();
+    let record = read(path.as_ref(), &ReadOptions::default()).unwrap().pop().unwrap();
+    let seconds = start.elapsed().as_secs_f64();
+    let signals = 2 + record.measured().iter().flatten().count();
+    let kept = (record.len() * signals * 8) as f64 / 1e6;
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap_or("not known here").trim();
+    println!("{megabytes:.0} MB in {seconds:.2} s: {:.0} MB/s; kept {kept:.0} MB, peak memory {peak}", megabytes / seconds);
+}
+
 fn main() {
+    if let Some(path) = std::env::args().skip(1).find(|arg| !arg.starts_with('-')) {
+        return file(&path);
+    }
     println!("{:<28}{:>9}{:>12}{:>12}{:>12}", "CSV", "MB", "read MB/s", "hash MB/s", "numbers MB/s");
     for (name, digits) in [("short numbers (5 digits)", 5), ("long numbers (17 digits)", 17)] {
         let text = text(1_000_000, digits);
