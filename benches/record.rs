@@ -43,7 +43,10 @@ fn file(path: &str) {
     let kept = (record.len() * signals * 8) as f64 / 1e6;
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap_or("not known here").trim();
-    println!("{megabytes:.0} MB in {seconds:.2} s: {:.0} MB/s; kept {kept:.0} MB, peak memory {peak}", megabytes / seconds);
+    println!(
+        "{megabytes:.0} MB in {seconds:.2} s: {:.0} MB/s; kept {kept:.0} MB, peak memory {peak}",
+        megabytes / seconds
+    );
 }
 
 fn main() {

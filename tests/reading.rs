@@ -182,14 +182,14 @@ fn an_input_reset_and_a_drive_that_is_off_are_cut() {
     let clean = clean.measured().map(|signal| signal.unwrap().to_vec());
     let (mut i, mut w) = (0.0, 0.0);
     let p = Parameters::M2.to_array();
-    for n in 0..samples.time_s.len() {
+    for (n, v) in samples.voltage.clone().into_iter().enumerate() {
         let coasting = (1600..1900).contains(&n);
         // The noise of the recording stays.
         samples.current.as_mut().unwrap()[n] += i - clean[0][n];
         samples.speed.as_mut().unwrap()[n] += w - clean[1][n];
         for _ in 0..50 {
             let h = 2e-5;
-            let di = if coasting { -i / 1e-4 } else { (samples.voltage[n] - p[0] * i - p[2] * w) / p[1] };
+            let di = if coasting { -i / 1e-4 } else { (v - p[0] * i - p[2] * w) / p[1] };
             let dw = (p[2] * i - p[3] * w) / p[4];
             (i, w) = (i + h * di, w + h * dw);
         }

@@ -82,6 +82,7 @@ fn run(
     spec: &IdentifySpec,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Identification> {
+    let mut warnings = warnings::warnings_of(records, spec);
     let started = Instant::now();
     let problem = Problem::new(records, spec.model, spec.space.clone(), spec.criterion)?;
     checks::before(records, spec, &problem)?;
@@ -110,7 +111,6 @@ fn run(
         (attempt.refined, attempt.space) = refine_widening(records, spec, &attempt.space, &better.values)?;
         (verification.status, verification.cost_gap) = (Status::Agrees, Some(0.0));
     }
-    let mut warnings = warnings::warnings_of(records, spec);
     warnings.append(&mut attempt.found.warnings);
     checks::after(records, spec, &attempt.space, &attempt.refined, &mut warnings)?;
     let mut result = Identification { verification, ..assemble(records, spec, attempt)? };
