@@ -48,8 +48,26 @@ pub fn suite(evaluator: &mut dyn Evaluator) -> std::result::Result<(), String> {
         let problem =
             problem(&mixed_records(), Model { discretization, initial: Initial::Measured }, Criterion::default());
         check(evaluator, &problem, &near(29, 0.3, 5)).map_err(|e| format!("{discretization:?}: {e}"))?;
+        let prepared = [prepared_records(), mixed_records()].concat();
+        let problem = problem_of(&prepared, discretization);
+        check(evaluator, &problem, &near(29, 0.3, 5)).map_err(|e| format!("{discretization:?}, prepared: {e}"))?;
     }
     Ok(())
+}
+
+fn problem_of(records: &[motorfit::record::Record], discretization: Discretization) -> Arc<Problem> {
+    problem(records, Model { discretization, initial: Initial::Measured }, criterion(Norm::Iae, Scale::Std))
+}
+
+/// Recordings with masks, and with voltages that are lines over each step.
+fn prepared_records() -> Vec<motorfit::record::Record> {
+    use motorfit::record::{Mask, Preparation};
+    let decimated = Preparation { decimate: Some(3), ..Preparation::default() };
+    let mask = Mask::Time { channels: [true, false], from: 0.1, to: 1.02 };
+    let masked = Preparation { mask: vec![mask], ..Preparation::default() };
+    let both = Preparation { mask: vec![mask], rate_hz: Some(400.0), ..Preparation::default() };
+    let record = m2_record();
+    [decimated, masked, both].iter().flat_map(|preparation| preparation.apply(&record).unwrap()).collect()
 }
 
 /// Recordings of different lengths: PRBS-like with torque, a ramp at another period, and irregular times.

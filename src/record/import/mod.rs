@@ -169,6 +169,9 @@ fn finish(mut collected: Collected, source: Source, options: &ReadOptions) -> Re
     records(Signals::new(&mut collected, options.rate_hz), source, options).map_err(named)
 }
 
+/// Samples that a stretch between gaps has at least.
+const STRETCH_MIN: usize = 10;
+
 /// The recordings that signals are: several where they are split at gaps.
 fn records(mut signals: Signals, source: Source, options: &ReadOptions) -> Result<Vec<Record>> {
     if options.drop_repeats {
@@ -181,8 +184,17 @@ fn records(mut signals: Signals, source: Source, options: &ReadOptions) -> Resul
     }
     let gaps = time::gaps(&samples.time_s);
     let edges: Vec<usize> = std::iter::once(0).chain(gaps).chain([samples.time_s.len()]).collect();
-    let pieces = edges.windows(2).map(|edge| edge[0]..edge[1]).enumerate();
-    let many = edges.len() > 2;
+    let all = edges.windows(2).map(|edge| edge[0]..edge[1]);
+    let (long, short): (Vec<_>, Vec<_>) = all.partition(|stretch| stretch.len() >= STRETCH_MIN || edges.len() == 2);
+    let many = long.len() > 1;
+    let note = format!("{} stretches of fewer than {STRETCH_MIN} samples left out", short.len());
+    let source =
+        Source { notes: source.notes.into_iter().chain((!short.is_empty()).then_some(note)).collect(), ..source };
+    if long.is_empty() {
+        let message = format!("no stretch between gaps has {STRETCH_MIN} samples");
+        return Err(Error::data(message, "Use --gaps keep, or record without gaps."));
+    }
+    let pieces = long.into_iter().enumerate();
     pieces
         .map(|(n, range)| {
             let part = source.part.clone().into_iter().chain(many.then(|| format!("stretch {}", n + 1)));
