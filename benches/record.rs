@@ -1,11 +1,11 @@
-//! Reading recordings: megabytes of CSV a second on one core, and where the time goes.
+//! Reading recordings: megabytes of CSV a second on one core, where the time goes, and what diagnoses take.
 //!
 //! The limit: every byte is hashed (SHA-256), searched for line ends and separators, and every number is parsed to
 //! the last bit. What these cost alone is measured beside the whole. With a file (`-- FILE`) that is read once, and its
 //! memory is shown.
 #![allow(clippy::print_stdout, clippy::unwrap_used, clippy::cast_precision_loss, reason = "a bench prints and stops")]
 
-use motorfit::record::{ReadOptions, read, read_bytes};
+use motorfit::record::{ReadOptions, diagnose, read, read_bytes};
 use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -66,5 +66,10 @@ fn main() {
         });
         let rate = |seconds: f64| megabytes / seconds;
         println!("{name:<28}{megabytes:>9.0}{:>12.0}{:>12.0}{:>12.0}", rate(read), rate(hash), rate(numbers));
+    }
+    println!("\n{:<28}{:>9}{:>12}", "diagnoses", "samples", "ms");
+    for samples in [501, 3001, 10_001] {
+        let record = read_bytes(text(samples, 7).as_bytes(), None, &ReadOptions::default()).unwrap().pop().unwrap();
+        println!("{:<28}{samples:>9}{:>12.2}", "two channels", 1e3 * seconds(|| diagnose(&record)));
     }
 }
