@@ -234,6 +234,33 @@ fn short_and_empty_recordings_are_fine() {
 }
 
 #[test]
+fn reversed_signs_show_under_any_excitation() {
+    let mut seen: BTreeMap<&str, [u32; 2]> = BTreeMap::new();
+    let mut wrong = 0;
+    for seed in 0..400 {
+        let varied = varied::varied(5000 + seed);
+        if varied.record.measured().iter().any(Option::is_none) {
+            continue;
+        }
+        for which in 0..3 {
+            let reversed = changed(&varied.record, |s| match which {
+                0 => s.voltage.iter_mut().for_each(|v| *v = -*v),
+                1 => each(&mut s.current, |_, i| -i),
+                _ => each(&mut s.speed, |_, w| -w),
+            });
+            let expected = [Quantity::Voltage, Quantity::Current, Quantity::Speed][which];
+            let found = find(&reversed, "sign_reversed").and_then(|finding| finding.quantity);
+            wrong += u32::from(found.is_some_and(|found| found != expected));
+            let [right, all] = seen.entry(varied.kind).or_default();
+            (*right, *all) = (*right + u32::from(found.is_some()), *all + 1);
+        }
+    }
+    println!("reversed signs found: {seen:?}, wrongly named: {wrong}");
+    let [right, all] = seen.values().fold([0, 0], |[a, b], [c, d]| [a + c, b + d]);
+    assert!(f64::from(right) > 0.8 * f64::from(all) && 40 * wrong <= all, "{right} of {all}, {wrong} wrongly");
+}
+
+#[test]
 fn false_alarms_are_rare() {
     const COUNT: u64 = 1500;
     let mut counts: BTreeMap<&str, u64> = BTreeMap::new();

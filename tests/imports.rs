@@ -200,6 +200,32 @@ fn a_position_is_a_source_of_speed() {
 }
 
 #[test]
+fn what_has_two_meanings_is_refused() {
+    // Thousands: a comma in a file with decimal points.
+    let thousands = "time_s,voltage_V,current_A,speed_rpm\n0.000,6.0,0.07,\"1,127\"\n0.001,6.0,0.07,\"1,128\"\n";
+    let error = refused(thousands, "");
+    assert!(error.line() == Some(2) && error.to_string().contains("decimal points too"), "{error}");
+    refused("t;u;i\n0,000;1;0,5\n0,001;1;0.5\n", "");
+    assert_eq!(one("t;u;i\n0,000;1;0,500\n0,001;1;0,125\n", "").measured()[0].unwrap(), [0.5, 0.125]);
+    let twice = "t,u,i,i\n0,1,2,3\n1,1,2,3\n";
+    assert!(refused(twice, "").to_string().contains("columns 3 and 4 are both headed \"i\""));
+    assert_eq!(one(twice, "current=#4").measured()[0].unwrap(), [3.0, 3.0]);
+    let units = "time_s,u,i\nms,V,A\n0,1,2\n1,1,2\n";
+    assert!(refused(units, "").to_string().contains("names the unit s, the row below it ms"));
+    assert_eq!(one(units, "time=time_s:ms").samples().time_s, [0.0, 0.001]);
+    refused("t,u,i\n0,1,2\n1,8,2\n", "voltage=u:3...8");
+    let bare = "t,u,position\n0,1,0\n1,1,5\n2,1,9\n";
+    assert!(refused(bare, "").remedy().contains("/4096:turns"), "nothing is taken to be radians");
+    let counter: String = (0..60).map(|n| format!("{n},5,{}\n", (60_000 + 300 * n) % 65_536)).collect();
+    let error = refused(&format!("t,u,count\n{counter}"), "position=count/4096:turns");
+    assert!(error.to_string().contains("wraps") && error.line() == Some(21), "{error}");
+    // Seconds since 1970 have steps as coarse as their digits.
+    let epoch: String = (0..3000).map(|n| format!("{:.3},1,{n}\n", 1.7e9 + f64::from(n) * 1e-3)).collect();
+    let epoch = one(&format!("t,u,i\n{epoch}"), "");
+    assert!(epoch.steps().step_index.is_empty() && (epoch.period_s() - 1e-3).abs() < 1e-9, "{}", epoch.period_s());
+}
+
+#[test]
 fn gaps_and_repeats_are_treated_as_asked() {
     let with_gap: String = (0..60)
         .map(|n| f64::from(n) * 0.01 + if n < 25 { 0.0 } else { 0.2 })

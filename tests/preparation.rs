@@ -76,6 +76,25 @@ fn what_is_filtered_alike_is_not_biased() {
 }
 
 #[test]
+fn a_filter_knows_whether_the_motor_moved_before() {
+    let filter = Preparation { filter: Some("butterworth:100".parse().unwrap()), ..Preparation::default() };
+    let decimate = Preparation { decimate: Some(2), ..Preparation::default() };
+    // From rest under a voltage that is there from the first sample on, and from the middle of a movement.
+    let at_once = changed(&lively(0.001, 0.0), |_| ());
+    let at_once = Preparation { crop: [Some(0.5), None], ..Preparation::default() }.apply(&at_once).unwrap();
+    let time_s: Vec<f64> = (0..2500).map(|n| f64::from(n) * 1e-3).collect();
+    let voltage = time_s.iter().map(|t| [10.5, 4.0, -6.0, 8.0, -3.0][(t / 0.5) as usize % 5]).collect();
+    let from_rest = simulated(&Parameters::M2, &Excitation { time_s, voltage, torque: None }, Discretization::Zoh);
+    for preparation in [filter, decimate] {
+        let z = z_scores(&from_rest.clone().unwrap(), &preparation);
+        assert!(z.iter().all(|[mean, rms]| mean.abs() < 0.52 && (0.55..1.36).contains(rms)), "{z:.2?}");
+        let moving = Preparation { crop: [Some(0.03), None], ..preparation };
+        let z = z_scores(&at_once[0], &moving);
+        assert!(z.iter().all(|[mean, rms]| mean.abs() < 0.52 && (0.55..1.36).contains(rms)), "{z:.2?}");
+    }
+}
+
+#[test]
 fn a_filter_on_one_side_only_would_bias() {
     // The test above can fail: filtering what was measured, but not the voltage, delays one against the other.
     let clean = lively(0.001, 0.0);

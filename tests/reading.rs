@@ -164,6 +164,18 @@ fn what_is_odd_is_said_everywhere_with_place_and_remedy() {
 }
 
 #[test]
+fn a_rate_too_low_for_the_motor_is_said() {
+    let folder = Folder::new();
+    let path = folder.file("steps.csv", write_csv(&steps(|_| ())));
+    let coarse = |flags: &[&str]| {
+        let document = json(&[&["identify", &path, "--json"], flags].concat());
+        document["warnings"].to_string().contains("coarse_rate")
+    };
+    assert!(!coarse(&[]) && !coarse(&["--decimate", "4"]) && coarse(&["--decimate", "10"]));
+    assert!(!coarse(&["--rate", "1700"]) && coarse(&["--rate", "300"]));
+}
+
+#[test]
 fn an_input_reset_and_a_drive_that_is_off_are_cut() {
     let folder = Folder::new();
     let reset = steps(|s| {

@@ -66,7 +66,8 @@ pub(crate) enum Command {
 #[derive(Args)]
 pub(crate) struct Columns {
     /// What columns hold, as QUANTITY=HEADING,…; quantities: time, voltage, current, speed, load_torque, position.
-    /// Behind a heading (or its number, #2) may stand operations, a unit, or the two voltages of a flag:
+    /// Behind a heading (or its number, #2) may stand operations (from left to right), a unit, or the two voltages of a
+    /// flag:
     /// current=I:mA, time=tick:8kHz, voltage=PWM*12/255:V, voltage=step:0..12, position=count/4096:turns
     #[arg(long, value_name = "LIST", help_heading = "Recording")]
     pub columns: Option<String>,
@@ -323,7 +324,8 @@ pub(crate) struct Band {
 
 #[derive(Args)]
 pub(crate) struct InspectArgs {
-    /// Recordings
+    /// Recordings: CSV, XLSX, MAT or SysId JSON with time, voltage, current and speed; A+B makes one recording of two
+    /// files
     #[arg(required = true, value_name = "RECORD")]
     pub records: Vec<PathBuf>,
     #[command(flatten)]

@@ -7,7 +7,7 @@ use super::progress::Reporter;
 use super::{Outcome, interrupt, methods, problem, reading, values};
 use motorfit::Result;
 use motorfit::estimate::ReferenceKind;
-use motorfit::identify::{Identification, IdentifySpec, Method, Polish, Status, identify_with, warnings_of_records};
+use motorfit::identify::{Identification, IdentifySpec, Method, Polish, Status, identify_with, suspicions};
 use motorfit::motor::Parameter;
 use motorfit::optimize::Stop;
 use motorfit::record::Record;
@@ -29,7 +29,7 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     });
     drop(reporter);
     // What is wrong with the recordings may be why.
-    let found = found.inspect_err(|_| style.warnings(&warnings_of_records(&records)))?;
+    let found = found.inspect_err(|_| style.warnings(&suspicions(&records, spec.model.discretization)))?;
     style.warnings(&found.warnings);
     if found.stop == Stop::Interrupted {
         style.note("interrupted: this is the best so far");

@@ -33,7 +33,8 @@ pub(super) fn records(paths: &[PathBuf], args: &Reading, discretization: Discret
 /// The files of `A+B`, unless a file has that name.
 fn joined(path: &Path) -> Option<Vec<PathBuf>> {
     let text = path.to_str().filter(|text| text.contains('+') && !path.exists())?;
-    Some(text.split('+').map(PathBuf::from).collect())
+    let parts: Vec<PathBuf> = text.split('+').map(PathBuf::from).collect();
+    parts.iter().all(|part| !part.as_os_str().is_empty()).then_some(parts)
 }
 
 fn options(args: &Reading) -> Result<ReadOptions> {

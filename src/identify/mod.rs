@@ -20,7 +20,7 @@ mod warnings;
 
 pub use costs::Costs;
 pub use device::{DeviceSpec, PrecisionSpec};
-pub use held::{Between, between_samples};
+pub use held::{Between, between_samples, suspicions};
 pub use lockstep::Lockstep;
 pub use method::{Method, Polish};
 pub use outlook::{Inspection, Outlook};
@@ -117,6 +117,7 @@ fn run(
     checks::fit(records, spec, &result)?;
     warnings.extend(warnings::of_result(&result, &estimate));
     warnings.extend(held::of_result(records, spec, &result));
+    warnings.extend(held::coarse(records, &result));
     result.warnings = warnings;
     result.seconds = started.elapsed().as_secs_f64();
     Ok(result)

@@ -2,9 +2,9 @@
 
 use super::device::DeviceSpec;
 use super::held::between_samples;
-use super::identify;
 use super::spec::IdentifySpec;
 use super::warnings::{Warning, record_warnings};
+use super::{Method, identify};
 use crate::motor::Parameter;
 use crate::record::Record;
 
@@ -36,11 +36,16 @@ pub enum Outlook {
     },
 }
 
+/// The longest recording that an inspection searches.
+const LENGTH_SEARCHED: usize = 50_000;
+
 impl<'a> Inspection<'a> {
     /// Looks for what is odd, and identifies the motor without any flag for what that says of the recording.
     #[must_use]
     pub fn of(record: &'a Record) -> Self {
-        let spec = IdentifySpec { device: DeviceSpec::Cpu, ..IdentifySpec::default() };
+        // Where Steiglitz–McBride cannot serve, a search of a long recording takes longer than an inspection may.
+        let method = if record.len() > LENGTH_SEARCHED { Method::SteiglitzMcBride } else { Method::Auto };
+        let spec = IdentifySpec { method, device: DeviceSpec::Cpu, ..IdentifySpec::default() };
         let mut warnings = record_warnings(record);
         let mut say = |warning: Option<Warning>| warnings.extend(warning);
         let outlook = match identify(std::slice::from_ref(record), &spec) {

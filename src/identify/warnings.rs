@@ -230,11 +230,17 @@ pub(super) fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option
     let free = spec.space.free();
     let is_free = |parameter| free.iter().any(|axis| axis.parameter == parameter);
     let missing = |channel: usize| records.iter().all(|r| r.measured()[channel].is_none());
+    let unused: Vec<String> = records.iter().flat_map(|r| r.source().ignored.iter().cloned()).take(12).collect();
+    let unused = match unused.len() {
+        0 => String::new(),
+        _ => format!(" (columns not used: {}; name one with --columns)", unused.join(", ")),
+    };
     if missing(0) && free.len() > 3 {
-        let what = format!("no current: speed alone fixes three combinations of the {} free parameters", free.len());
+        let what =
+            format!("no current{unused}: speed alone fixes three combinations of the {} free parameters", free.len());
         Some((what, "record the current, or hold two with --fix, R and K for example.".to_owned()))
     } else if missing(1) && [Parameter::K, Parameter::B, Parameter::J].into_iter().all(is_free) {
-        let what = "no speed: current alone leaves K, B and J free along K : B : J = 1 : 2 : 2".to_owned();
+        let what = format!("no speed{unused}: current alone leaves K, B and J free along K : B : J = 1 : 2 : 2");
         Some((what, "record the speed or hold K with --fix.".to_owned()))
     } else {
         None

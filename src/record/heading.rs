@@ -230,7 +230,8 @@ pub struct ColumnRequest {
 /// # Errors
 /// `Usage` when an item has no `=`, an empty heading, or names no quantity, or a quantity comes twice.
 pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
-    const EXAMPLE: &str = "Write --columns time=Tempo:s,voltage=Tensao:V,current=Corrente:mA,speed=Velocidade:rad/s.";
+    const EXAMPLE: &str = "Write --columns time=Tempo:s,voltage=Tensao:V,current=Corrente:mA,speed=Velocidade:rad/s, or \
+                           columns by their numbers: --columns time=#1:s,voltage=#2:V.";
     let mut requests: Vec<ColumnRequest> = Vec::new();
     for item in text.split(',').filter(|item| !item.trim().is_empty()) {
         let Some((key, name)) = item.split_once('=').filter(|(_, name)| !name.trim().is_empty()) else {

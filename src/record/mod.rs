@@ -85,6 +85,7 @@ pub struct Record {
     excluded: Vec<Excluded>,
     independent: f64,
     slope: Vec<f64>,
+    interpolated: bool,
 }
 
 /// Samples whose errors do not count.
@@ -119,7 +120,15 @@ impl Record {
         for (quantity, signal) in samples.signals() {
             check_values(quantity, signal, &source).map_err(located)?;
         }
-        Ok(Self { samples, steps, source, excluded: Vec::new(), independent: 1.0, slope: Vec::new() })
+        Ok(Self {
+            samples,
+            steps,
+            source,
+            excluded: Vec::new(),
+            independent: 1.0,
+            slope: Vec::new(),
+            interpolated: false,
+        })
     }
 
     /// Some of its samples.
@@ -134,7 +143,8 @@ impl Record {
         let excluded = excluded.filter(|e| e.start < e.end).collect();
         let record = Self::from_file(self.samples.slice(range.clone()), source, true)?;
         let record = record.with_excluded(excluded).with_independent(self.independent);
-        Ok(Self { slope: self.slope.get(range).unwrap_or_default().to_vec(), ..record })
+        let slope = self.slope.get(range).unwrap_or_default().to_vec();
+        Ok(Self { slope, interpolated: self.interpolated, ..record })
     }
 
     fn with_excluded(self, excluded: Vec<Excluded>) -> Self {
@@ -150,6 +160,17 @@ impl Record {
     #[must_use]
     pub fn slope(&self) -> &[f64] {
         &self.slope
+    }
+
+    /// Whether values stand between samples that were measured.
+    #[must_use]
+    pub fn is_interpolated(&self) -> bool {
+        self.interpolated
+    }
+
+    /// Some of its signals alone.
+    pub(crate) fn speed_alone(&self) -> Self {
+        Self { samples: Samples { current: None, ..self.samples.clone() }, ..self.clone() }
     }
 
     /// The same with the voltage held over each step as a line that does not rise.

@@ -96,6 +96,11 @@ pub(super) fn steps(time_s: &[f64], lines: &Lines, keep_gaps: bool) -> Result<St
         return Err(located(error, n + 1));
     }
     let jitter = differences.iter().fold(0.0, |worst: f64, step| worst.max((step / period_s - 1.0).abs()));
+    // Times as large as seconds since 1970 have coarse steps: their mean is finer than their median.
+    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
+    let mean = rounded((time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() - 1) as f64, 10);
+    let is_close = (mean / period_s - 1.0).abs() < 1e-3 && !is_on_grid(time_s, period_s);
+    let period_s = if is_close && is_on_grid(time_s, mean) { mean } else { period_s };
     let (step_s, step_index) = table(time_s, period_s)?;
     Ok(Steps { period_s, jitter, step_s, step_index })
 }
@@ -137,11 +142,16 @@ pub(super) fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
-/// One step where all times lie on a regular grid; else the times, rounded to a thousandth of the period.
-fn table(time_s: &[f64], period_s: f64) -> Result<(Vec<f64>, Vec<u16>)> {
+/// Whether all times lie on a regular grid.
+fn is_on_grid(time_s: &[f64], period_s: f64) -> bool {
     #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
     let on_grid = |n: usize, t: f64| ((t - time_s[0]) / period_s - n as f64).abs() <= TIME_JITTER_UNIFORM;
-    if time_s.iter().enumerate().all(|(n, &t)| on_grid(n, t)) {
+    time_s.iter().enumerate().all(|(n, &t)| on_grid(n, t))
+}
+
+/// One step where all times lie on a regular grid; else the times, rounded to a thousandth of the period.
+fn table(time_s: &[f64], period_s: f64) -> Result<(Vec<f64>, Vec<u16>)> {
+    if is_on_grid(time_s, period_s) {
         return Ok((vec![period_s], Vec::new()));
     }
     let tick = |t: f64| ((t - time_s[0]) / period_s * PARTS).round();

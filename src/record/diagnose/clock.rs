@@ -30,7 +30,7 @@ pub(super) fn jitter(view: &View<'_>, findings: &mut Vec<Finding>) {
         message += "; they take two values, as times rounded too coarsely do";
         "If samples were taken by a timer, leave the time out and give --rate HZ; else record times with more digits."
     } else {
-        "Each step is simulated as it is; --rate HZ brings the recording to a regular clock. Better, sample by a timer."
+        "Each step is simulated as it is, so that parameters stay right; better, sample by a timer."
     };
     let places = gaps.into_iter().map(|gap| gap.start..gap.end + 1);
     findings.push(

@@ -1,7 +1,7 @@
 //! The drive: a current that is cut off or limited, a voltage that never reaches the motor.
 
 use super::Finding;
-use super::statistics::{mean, number, runs};
+use super::statistics::{mean, number, quantile, runs};
 use super::view::{Channel, Stretch, View};
 use crate::record::Quantity;
 use crate::text::engineering;
@@ -119,9 +119,14 @@ fn without_current(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
     // The sensor's offset, as far as it is told from a true current.
     let rest = view.first_rest();
     let offset = if rest.len() >= 10 { mean(&current.values[rest]) } else { 0.0 };
-    let slow = |n: usize| match &view.speed {
-        Some(speed) => speed.values[n].abs() * view.volts_peak < 0.5 * speed.peak * view.voltage[n].abs(),
-        None => true,
+    // Not the peak: a single spike would make all else slow.
+    let fast = view.speed.as_ref().map(|speed| {
+        let mut sizes: Vec<f64> = speed.values.iter().map(|w| w.abs()).collect();
+        quantile(&mut sizes, 0.95)
+    });
+    let slow = |n: usize| match (&view.speed, fast) {
+        (Some(speed), Some(fast)) => speed.values[n].abs() * view.volts_peak < 0.5 * fast * view.voltage[n].abs(),
+        _ => true,
     };
     let without =
         |n: usize| view.voltage[n].abs() > 0.5 * view.volts_peak && (current.values[n] - offset).abs() <= none;

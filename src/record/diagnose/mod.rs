@@ -20,6 +20,7 @@ mod units;
 mod view;
 
 use super::{Quantity, Record};
+pub(super) use statistics::noise;
 use std::ops::Range;
 use view::View;
 

@@ -1,7 +1,7 @@
 //! A channel whose sign is reversed.
 
 use super::Finding;
-use super::statistics::mean;
+use super::statistics::{mean, number};
 use super::view::View;
 use crate::record::Quantity;
 
@@ -20,15 +20,16 @@ pub(super) fn sign_reversed(view: &View<'_>, findings: &mut Vec<Finding>) {
     // A voltage acts from its sample on: what answers it is seen in the next.
     let [vi, iw, vw] =
         [(voltage, &*answer(current)), (current, speed), (voltage, &*answer(speed))].map(|(a, b)| sign_of(a, b));
-    let reversed = match (vi, iw, vw) {
+    let by_products = || match (vi, iw, vw) {
         // An offset of the sensor has a product with the voltage but no change with it.
-        (-1, -1, 1) | (-1, 0, 0) if against(voltage, current) => Quantity::Current,
+        (-1, -1, 1) | (-1, 0, 0) if against(voltage, current) => Some(Quantity::Current),
         // Far above its bandwidth a motor runs against its voltage, but not in its running sum.
-        (1, -1, -1) => Quantity::Speed,
-        (0, 0, -1) if against(voltage, speed) && sign_of(&sums(voltage), &sums(speed)) == -1 => Quantity::Speed,
-        (-1, 1, -1) => Quantity::Voltage,
-        _ => return,
+        (1, -1, -1) => Some(Quantity::Speed),
+        (0, 0, -1) if against(voltage, speed) && sign_of(&sums(voltage), &sums(speed)) == -1 => Some(Quantity::Speed),
+        (-1, 1, -1) => Some(Quantity::Voltage),
+        _ => None,
     };
+    let Some(reversed) = by_dynamics(view).unwrap_or_else(by_products) else { return };
     findings.push(
         Finding::new(
             "sign_reversed",
@@ -37,6 +38,68 @@ pub(super) fn sign_reversed(view: &View<'_>, findings: &mut Vec<Finding>) {
         )
         .of(reversed),
     );
+}
+
+/// What is reversed by the signs of the dynamics: a voltage raises the current (∂i⁺/∂v > 0 at the same i and ω), a
+/// current raises the speed (∂ω⁺/∂i > 0 at the same ω). Any excitation shows them.
+///
+/// `None` where they cannot be told; otherwise what is reversed, if anything.
+fn by_dynamics(view: &View<'_>) -> Option<Option<Quantity>> {
+    let (current, speed) = (view.current.as_ref()?, view.speed.as_ref()?);
+    if current.range == 0.0 || speed.range == 0.0 || view.len() < 100 {
+        return None;
+    }
+    let (i, w) = (current.values, speed.values);
+    let rows = || 0..view.len() - 1;
+    let electrical = rows().map(|n| ([view.voltage[n], i[n], w[n]], i[n + 1] - i[n]));
+    let mechanical = rows().map(|n| ([i[n] + i[n + 1], w[n], 0.0], w[n + 1] - w[n]));
+    match (sign_of_first(electrical)?, sign_of_first(mechanical)?) {
+        (-1, -1) => Some(Some(Quantity::Current)),
+        (1, -1) => Some(Some(Quantity::Speed)),
+        (-1, 1) => Some(Some(Quantity::Voltage)),
+        _ => Some(None),
+    }
+}
+
+/// A coefficient so many standard errors from zero has a sign…
+const ERRORS: f64 = 12.0;
+/// …if the regression explains this part of what there is.
+const EXPLAINED: f64 = 0.05;
+
+/// The sign of the first coefficient of a regression with a constant; `None` where there is no telling.
+fn sign_of_first(rows: impl Iterator<Item = ([f64; 3], f64)> + Clone) -> Option<i32> {
+    // Moments about the means: of the three, and of what is explained.
+    let count = number(rows.clone().count());
+    let mut means = [0.0; 4];
+    for ([a, b, c], y) in rows.clone() {
+        means.iter_mut().zip([a, b, c, y]).for_each(|(mean, v)| *mean += v / count);
+    }
+    let mut moments = [[0.0; 4]; 4];
+    for ([a, b, c], y) in rows {
+        let row = [a - means[0], b - means[1], c - means[2], y - means[3]];
+        for (moments, a) in moments.iter_mut().zip(row) {
+            moments.iter_mut().zip(row).for_each(|(moment, b)| *moment += a * b);
+        }
+    }
+    let all = moments[3][3];
+    // The first after the others are swept out (Gauss and Jordan), and what is left.
+    for pivot in [2, 1] {
+        let own = moments[pivot][pivot];
+        if own <= 1e-12 * all.max(f64::MIN_POSITIVE) {
+            continue;
+        }
+        let line = moments[pivot];
+        for row in (0..4).filter(|row| *row != pivot) {
+            let part = moments[row][pivot] / own;
+            moments[row].iter_mut().zip(line).for_each(|(v, l)| *v -= part * l);
+        }
+    }
+    let (own, together, left) = (moments[0][0], moments[0][3], moments[3][3]);
+    let slope = together / own;
+    let rest = (left - slope * together).max(0.0);
+    let error = (rest / (count - 4.0) / own).sqrt();
+    let sure = slope.is_finite() && slope.abs() > ERRORS * error && all - rest > EXPLAINED * all;
+    sure.then_some(if slope < 0.0 { -1 } else { 1 })
 }
 
 /// The sign of Σ a b; 0 where it is small.

@@ -39,7 +39,7 @@ pub(super) fn median(values: &mut [f64]) -> f64 {
 
 /// Standard deviation of white noise on a smooth signal, from the median of |third difference|, as in
 /// `criterion::noise_sigma`, which stands after this module.
-pub(super) fn noise(values: &[f64]) -> f64 {
+pub(in crate::record) fn noise(values: &[f64]) -> f64 {
     let mut thirds: Vec<f64> = values.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
     median(&mut thirds) / (0.674_489_750_196_081_7 * 20.0_f64.sqrt())
 }

@@ -7,6 +7,7 @@ use super::parse::parse_number;
 use super::quick::Quick;
 use super::text::{Line, Lines as Text};
 use crate::record::{Column, Lines, Quantity, SAMPLES_MAX};
+use crate::text::excerpt;
 use crate::{Error, Result};
 use std::ops::Range;
 
@@ -40,6 +41,7 @@ pub(super) fn collect(lines: &mut impl Text, wish: &Wish<'_>) -> Result<Collecte
         let Some(line) = next else { break };
         fault = rows.add_line(line).err();
     }
+    rows.check_decimals()?;
     let Rows { mut signals, lines: places, blank, .. } = rows;
     let mut notes = layout.notes.clone();
     if blank > 0 {
@@ -79,6 +81,9 @@ struct Rows<'a> {
     blank: usize,
     cells: Vec<Range<usize>>,
     quick: Option<Quick>,
+    /// Whether numbers had a decimal point, and the first that had a decimal comma.
+    has_point: bool,
+    comma: Option<(u64, String, String)>,
 }
 
 impl<'a> Rows<'a> {
@@ -89,7 +94,17 @@ impl<'a> Rows<'a> {
             Separator::Blanks => None,
         };
         let signals = vec![Vec::new(); used.len()];
-        Self { used, layout, signals, lines: Lines::default(), blank: 0, cells: Vec::new(), quick }
+        Self {
+            used,
+            layout,
+            signals,
+            lines: Lines::default(),
+            blank: 0,
+            cells: Vec::new(),
+            quick,
+            has_point: false,
+            comma: None,
+        }
     }
 
     /// Adds a line.
@@ -117,6 +132,10 @@ impl<'a> Rows<'a> {
         let decimal_comma = self.layout.separator.allows_decimal_comma();
         for (n, used) in self.used.iter().enumerate() {
             let cell = &text[row[used.at].clone()];
+            self.has_point |= cell.contains('.');
+            if self.comma.is_none() && cell.contains(',') {
+                self.comma = Some((line, used.column.heading.clone(), cell.to_owned()));
+            }
             let value = match parse_number(cell, decimal_comma || cell.contains(',')) {
                 Ok(value) => value,
                 Err(_) if self.is_nan(text) => {
@@ -129,7 +148,7 @@ impl<'a> Rows<'a> {
                 Err(found) => {
                     return Err(Error::data(
                         found,
-                        "Correct the cell, or remove the row at the start or end of the recording.",
+                        "Correct the cell; a row at the start or end of the recording may be removed.",
                     )
                     .at_line(line)
                     .in_column(&used.column.heading));
@@ -147,6 +166,20 @@ impl<'a> Rows<'a> {
             return Err(Error::data(format!("more than {SAMPLES_MAX} samples"), "Cut the recording.").at_line(line));
         }
         Ok(())
+    }
+
+    /// A file has decimal points or decimal commas: with both, a comma may as well stand between thousands.
+    fn check_decimals(&self) -> Result<()> {
+        let has_point = self.has_point || self.quick.as_ref().is_some_and(|quick| quick.has_point);
+        match &self.comma {
+            Some((line, heading, cell)) if has_point => Err(Error::data(
+                format!("found \"{}\" in a file that has decimal points too", excerpt(cell)),
+                "Write all numbers with a decimal point and without separators of thousands.",
+            )
+            .at_line(*line)
+            .in_column(heading)),
+            _ => Ok(()),
+        }
     }
 
     /// Whether a row holds nothing: all that is used of it, time perhaps left out, is nan.

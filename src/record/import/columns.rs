@@ -26,6 +26,14 @@ pub(super) struct Heading {
 }
 
 impl Heading {
+    /// Whether the heading and the row below it name different units.
+    fn contradiction(&self) -> Option<(String, String)> {
+        let (quantity, unit) = understand(&self.name)?;
+        let (own, below) = (unit?, self.unit.clone()?);
+        let factors = [quantity.factor(&own)?, quantity.factor(&below)?];
+        ((factors[0] / factors[1] - 1.0).abs() > 1e-9).then_some((own, below))
+    }
+
     /// What it says: its quantity and its unit, if any.
     fn understood(&self) -> Option<(Quantity, Option<String>)> {
         let (quantity, unit) = understand(&self.name)?;
@@ -96,10 +104,27 @@ pub(super) fn choose(headings: &[Heading], requests: &[ColumnRequest], need: Nee
 }
 
 fn one(headings: &[Heading], requests: &[ColumnRequest], quantity: Quantity) -> Result<Option<Used>> {
-    match requests.iter().find(|r| r.quantity == quantity) {
-        Some(request) => requested(headings, request).map(Some),
-        None => recognized(headings, requests, quantity),
+    let used = match requests.iter().find(|r| r.quantity == quantity) {
+        Some(request) => Some(requested(headings, request)?),
+        None => recognized(headings, requests, quantity)?,
+    };
+    let Some(used) = used else { return Ok(None) };
+    let by_number = requests.iter().any(|r| r.quantity == quantity && r.name.starts_with('#'));
+    if !by_number {
+        headed_twice(headings, used.at, quantity)?;
     }
+    Ok(Some(used))
+}
+
+/// Whether another column has the same heading.
+fn headed_twice(headings: &[Heading], at: usize, quantity: Quantity) -> Result<()> {
+    let same = |(other, heading): &(usize, &Heading)| *other != at && heading.name == headings[at].name;
+    let Some((other, _)) = headings.iter().enumerate().find(same) else { return Ok(()) };
+    let (first, second, name) = (at.min(other) + 1, at.max(other) + 1, excerpt(&headings[at].name));
+    Err(Error::data(
+        format!("columns {first} and {second} are both headed \"{name}\""),
+        format!("Say which by its number: --columns {}=#{first}.", quantity.key()),
+    ))
 }
 
 /// The quantities that are not there, by their canonical headings.
@@ -191,7 +216,7 @@ fn requested(headings: &[Heading], request: &ColumnRequest) -> Result<Used> {
 fn recognized(headings: &[Heading], requests: &[ColumnRequest], quantity: Quantity) -> Result<Option<Used>> {
     let taken: Vec<usize> = requests.iter().filter_map(|r| place(headings, &r.name)).map(|(at, ..)| at).collect();
     let free = || headings.iter().enumerate().filter(|(at, _)| !taken.contains(at));
-    if let Some((at, heading)) = free().find(|(_, h)| h.name == quantity.canonical()) {
+    if let Some((at, heading)) = free().find(|(_, h)| h.name == quantity.canonical() && h.unit.is_none()) {
         let unit = heading.understood().and_then(|(_, unit)| unit);
         return column(quantity, at, &heading.name, (Formula::AS_IT_IS, unit)).map(Some);
     }
@@ -200,7 +225,14 @@ fn recognized(headings: &[Heading], requests: &[ColumnRequest], quantity: Quanti
         (found == quantity).then_some((at, heading.name.as_str(), unit))
     });
     let Some((at, heading, unit)) = matches.next() else { return Ok(None) };
+    if let Some((own, below)) = headings[at].contradiction() {
+        return Err(Error::data(
+            format!("\"{}\" names the unit {own}, the row below it {below}", excerpt(heading)),
+            format!("Say which: --columns {}={}:{below}.", quantity.key(), printable(heading)),
+        ));
+    }
     if let Some((_, other, _)) = matches.next() {
+        headed_twice(headings, at, quantity)?;
         return Err(Error::data(
             format!("both \"{}\" and \"{}\" look like {quantity}", excerpt(heading), excerpt(other)),
             format!("Say which: --columns {}={}.", quantity.key(), printable(heading)),
@@ -212,6 +244,10 @@ fn recognized(headings: &[Heading], requests: &[ColumnRequest], quantity: Quanti
 fn column(quantity: Quantity, at: usize, heading: &str, how: (Formula, Option<String>)) -> Result<Used> {
     let (formula, unit) = how;
     let unit_named = unit.is_some() || matches!(formula, Formula::Levels(_));
+    if quantity == Quantity::Position && !unit_named {
+        // Counts, turns and radians are all common: none can be assumed.
+        quantity.check_unit("none").map_err(|e| e.in_column(heading))?;
+    }
     let unit = unit.unwrap_or_else(|| quantity.unit().to_owned());
     let factor = if unit_named && unit != quantity.unit() {
         quantity.check_unit(&unit).map_err(|e| e.in_column(heading))?

@@ -114,7 +114,7 @@ fn number_length(text: &str) -> usize {
 
 /// `6.67..7.79`; each side may be a product, as in `11.04*154/255..11.04*180/255`.
 fn levels(text: &str) -> Option<[f64; 2]> {
-    let (low, high) = text.split_once("..")?;
+    let (low, high) = text.split_once("..").filter(|(_, high)| !high.starts_with('.'))?;
     let value = |text: &str| {
         let text = text.trim();
         let length = number_length(text);

@@ -10,6 +10,8 @@ pub(super) struct Quick {
     slots: Vec<Option<usize>>,
     /// The values of the row that was read last.
     pub row: Vec<f64>,
+    /// Whether any number had a decimal point.
+    pub has_point: bool,
 }
 
 impl Quick {
@@ -21,7 +23,7 @@ impl Quick {
             slots[at] = Some(count);
             count += 1;
         }
-        Self { separator, slots, row: vec![0.0; count] }
+        Self { separator, slots, row: vec![0.0; count], has_point: false }
     }
 
     /// Whether a line is such a row; its values are then in `row`.
@@ -32,6 +34,7 @@ impl Quick {
             let end = match slot {
                 Some(slot) => number(rest, self.separator).map(|(value, end)| {
                     self.row[*slot] = value;
+                    self.has_point = self.has_point || rest[..end].contains(&b'.');
                     end
                 }),
                 None => skipped(rest, self.separator),

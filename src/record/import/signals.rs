@@ -127,11 +127,35 @@ impl Signals {
         }
     }
 
+    /// Whether a position is one of a counter that wraps: nothing says at which count.
+    fn check_counter(&self, position: &[f64]) -> Result<()> {
+        let (low, high) = position.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let range = high - low;
+        let mut steps: Vec<f64> = position.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+        let jump = steps.iter().position(|step| *step > 0.5 * range);
+        if steps.len() < 10 || range <= 1.001 * std::f64::consts::TAU {
+            return Ok(());
+        }
+        let middle = steps.len() / 2;
+        let (_, &mut usual, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
+        match jump.filter(|_| usual < 0.05 * range) {
+            None => Ok(()),
+            Some(n) => {
+                let error = Error::data(
+                    "the position jumps by more than half of all that it covers, as a counter does that wraps",
+                    "Let it count on in the file, or give a speed; angles within one turn may wrap.",
+                );
+                Err(self.lines.get(n + 1).into_iter().fold(error, Error::at_line))
+            }
+        }
+    }
+
     /// The signals as samples; a missing voltage or time is left empty for the checks of a recording.
     pub(super) fn samples(mut self) -> Result<(Samples, Lines, Vec<String>)> {
         let time_s = self.take(Quantity::Time).unwrap_or_default();
         let mut speed = self.take(Quantity::Speed);
         if let Some(position) = self.take(Quantity::Position) {
+            self.check_counter(&position)?;
             // Speed of what cannot be differentiated: the checks of time come later and name the line.
             speed = Some(differences(&time_s, unwrapped(position))?);
             self.notes.push("speed is the central difference of the position".to_owned());

@@ -147,13 +147,13 @@ fn first_order(c: f64) -> Section {
 }
 
 impl Cascade {
-    /// Filters a signal that stood at its first value before.
+    /// Filters a signal that stood at a value before.
     #[must_use]
-    pub fn apply(&self, signal: &[f64]) -> Vec<f64> {
+    pub fn apply(&self, signal: &[f64], before: f64) -> Vec<f64> {
         let mut signal = signal.to_vec();
         for Section { b, a } in &self.0 {
-            // The state of a signal that has always been what it is first.
-            let steady = signal.first().copied().unwrap_or(0.0);
+            // The state of a signal that has always been so; the gain at zero frequency is 1, so it stays so.
+            let steady = before;
             let mut state = [steady * (1.0 - b[0]), steady * (b[2] - a[1])];
             for x in &mut signal {
                 let y = b[0] * *x + state[0];
@@ -167,12 +167,24 @@ impl Cascade {
     /// What is left of the power of white noise: the sum of the squares of the impulse response.
     #[must_use]
     pub fn noise_power(&self) -> f64 {
+        self.response().0
+    }
+
+    /// Samples after which next to nothing is left of what was before.
+    #[must_use]
+    pub fn memory(&self) -> usize {
+        self.response().1
+    }
+
+    /// The sum of the squares of the impulse response, and where it has ended.
+    fn response(&self) -> (f64, usize) {
         let mut sum = 0.0;
+        let mut last = 0;
         let mut quiet = 0;
         let mut states = vec![[0.0; 2]; self.0.len()];
         let mut input = 1.0;
         // Until the response has been nothing for long; a cut-off of a millionth of the rate ends here too.
-        for _ in 0..50_000_000_u32 {
+        for n in 0..50_000_000 {
             let mut x = input;
             for (Section { b, a }, state) in self.0.iter().zip(&mut states) {
                 let y = b[0] * x + state[0];
@@ -181,12 +193,14 @@ impl Cascade {
             }
             input = 0.0;
             sum += x * x;
-            quiet = if x * x < 1e-12 * sum { quiet + 1 } else { 0 };
+            let is_quiet = x * x < 1e-12 * sum;
+            quiet = if is_quiet { quiet + 1 } else { 0 };
+            last = if is_quiet { last } else { n + 1 };
             if quiet > 1000 {
                 break;
             }
         }
-        sum
+        (sum, last)
     }
 
     /// The gain at a frequency.
@@ -239,7 +253,7 @@ mod tests {
     #[test]
     fn a_constant_passes_and_noise_keeps_its_share() {
         let cascade = "chebyshev:60:6".parse::<LowPass>().unwrap().design(1e-3).unwrap();
-        assert!(cascade.apply(&[3.0; 200]).iter().all(|y| (y - 3.0).abs() < 1e-9));
+        assert!(cascade.apply(&[3.0; 200], 3.0).iter().all(|y| (y - 3.0).abs() < 1e-9));
         // Parseval: the power of the impulse response is the mean of |gain|² over all frequencies.
         let mean = (0..5000).map(|k| cascade.gain((f64::from(k) + 0.5) * 0.1, 1e-3).powi(2)).sum::<f64>() / 5000.0;
         assert!((cascade.noise_power() / mean - 1.0).abs() < 1e-3, "{} {mean}", cascade.noise_power());

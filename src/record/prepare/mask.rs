@@ -84,6 +84,13 @@ pub(super) fn apply(masks: &[Mask], record: Record) -> Result<Vec<Record>> {
     }
     if cuts.is_empty() {
         let mut record = record.with_excluded(excluded);
+        let counting = record.counting();
+        if !counting.is_empty() && !counting.iter().any(|c| c[0] || c[1]) {
+            return Err(Error::usage(
+                "--mask leaves no sample that counts",
+                "Mask less; times are those of the recording.",
+            ));
+        }
         record.source.notes.append(&mut notes);
         return Ok(vec![record]);
     }

@@ -10,10 +10,11 @@ mod resample;
 pub use filter::{Cascade, FilterKind, LowPass};
 pub use mask::{Mask, parse_masks};
 
-use super::{Excluded, Quantity, Record, SAMPLES_MAX, Samples, Source};
+use super::diagnose::noise;
+use super::{Excluded, Quantity, Record, SAMPLES_MAX, Samples, Source, time};
 use crate::text::{engineering, significant};
 use crate::{Error, Result};
-use resample::{Resampled, decimated, lines, regular};
+use resample::{Resampled, Start, anti_alias, decimated, lines, regular};
 
 /// What is done to a recording, in this order.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -131,10 +132,17 @@ impl Preparation {
         if record.steps().step_index.is_empty() && (fine / record.period_s() - 1.0).abs() < 1e-6 {
             return every_so_manieth(record.lined(self), every);
         }
+        if !time::gaps(&record.samples().time_s).is_empty() {
+            return Err(Error::usage(
+                "--rate over a gap in time would make up what happened in it",
+                "Use --gaps split with it, or --gaps keep without.",
+            ));
+        }
         let record = record.lined(self);
         let note = format!("brought to a regular clock of {}", engineering(1.0 / fine, "Hz", 5));
         let made = regular(record.samples(), &record.slope, fine);
-        every_so_manieth(record.resampled(made, note)?, every)
+        let record = Record { interpolated: true, ..record.resampled(made, note)? };
+        every_so_manieth(record, every)
     }
 
     fn filtered(&self, record: Record) -> Result<Record> {
@@ -160,17 +168,19 @@ impl Preparation {
         let widened = |e: &Excluded| Excluded { end: (e.end + tail).min(record.len()), ..*e };
         let excluded = record.excluded().iter().map(widened).collect();
         let independent = record.independent() * cascade.noise_power();
-        let slope = if record.slope.is_empty() { Vec::new() } else { cascade.apply(&record.slope) };
+        let at_rest = record.starts_at_rest();
+        let filtered = |signal: &[f64]| cascade.apply(signal, if at_rest { 0.0 } else { signal[0] });
+        let slope = if record.slope.is_empty() { Vec::new() } else { filtered(&record.slope) };
         let pass = |samples: &mut Samples| {
             let all = [Quantity::Voltage, Quantity::Torque, Quantity::Current, Quantity::Speed];
             for quantity in all {
                 if let Some(signal) = samples.signal_mut(quantity) {
-                    *signal = cascade.apply(signal);
+                    *signal = filtered(signal);
                 }
             }
         };
         let record = record.changed(pass, note)?.with_excluded(excluded).with_independent(independent);
-        Ok(Record { slope, ..record })
+        Ok(Record { slope, ..record }.without_first(if at_rest { 0 } else { cascade.memory() }))
     }
 }
 
@@ -187,8 +197,11 @@ fn every_so_manieth(record: Record, every: usize) -> Result<Record> {
         return Err(Error::usage(message, "Decimate less, or give a higher --rate."));
     }
     let note = format!("every {every}th sample behind an anti-alias filter, all signals alike");
-    let made = decimated(record.samples(), &record.slope, record.period_s(), every)?;
-    record.resampled(made, note)
+    let filter = anti_alias(record.period_s(), every)?;
+    let at_rest = record.starts_at_rest();
+    let made = decimated(record.samples(), &record.slope, &filter, Start { at_rest, every });
+    let forgotten = if at_rest { 0 } else { filter.memory().div_ceil(every) };
+    Ok(record.resampled(made, note)?.without_first(forgotten))
 }
 
 /// Samples that a rest must have before its means are offsets.
@@ -209,6 +222,23 @@ fn rest_means(record: &Record) -> Vec<(Quantity, f64)> {
 }
 
 impl Record {
+    /// Whether nothing moves at the first sample, as far as noise lets it be told.
+    fn starts_at_rest(&self) -> bool {
+        self.measured().into_iter().flatten().all(|signal| {
+            let peak = signal.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()));
+            signal[0].abs() <= (0.01 * peak).max(5.0 * noise(signal))
+        })
+    }
+
+    /// The same; the first samples do not count, because a filter that began in motion does not know what was before.
+    /// What the motor did there is in its state, which is estimated.
+    fn without_first(self, count: usize) -> Self {
+        let end = count.min(self.len().saturating_sub(2));
+        let first = (end > 0).then_some(Excluded { start: 0, end, channels: [true; 2] });
+        let excluded = self.excluded.iter().copied().chain(first).collect();
+        self.with_excluded(excluded)
+    }
+
     /// The same with changed values.
     fn changed(self, change: impl FnOnce(&mut Samples), note: String) -> Result<Self> {
         let Self { mut samples, mut source, .. } = self;
@@ -237,6 +267,7 @@ impl Record {
         let excluded = self.excluded.iter().map(moved).filter(|e| e.start < made.from.len()).collect();
         let record = Self::from_file(made.samples, source, false)?;
         let independent = self.independent * made.independent;
-        Ok(Self { slope: made.slope, ..record.with_excluded(excluded).with_independent(independent) })
+        let interpolated = self.interpolated;
+        Ok(Self { slope: made.slope, interpolated, ..record.with_excluded(excluded).with_independent(independent) })
     }
 }

@@ -4,7 +4,7 @@
 //! the others. Over each new period the voltage becomes the line with the same mean and the same first moment: what the
 //! motor feels of it then differs in the third order of the period only.
 
-use super::filter::{FilterKind, LowPass};
+use super::filter::{Cascade, FilterKind, LowPass};
 use crate::Result;
 use crate::record::Samples;
 
@@ -12,6 +12,23 @@ use crate::record::Samples;
 const EDGE: f64 = 0.8;
 const ORDER: usize = 8;
 const RIPPLE_DB: f64 = 0.05;
+
+/// How a decimation begins.
+#[derive(Clone, Copy)]
+pub(super) struct Start {
+    /// Whether nothing moved before.
+    pub at_rest: bool,
+    /// One of so many samples is kept.
+    pub every: usize,
+}
+
+/// The anti-alias filter for keeping one of `every` samples.
+pub(super) fn anti_alias(period_s: f64, every: usize) -> Result<Cascade> {
+    #[expect(clippy::cast_precision_loss, reason = "a small factor")]
+    let factor = every as f64;
+    let kind = FilterKind::Chebyshev { ripple_db: RIPPLE_DB };
+    LowPass { kind, order: ORDER, cutoff_hz: EDGE * 0.5 / (period_s * factor) }.design(period_s)
+}
 
 /// What a change of rate made.
 pub(super) struct Resampled {
@@ -32,20 +49,20 @@ pub(super) fn lines(voltage: &[f64], held: bool) -> [Vec<f64>; 2] {
     [all().map(|(a, b)| f64::midpoint(a, b)).collect(), all().map(|(a, b)| b - a).collect()]
 }
 
-/// Every `every`th sample of regular signals whose voltage rises by `slope` over each period.
-pub(super) fn decimated(samples: &Samples, slope: &[f64], period_s: f64, every: usize) -> Result<Resampled> {
+/// One of so many samples of regular signals whose voltage rises by `slope` over each period.
+pub(super) fn decimated(samples: &Samples, slope: &[f64], filter: &Cascade, start: Start) -> Resampled {
+    let Start { at_rest, every } = start;
     #[expect(clippy::cast_precision_loss, reason = "a small factor")]
     let factor = every as f64;
-    let kind = FilterKind::Chebyshev { ripple_db: RIPPLE_DB };
-    let filter = LowPass { kind, order: ORDER, cutoff_hz: EDGE * 0.5 / (period_s * factor) }.design(period_s)?;
     let from: Vec<usize> = (0..samples.time_s.len()).step_by(every).collect();
+    let pass = |signal: &[f64]| filter.apply(signal, if at_rest { 0.0 } else { signal[0] });
     let picked = |signal: &[f64]| {
-        let filtered = filter.apply(signal);
+        let filtered = pass(signal);
         from.iter().map(|&n| filtered[n]).collect::<Vec<f64>>()
     };
-    let [voltage, slope] = joined(&filter.apply(&samples.voltage), &filter.apply(slope), every);
+    let [voltage, slope] = joined(&pass(&samples.voltage), &pass(slope), every);
     let torque = |signal: &[f64]| {
-        let [mean, _] = joined(&filter.apply(signal), &vec![0.0; signal.len()], every);
+        let [mean, _] = joined(&pass(signal), &vec![0.0; signal.len()], every);
         mean
     };
     let samples = Samples {
@@ -55,7 +72,7 @@ pub(super) fn decimated(samples: &Samples, slope: &[f64], period_s: f64, every: 
         current: samples.current.as_deref().map(picked),
         speed: samples.speed.as_deref().map(picked),
     };
-    Ok(Resampled { samples, slope, from, independent: (filter.noise_power() * factor).min(1.0) })
+    Resampled { samples, slope, from, independent: (filter.noise_power() * factor).min(1.0) }
 }
 
 /// Lines over short periods as lines over `every` of them: their means, and slopes with the same first moment.
@@ -195,7 +212,8 @@ mod tests {
         let of = |f: f64| {
             let time_s = (0..4000).map(|n| 1e-3 * f64::from(n)).collect();
             let samples = Samples { time_s, voltage: wave(f), speed: Some(wave(f)), ..Samples::default() };
-            let made = decimated(&samples, &vec![0.0; 4000], 1e-3, 10).unwrap().samples;
+            let filter = anti_alias(1e-3, 10).unwrap();
+            let made = decimated(&samples, &vec![0.0; 4000], &filter, Start { at_rest: true, every: 10 }).samples;
             made.speed.unwrap()[100..].iter().fold(0.0, |peak: f64, v| peak.max(v.abs()))
         };
         assert!((of(5.0) - 1.0).abs() < 0.02, "{}", of(5.0));
