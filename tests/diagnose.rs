@@ -234,6 +234,35 @@ fn short_and_empty_recordings_are_fine() {
 }
 
 #[test]
+fn a_pulse_that_was_not_recorded_is_motion_without_input() {
+    let slow = |drive: &dyn Fn(usize, f64) -> f64| {
+        let p = motorfit::motor::Parameters { j: 0.005, ..motorfit::motor::Parameters::M2 };
+        let time_s: Vec<f64> = (0..6000).map(|n| f64::from(n) * 1e-3).collect();
+        let command: Vec<f64> = (0..6000)
+            .map(|n| {
+                if n < 500 {
+                    0.0
+                } else if n < 2500 {
+                    4.0
+                } else {
+                    10.0
+                }
+            })
+            .collect();
+        let got = command.iter().enumerate().map(|(n, v)| drive(n, *v)).collect();
+        let excitation = motorfit::experiment::Excitation { time_s, voltage: got, torque: None };
+        let clean = motorfit::experiment::simulated(&p, &excitation, motorfit::motor::Discretization::Zoh).unwrap();
+        let noisy = motorfit::experiment::with_noise(&clean, [0.02, 0.5], 3).unwrap();
+        changed(&noisy, |s| s.voltage = command)
+    };
+    let dropped = changed(&slow(&|_, v| v), |s| s.voltage[2500..3000].fill(0.0));
+    assert_eq!(find(&dropped, "motion_without_input").unwrap().places, vec![2500..3000]);
+    let coasting =
+        changed(&slow(&|n, v| if (2500..3000).contains(&n) { 0.0 } else { v }), |s| s.voltage[2500..3000].fill(0.0));
+    assert_eq!(find(&coasting, "motion_without_input"), None);
+}
+
+#[test]
 fn reversed_signs_show_under_any_excitation() {
     let mut seen: BTreeMap<&str, [u32; 2]> = BTreeMap::new();
     let mut wrong = 0;

@@ -71,6 +71,14 @@ fn time_from_a_rate_where_there_is_no_column() {
     assert_eq!(record.samples().time_s, [0.0, 0.0005, 0.001]);
     assert!(record.source().notes.iter().any(|note| note.contains("2.00000 kHz")), "{:?}", record.source().notes);
     assert!(refused(text, "").remedy().contains("--rate HZ"));
+    // Clock times are no numbers: they can be left out.
+    let clock = "time,voltage_V,current_A\n12:00:00.1,0,0\n12:00:00.2,5,0.1\n";
+    assert!(refused(clock, "").remedy().contains("time=- --rate HZ"));
+    let counted = ReadOptions { rate_hz: Some(10.0), ..options("time=-") };
+    assert_eq!(records(clock, &counted).unwrap()[0].samples().time_s, [0.0, 0.1]);
+    assert!(
+        refused("time,voltage_V,current_A\n0,0,0\n1,5,0.1\n", "time=-").to_string().contains("no column for time_s")
+    );
     // A file with a time keeps its own.
     let own = records("t,voltage_V,current_A\n0,0,0\n0.1,5,0.1\n0.2,5,0.1\n", &timed).unwrap().pop().unwrap();
     assert_eq!(own.samples().time_s, [0.0, 0.1, 0.2]);

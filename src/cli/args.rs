@@ -68,7 +68,7 @@ pub(crate) struct Columns {
     /// What columns hold, as QUANTITY=HEADING,…; quantities: time, voltage, current, speed, load_torque, position.
     /// Behind a heading (or its number, #2) may stand operations (from left to right), a unit, or the two voltages of a
     /// flag:
-    /// current=I:mA, time=tick:8kHz, voltage=PWM*12/255:V, voltage=step:0..12, position=count/4096:turns
+    /// current=I:mA, time=tick:8kHz (time=- for none), voltage=PWM*12/255:V, voltage=step:0..12, position=count/4096:turns
     #[arg(long, value_name = "LIST", help_heading = "Recording")]
     pub columns: Option<String>,
 }

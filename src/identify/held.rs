@@ -26,9 +26,9 @@ pub struct Between {
 
 /// A voltage that changes at fewer samples than this part of them is the same either way.
 const LIVELY: f64 = 0.3;
-/// What must be gained before it is said: a factor of e¹⁰ in likelihood, of residuals that count as far as they are not
+/// What must be gained before it is said: a factor of e⁵ in likelihood, of residuals that count as far as they are not
 /// correlated from sample to sample.
-const LOG_LIKELIHOOD: f64 = 10.0;
+const LOG_LIKELIHOOD: f64 = 5.0;
 
 /// Whether the voltage changes at so many samples that it matters what it does between them.
 fn is_lively(record: &Record) -> bool {

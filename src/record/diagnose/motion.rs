@@ -28,6 +28,9 @@ pub(super) fn motion(view: &View<'_>, findings: &mut Vec<Finding>) {
     let zero = runs(view.len(), |n| view.is_zero(n));
     let mut places: Vec<Range<usize>> = zero.iter().filter_map(|run| start_of_motion(view, speed, run)).collect();
     places.extend(zero.first().and_then(|run| keeps_moving(view, speed, run)));
+    places.extend(zero.iter().filter(|run| speeds_up(speed, run)).cloned());
+    places.sort_by_key(|place| place.start);
+    places.dedup_by(|later, earlier| later.start < earlier.end);
     if !places.is_empty() {
         findings.push(
             Finding::new(
@@ -70,6 +73,21 @@ fn start_of_motion(view: &View<'_>, speed: &Channel<'_>, run: &Range<usize>) -> 
         }
     }
     None
+}
+
+/// A motor on its way that gets faster all through a run without voltage: what current was left would have gone in its
+/// first part.
+fn speeds_up(speed: &Channel<'_>, run: &Range<usize>) -> bool {
+    let part = run.len() / 4;
+    if part < SAMPLES_MIN {
+        return false;
+    }
+    let level = |n: usize| mean(&speed.values[run.start + n * part..run.start + (n + 1) * part]);
+    let levels = [0, 1, 2, 3].map(level);
+    let floor = (0.03 * speed.peak).max(speed.floor() / number(part).sqrt());
+    let same = levels.iter().all(|w| w.signum() == levels[0].signum());
+    let rises = levels.windows(2).all(|w| w[1].abs() > w[0].abs());
+    same && rises && levels[0].abs() > 0.1 * speed.peak && levels[3].abs() - levels[1].abs() > floor
 }
 
 /// A speed that stays while there is no voltage from the start on, although it changes fast when voltage comes.

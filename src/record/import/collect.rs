@@ -145,6 +145,11 @@ impl<'a> Rows<'a> {
                     self.blank += 1;
                     return Ok(());
                 }
+                Err(found) if used.column.quantity == Quantity::Time => {
+                    let remedy = "Times are numbers; for dates and clock times count samples instead: \
+                                  --columns time=- --rate HZ.";
+                    return Err(Error::data(found, remedy).at_line(line).in_column(&used.column.heading));
+                }
                 Err(found) => {
                     return Err(Error::data(
                         found,

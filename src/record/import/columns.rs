@@ -18,6 +18,9 @@ pub(super) enum Need {
     Part,
 }
 
+/// What names no column.
+pub(super) const NONE: &str = "-";
+
 /// A heading, with the unit that a row of units below it names.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Heading {
@@ -105,6 +108,8 @@ pub(super) fn choose(headings: &[Heading], requests: &[ColumnRequest], need: Nee
 
 fn one(headings: &[Heading], requests: &[ColumnRequest], quantity: Quantity) -> Result<Option<Used>> {
     let used = match requests.iter().find(|r| r.quantity == quantity) {
+        // The user says that there is none.
+        Some(request) if request.name == NONE && !headings.iter().any(|h| h.name == NONE) => return Ok(None),
         Some(request) => Some(requested(headings, request)?),
         None => recognized(headings, requests, quantity)?,
     };
