@@ -48,7 +48,7 @@ pub(crate) enum Command {
     Compare(Box<CompareArgs>),
     /// Simulate a motor at rest and write a recording
     Simulate(SimulateArgs),
-    /// Show what a recording holds and how it was understood
+    /// Show what a recording holds, how it was understood and what is odd about it
     Inspect(InspectArgs),
     /// Measure CPU against GPU evaluation over population sizes
     Bench(BenchArgs),
