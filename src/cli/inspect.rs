@@ -5,7 +5,7 @@ use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
 use super::{Outcome, reading};
 use motorfit::identify::{Inspection, Outlook};
-use motorfit::motor::{Discretization, Parameter};
+use motorfit::motor::Discretization;
 use motorfit::report::{InspectDocument, SignalFacts, inspect_page, json};
 use motorfit::text::{printable, significant};
 use motorfit::{Error, Result};
@@ -81,13 +81,9 @@ fn text(inspection: &Inspection<'_>, band: f64) -> String {
 /// What the recording can and cannot identify.
 fn identifiability(outlook: &Outlook) -> String {
     match outlook {
-        Outlook::Identifies { relative_error } => {
-            let error = |(p, e): (Parameter, &Option<f64>)| match e {
-                Some(e) => format!("{} ± {} %", p.symbol(), significant(100.0 * e, 2)),
-                None => format!("{} at a bound", p.symbol()),
-            };
-            let errors: Vec<String> = Parameter::ALL.into_iter().zip(relative_error).map(error).collect();
-            format!("  {STRONG}identifies{STRONG:#}: {} (standard errors)\n", errors.join(", "))
+        Outlook::Identifies { .. } => {
+            let errors = outlook.errors().unwrap_or_default();
+            format!("  {STRONG}identifies{STRONG:#}: {errors} (standard errors)\n")
         }
         Outlook::Lacks { message, remedy } => {
             format!("  {STRONG}does not identify all five{STRONG:#}: {}. {}\n", printable(message), printable(remedy))

@@ -7,6 +7,7 @@ use super::warnings::{Warning, record_warnings};
 use super::{Method, identify};
 use crate::motor::Parameter;
 use crate::record::Record;
+use crate::text::significant;
 
 /// A recording that was looked at.
 #[derive(Debug, Clone)]
@@ -34,6 +35,19 @@ pub enum Outlook {
         /// What to do.
         remedy: String,
     },
+}
+
+impl Outlook {
+    /// The relative standard errors in words; `None` where not all five parameters are identified.
+    #[must_use]
+    pub fn errors(&self) -> Option<String> {
+        let Self::Identifies { relative_error } = self else { return None };
+        let error = |(p, e): (Parameter, &Option<f64>)| match e {
+            Some(e) => format!("{} ± {} %", p.symbol(), significant(100.0 * e, 2)),
+            None => format!("{} at a bound", p.symbol()),
+        };
+        Some(Parameter::ALL.into_iter().zip(relative_error).map(error).collect::<Vec<_>>().join(", "))
+    }
 }
 
 /// The longest recording that an inspection searches.

@@ -2,7 +2,6 @@
 
 use super::SignalFacts;
 use crate::identify::{Inspection, Outlook, Warning};
-use crate::motor::Parameter;
 use crate::record::{Quantity, Record, Severity};
 use crate::report::page::{Figure, Item, Page, Part, Section};
 use crate::report::pages::{Reproduced, reproduce, section};
@@ -72,13 +71,9 @@ fn counted(reports: usize, mentions: usize) -> String {
 
 fn outlook(outlook: &Outlook) -> String {
     match outlook {
-        Outlook::Identifies { relative_error } => {
-            let error = |(p, e): (Parameter, &Option<f64>)| match e {
-                Some(e) => format!("{} ± {} %", p.symbol(), significant(100.0 * e, 2)),
-                None => format!("{} at a bound", p.symbol()),
-            };
-            let errors: Vec<String> = Parameter::ALL.into_iter().zip(relative_error).map(error).collect();
-            format!("It identifies {} (standard errors, if the model holds).", errors.join(", "))
+        Outlook::Identifies { .. } => {
+            let errors = outlook.errors().unwrap_or_default();
+            format!("It identifies {errors} (standard errors, if the model holds).")
         }
         Outlook::Lacks { message, remedy } => {
             let message = message.rsplit_once(".csv: ").map_or(message.as_str(), |(_, message)| message);
