@@ -38,8 +38,8 @@ fn preparation_by_flags() {
     for (flags, samples, period, note) in [
         (&["--crop", "0.5:2"][..], 1501, 0.001, "cropped to 0.500000 s … 2.00000 s"),
         (&["--crop", ":2"], 2001, 0.001, "cropped"),
-        (&["--rate", "500"], 1501, 0.002, "every 2th sample"),
-        (&["--decimate", "4"], 751, 0.004, "every 4th sample"),
+        (&["--rate", "500"], 1501, 0.002, "one of 2 samples kept"),
+        (&["--decimate", "4"], 751, 0.004, "one of 4 samples kept"),
         (&["--rate", "800"], 2401, 0.00125, "regular clock of 1.6000 kHz"),
         (&["--filter", "chebyshev:100:4:0.5"], 3001, 0.001, "low-pass: Chebyshev (0.5 dB), order 4, 100.0 Hz"),
         (&["--mask", "1.5:1.7,current@2:2.1"], 3001, 0.001, "masked: 201 samples"),

@@ -24,7 +24,12 @@ pub(super) fn records(paths: &[PathBuf], args: &Reading, discretization: Discret
             // Without a time column the rate has been used up.
             let timed = record.source().columns.iter().any(|column| column.quantity == Quantity::Time);
             let rate_hz = preparation.rate_hz.filter(|_| timed);
-            records.extend(Preparation { rate_hz, ..preparation.clone() }.apply(&record)?);
+            let preparation = Preparation { rate_hz, ..preparation.clone() };
+            if preparation.is_nothing() {
+                records.push(record);
+            } else {
+                records.extend(preparation.apply(&record)?);
+            }
         }
     }
     Ok(records)

@@ -7,7 +7,7 @@ use super::{Method, Polish, not_identified, warnings};
 use crate::estimate::{Refined, describe};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Space};
-use crate::record::Record;
+use crate::record::{Record, diagnose};
 use crate::{Error, Result};
 
 /// Whether the spec, the recordings and the criterion leave anything to be found at all.
@@ -117,8 +117,9 @@ pub(super) fn fit(records: &[Record], spec: &IdentifySpec, found: &Identificatio
 
 /// A channel whose sign is reversed, where nothing fits for it.
 pub(super) fn reversed_sign(records: &[Record]) -> Result<()> {
-    match warnings::sign_reversed(records) {
-        Some(warning) => Err(not_identified(warning.message, "Correct the sign and run again.")),
+    let mut found = records.iter().flat_map(diagnose);
+    match found.find(|finding| finding.code == "sign_reversed") {
+        Some(finding) => Err(not_identified(finding.message, finding.remedy)),
         None => Ok(()),
     }
 }

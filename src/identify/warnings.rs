@@ -127,9 +127,6 @@ pub(super) fn poor_fit(fit_percent: [Option<f64>; 2]) -> Option<Warning> {
 pub(super) fn warnings_of(records: &[Record], spec: &IdentifySpec) -> Vec<Warning> {
     let mut warnings = Vec::new();
     warnings.extend(warnings_of_records(records));
-    if !warnings.iter().any(|warning| warning.code == "sign_reversed") {
-        warnings.extend(sign_reversed(records));
-    }
     let samples: usize = records.iter().map(Record::len).sum();
     if samples < SAMPLES_FEW {
         let message = format!("{samples} samples: from fewer than {SAMPLES_FEW} the intervals come out too narrow");
@@ -245,38 +242,6 @@ pub(super) fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option
     } else {
         None
     }
-}
-
-/// A channel whose sign is reversed: from rest, a motor without load takes energy in (Σ v i > 0), its torque
-/// accelerates it (Σ i ω > 0), and so it turns as the voltage says (Σ v ω > 0).
-pub(super) fn sign_reversed(records: &[Record]) -> Option<Warning> {
-    let mut sums = [[0.0; 2]; 3];
-    for record in records {
-        let samples = record.samples();
-        if samples.torque.as_ref().is_some_and(|t| t.iter().any(|t| *t != 0.0)) {
-            return None;
-        }
-        let [current, speed] = record.measured();
-        let voltage = Some(samples.voltage.as_slice());
-        for (sum, (a, b)) in sums.iter_mut().zip([(voltage, current), (current, speed), (voltage, speed)]) {
-            for (a, b) in a.unwrap_or_default().iter().zip(b.unwrap_or_default()) {
-                sum[0] += a * b;
-                sum[1] += (a * b).abs();
-            }
-        }
-    }
-    // Far from what noise or a moment of braking does.
-    let [vi, iw, vw] = sums.map(|[sum, size]| if sum < -0.3 * size { -1 } else { i32::from(sum > 0.3 * size) });
-    let reversed = match (vi, iw, vw) {
-        (-1, -1, 1) | (-1, 0, 0) => "current",
-        (1, -1, -1) | (0, 0, -1) => "speed",
-        (-1, 1, -1) => "voltage",
-        _ => return None,
-    };
-    let message = format!(
-        "the sign of the {reversed} is reversed: it runs against what the other columns say; swap its sign in the file"
-    );
-    Some(Warning::new("sign_reversed", message))
 }
 
 fn moves_at_start(signal: &[f64]) -> bool {

@@ -32,7 +32,11 @@ fn warnings(list: &[Warning]) -> Vec<Part> {
 }
 
 /// How to make it again.
-pub(super) fn reproduce(records: &[Record], how: &Reproduced, device: Option<(&str, &str)>) -> Section {
+pub(super) fn reproduce<'a>(
+    records: impl IntoIterator<Item = &'a Record>,
+    how: &Reproduced,
+    device: Option<(&str, &str)>,
+) -> Section {
     let mut list = vec![("version".to_owned(), format!("motorfit {}", env!("CARGO_PKG_VERSION")))];
     list.extend(device.map(|(name, precision)| ("device".to_owned(), format!("{name}, {precision}"))));
     for record in records {

@@ -56,10 +56,17 @@ struct Table {
 /// `Data` with file, line and column when the file cannot be read, understood or trusted.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Vec<Record>> {
     let (tables, sha256) = tables(path, options, Need::Recording)?;
+    of_tables(tables, &sha256, Some(path), options)
+}
+
+/// The recordings of the tables of a file.
+fn of_tables(tables: Vec<Table>, sha256: &str, path: Option<&Path>, options: &ReadOptions) -> Result<Vec<Record>> {
+    let located = |error: Error| path.iter().fold(error, |error, path| error.in_file(path));
     let mut records = Vec::new();
     for Table { part, collected } in tables {
-        let source = Source { path: Some(path.to_path_buf()), sha256: Some(sha256.clone()), part, ..Source::default() };
-        records.extend(finish(collected, source, options).map_err(|e| e.in_file(path))?);
+        let (path, sha256) = (path.map(Path::to_path_buf), Some(sha256.to_owned()));
+        let source = Source { path, sha256, part, ..Source::default() };
+        records.extend(finish(collected, source, options).map_err(located)?);
     }
     Ok(records)
 }
@@ -126,13 +133,7 @@ pub fn read_csv_bytes(bytes: &[u8], path: Option<&Path>, columns: &[ColumnReques
 pub fn read_bytes(bytes: &[u8], path: Option<&Path>, options: &ReadOptions) -> Result<Vec<Record>> {
     let located = |error: Error| path.iter().fold(error, |error, path| error.in_file(path));
     let (tables, sha256) = tables_of(bytes, options, Need::Recording).map_err(located)?;
-    let mut records = Vec::new();
-    for Table { part, collected } in tables {
-        let source =
-            Source { path: path.map(Path::to_path_buf), sha256: Some(sha256.clone()), part, ..Source::default() };
-        records.extend(finish(collected, source, options).map_err(located)?);
-    }
-    Ok(records)
+    of_tables(tables, &sha256, path, options)
 }
 
 /// Reads time, voltage and load torque alone: what drives a simulation.

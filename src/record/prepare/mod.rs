@@ -48,6 +48,12 @@ pub enum Offset {
 }
 
 impl Preparation {
+    /// Whether it leaves every recording as it is.
+    #[must_use]
+    pub fn is_nothing(&self) -> bool {
+        *self == Self { sampled_input: self.sampled_input, ..Self::default() }
+    }
+
     /// Prepares a recording; several come of one that is cut where its drive is disabled.
     ///
     /// # Errors
@@ -196,7 +202,7 @@ fn every_so_manieth(record: Record, every: usize) -> Result<Record> {
         let message = format!("one of {every} samples leaves too little of {}", record.len());
         return Err(Error::usage(message, "Decimate less, or give a higher --rate."));
     }
-    let note = format!("every {every}th sample behind an anti-alias filter, all signals alike");
+    let note = format!("one of {every} samples kept, behind an anti-alias filter, all signals alike");
     let filter = anti_alias(record.period_s(), every)?;
     let at_rest = record.starts_at_rest();
     let made = decimated(record.samples(), &record.slope, &filter, Start { at_rest, every });

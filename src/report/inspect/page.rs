@@ -27,8 +27,7 @@ pub fn inspect_page(inspections: &[Inspection<'_>], band: f64, how: &Reproduced)
         sections.push(section("Signals", vec![Part::Figure(Box::new(signals(inspection, n)))]));
         sections.push(section("What was understood", understood(inspection.record, band)));
     }
-    let records: Vec<Record> = inspections.iter().map(|i| i.record.clone()).collect();
-    sections.push(reproduce(&records, how, None));
+    sections.push(reproduce(inspections.iter().map(|i| i.record), how, None));
     let title = match inspections {
         [one] => format!("Inspection of {}", name(one.record)),
         many => format!("Inspection of {} recordings", many.len()),
