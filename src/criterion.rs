@@ -27,6 +27,9 @@ pub enum Norm {
 }
 
 impl Norm {
+    /// All there are.
+    pub const ALL: [Self; 7] = [Self::Euclidean, Self::Ise, Self::Iae, Self::Itse, Self::Itae, Self::Mse, Self::Nrmse];
+
     /// Its name in flags and results.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -58,6 +61,9 @@ pub enum Scale {
 }
 
 impl Scale {
+    /// All there are.
+    pub const ALL: [Self; 4] = [Self::None, Self::Peak, Self::Std, Self::Noise];
+
     /// Its name in flags and results.
     #[must_use]
     pub fn name(self) -> &'static str {

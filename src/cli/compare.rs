@@ -4,11 +4,11 @@ use super::args::{CompareArgs, CriterionName, MethodName, ScaleName};
 use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
 use super::progress::Reporter;
-use super::{Outcome, interrupt, methods, problem, reading, values};
+use super::{Outcome, interrupt, methods, problem, reading};
 use clap::ValueEnum as _;
 use motorfit::criterion::Criterion;
 use motorfit::evaluate::{Initial, Model};
-use motorfit::identify::{Costs, DeviceSpec, IdentifySpec, Method, with_threads};
+use motorfit::identify::{Costs, DeviceSpec, IdentifySpec, Method, values, with_threads};
 use motorfit::motor::{Parameter, Space};
 use motorfit::report::compare::{CompareDocument, paper_tables, quartiles, setting_name, tables};
 use motorfit::report::figures::model;
@@ -260,7 +260,7 @@ fn variants(args: &CompareArgs) -> Result<Vec<Vec<Method>>> {
                     let message = format!("--set: {} is not among the methods", excerpt(method));
                     Error::usage(message, "Name it in --methods.")
                 })?;
-                methods::set(found, key, value)?;
+                found.set(key, value)?;
                 next.push(changed);
             }
         }

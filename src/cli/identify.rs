@@ -4,10 +4,10 @@ use super::args::{IdentifyArgs, PolishName};
 use super::out::{self, Out};
 use super::output::{DIM, STRONG, Style, data};
 use super::progress::Reporter;
-use super::{Outcome, interrupt, methods, problem, reading, values};
+use super::{Outcome, interrupt, methods, problem, reading};
 use motorfit::Result;
 use motorfit::estimate::ReferenceKind;
-use motorfit::identify::{Identification, IdentifySpec, Method, Polish, Status, identify_with, suspicions};
+use motorfit::identify::{Identification, IdentifySpec, Method, Polish, Status, identify_with, suspicions, values};
 use motorfit::motor::Parameter;
 use motorfit::optimize::Stop;
 use motorfit::record::Record;
@@ -109,7 +109,7 @@ fn method(args: &IdentifyArgs) -> Result<Method> {
     let mut method = methods::named(args.method);
     for item in &args.set {
         let (key, value) = values::pair(item, "--set", "mutation=0.1")?;
-        methods::set(&mut method, key, value)?;
+        method.set(key, value)?;
     }
     Ok(method)
 }

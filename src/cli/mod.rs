@@ -22,7 +22,6 @@ mod reading;
 mod shell;
 mod simulate;
 mod slice;
-mod values;
 
 use args::{Cli, Command};
 use clap::{CommandFactory as _, FromArgMatches as _};

@@ -1,11 +1,11 @@
 //! What `identify` and `evaluate` share: criterion, model, space and device, from their flags.
 
 use super::args::{CriterionName, DeviceArgs, DiscretizationName, InitialName, Precision, ProblemArgs, ScaleName};
+use super::cache;
 use super::output::Style;
-use super::{cache, values};
 use motorfit::criterion::{Criterion, Norm, Scale};
 use motorfit::evaluate::{Initial, Model};
-use motorfit::identify::{DeviceSpec, IdentifySpec, PrecisionSpec};
+use motorfit::identify::{DeviceSpec, IdentifySpec, PrecisionSpec, values};
 use motorfit::motor::{Discretization, Space};
 use motorfit::text::excerpt;
 use motorfit::{Error, Result};

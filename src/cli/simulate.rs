@@ -2,9 +2,10 @@
 
 use super::args::SimulateArgs;
 use super::output::{Style, data};
-use super::{Outcome, files, inspect, values};
+use super::{Outcome, files, inspect};
 use motorfit::criterion::Noise;
 use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
+use motorfit::identify::values;
 use motorfit::motor::Discretization;
 use motorfit::record::{parse_columns, read_inputs, write_csv};
 use motorfit::report::SignalFacts;

@@ -20,6 +20,22 @@ pub enum Initial {
     Free,
 }
 
+impl Initial {
+    /// All there are.
+    pub const ALL: [Self; 4] = [Self::Auto, Self::Zero, Self::Measured, Self::Free];
+
+    /// Its name in flags and results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Zero => "zero",
+            Self::Measured => "measured",
+            Self::Free => "free",
+        }
+    }
+}
+
 /// A stretch of samples over which the step and all inputs stay the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {

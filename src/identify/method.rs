@@ -1,6 +1,8 @@
 //! How the optimum is found and refined.
 
-use crate::optimize::{Genetic, GeneticOptions, Gwo, GwoOptions, Jaya, JayaOptions, Optimizer, Random, Setup};
+use super::values;
+use crate::optimize::{Genetic, GeneticOptions, Gwo, GwoOptions, Jaya, JayaOptions, Optimizer, Random, Setup, Sharing};
+use crate::text::excerpt;
 use crate::{Error, Result};
 
 /// How the optimum is found.
@@ -34,6 +36,47 @@ impl Method {
             Self::Genetic(_) => "ga",
             Self::Random => "random",
         }
+    }
+
+    /// All there are, with the settings that they have by themselves.
+    #[must_use]
+    pub fn all() -> [Self; 6] {
+        let (gwo, jaya) = (GwoOptions::default(), JayaOptions::default());
+        let genetic = GeneticOptions::default();
+        [Self::Auto, Self::SteiglitzMcBride, Self::Gwo(gwo), Self::Jaya(jaya), Self::Genetic(genetic), Self::Random]
+    }
+
+    /// Changes a setting.
+    ///
+    /// # Errors
+    /// `Usage` when the method has no such setting, or it cannot be this.
+    pub fn set(&mut self, key: &str, value: &str) -> Result<()> {
+        let number = || values::number(value, "--set");
+        match (self, key, value) {
+            (Self::Gwo(gwo), "a-start", _) => gwo.a_start = number()?,
+            (Self::Gwo(gwo), "a-end", _) => gwo.a_end = number()?,
+            (Self::Jaya(jaya), "sharing", "generation") => jaya.sharing = Sharing::Generation,
+            (Self::Jaya(jaya), "sharing", "agent") => jaya.sharing = Sharing::Agent,
+            (Self::Jaya(jaya), "greedy", "true") => jaya.greedy = true,
+            (Self::Jaya(jaya), "greedy", "false") => jaya.greedy = false,
+            (Self::Genetic(genetic), "mutation", _) => genetic.mutation = number()?,
+            (Self::Genetic(genetic), "pressure", _) => genetic.pressure = number()?,
+            (Self::Genetic(genetic), "crossover", _) => genetic.crossover = number()?,
+            (Self::Genetic(genetic), "elites", _) => {
+                genetic.elites = value.parse().map_err(|_| {
+                    let message = format!("--set elites=\"{}\" is no count", excerpt(value));
+                    Error::usage(message, "Give a whole number, 0 or more.")
+                })?;
+            }
+            _ => {
+                return Err(Error::usage(
+                    format!("--set \"{}={}\" is no setting of this method", excerpt(key), excerpt(value)),
+                    "gwo has a-start and a-end; jaya sharing=generation|agent and greedy=true|false; \
+                     ga mutation, pressure, crossover and elites.",
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// Whether it always searches with a population.
@@ -71,6 +114,9 @@ pub enum Polish {
 }
 
 impl Polish {
+    /// All there are.
+    pub const ALL: [Self; 2] = [Self::LevenbergMarquardt, Self::None];
+
     /// Its name in flags and results.
     #[must_use]
     pub fn name(self) -> &'static str {

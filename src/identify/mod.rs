@@ -15,6 +15,7 @@ mod outlook;
 mod pace;
 mod search;
 mod spec;
+pub mod values;
 mod verify;
 mod warnings;
 

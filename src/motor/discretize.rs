@@ -29,6 +29,9 @@ pub enum Discretization {
 }
 
 impl Discretization {
+    /// All there are.
+    pub const ALL: [Self; 4] = [Self::Zoh, Self::Foh, Self::Rk4, Self::Euler];
+
     /// Its name in flags and results.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -5,6 +5,7 @@ mod heading;
 mod import;
 mod lines;
 mod prepare;
+mod reading;
 mod time;
 
 pub use diagnose::{Finding, Severity, diagnose};
@@ -14,6 +15,7 @@ pub use import::{
 };
 pub use lines::Lines;
 pub use prepare::{Cascade, FilterKind, LowPass, Mask, Offset, Preparation, parse_masks};
+pub use reading::{Reading, parse_crop, parse_offset};
 pub use time::{Gaps, Steps, TIME_JITTER_UNIFORM};
 
 use crate::{Error, Result};

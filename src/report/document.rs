@@ -1,7 +1,7 @@
 //! Results as JSON documents. What is not available or not finite is `null`.
 
 use crate::estimate::{ReferenceKind, Uncertainty};
-use crate::evaluate::{Initial, Level, cpu_name};
+use crate::evaluate::{Level, cpu_name};
 use crate::identify::{Costs, Identification, IdentifySpec, Place, Warning};
 use crate::motor::{Parameter, Parameters};
 use crate::record::{Record, Severity};
@@ -211,12 +211,7 @@ impl Names {
             criterion: spec.criterion.norm.name(),
             scale: spec.criterion.scale.name(),
             discretization: spec.model.discretization.name(),
-            initial: match spec.model.initial {
-                Initial::Auto => "auto",
-                Initial::Zero => "zero",
-                Initial::Measured => "measured",
-                Initial::Free => "free",
-            },
+            initial: spec.model.initial.name(),
         }
     }
 }

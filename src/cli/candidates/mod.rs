@@ -4,7 +4,7 @@ mod csv;
 #[cfg(feature = "parquet")]
 mod parquet;
 
-use super::values;
+use motorfit::identify::values;
 use motorfit::motor::{Axis, Parameter};
 use motorfit::optimize::{Sample, Sampling};
 use motorfit::text::excerpt;

@@ -1,25 +1,35 @@
-//! Values of flags that are small languages of their own: parameters, bounds, noise, settings.
+//! Values of settings that are small languages of their own: parameters, bounds, noise. `flag` names the setting in
+//! errors.
 
-use motorfit::criterion::Noise;
-use motorfit::motor::{Parameter, Parameters};
-use motorfit::text::excerpt;
-use motorfit::{Error, Result};
+use crate::criterion::Noise;
+use crate::motor::{Parameter, Parameters};
+use crate::text::excerpt;
+use crate::{Error, Result};
 
 /// `KEY=VALUE` in its two parts.
-pub(super) fn pair<'a>(item: &'a str, flag: &str, example: &str) -> Result<(&'a str, &'a str)> {
+///
+/// # Errors
+/// `Usage` when it is not.
+pub fn pair<'a>(item: &'a str, flag: &str, example: &str) -> Result<(&'a str, &'a str)> {
     item.split_once('=').map(|(key, value)| (key.trim(), value.trim())).ok_or_else(|| {
         Error::usage(format!("{flag}: \"{}\" is not KEY=VALUE", excerpt(item)), format!("Write {flag} {example}."))
     })
 }
 
 /// A finite number.
-pub(super) fn number(text: &str, flag: &str) -> Result<f64> {
-    motorfit::record::parse_number(text, false)
+///
+/// # Errors
+/// `Usage` when it is not.
+pub fn number(text: &str, flag: &str) -> Result<f64> {
+    crate::record::parse_number(text, false)
         .map_err(|found| Error::usage(format!("{flag}: {found}"), "Use a decimal point and SI units."))
 }
 
 /// `R=0.92,L=…`, positive values, each parameter at most once.
-pub(super) fn parameters(items: &[String], flag: &str) -> Result<Vec<(Parameter, f64)>> {
+///
+/// # Errors
+/// `Usage` when it is not.
+pub fn parameters(items: &[String], flag: &str) -> Result<Vec<(Parameter, f64)>> {
     let mut list: Vec<(Parameter, f64)> = Vec::new();
     for item in items.iter().filter(|item| !item.trim().is_empty()) {
         let (symbol, value) = pair(item, flag, "R=0.92,L=0.0078")?;
@@ -38,7 +48,10 @@ pub(super) fn parameters(items: &[String], flag: &str) -> Result<Vec<(Parameter,
 }
 
 /// All five parameters of a motor, or `m2`.
-pub(super) fn motor(text: &str) -> Result<Parameters> {
+///
+/// # Errors
+/// `Usage` when it is not.
+pub fn motor(text: &str) -> Result<Parameters> {
     if text.eq_ignore_ascii_case("m2") {
         return Ok(Parameters::M2);
     }
@@ -57,7 +70,10 @@ pub(super) fn motor(text: &str) -> Result<Parameters> {
 }
 
 /// The parameters without bounds of their own that follow the estimate: all such, or none under `table2`.
-pub(super) fn auto_bounds(items: &[String]) -> Result<Vec<Parameter>> {
+///
+/// # Errors
+/// `Usage` when it is not.
+pub fn auto_bounds(items: &[String]) -> Result<Vec<Parameter>> {
     if items.iter().any(|item| item.trim() == "table2") {
         return Ok(Vec::new());
     }
@@ -66,7 +82,10 @@ pub(super) fn auto_bounds(items: &[String]) -> Result<Vec<Parameter>> {
 }
 
 /// `table2`, `auto`, `R=0.1:1`, …: the bounds that differ from Table 2.
-pub(super) fn bounds(items: &[String]) -> Result<Vec<(Parameter, f64, f64)>> {
+///
+/// # Errors
+/// `Usage` when it is not.
+pub fn bounds(items: &[String]) -> Result<Vec<(Parameter, f64, f64)>> {
     let mut list = Vec::new();
     for item in items.iter().map(|item| item.trim()).filter(|item| !matches!(*item, "" | "auto" | "table2")) {
         let (symbol, range) = pair(item, "--bounds", "table2, auto or R=0.1:1,L=0.001:0.1")?;
@@ -84,7 +103,10 @@ pub(super) fn bounds(items: &[String]) -> Result<Vec<(Parameter, f64, f64)>> {
 }
 
 /// `40dB`, or `i=0.05,w=0.5`.
-pub(super) fn noise(text: &str) -> Result<Noise> {
+///
+/// # Errors
+/// `Usage` when it is not.
+pub fn noise(text: &str) -> Result<Noise> {
     const EXAMPLE: &str = "Write --noise 40dB, or --noise i=0.05,w=0.5 in A and rad/s.";
     let bad = |what: String| Error::usage(format!("--noise: {what}"), EXAMPLE);
     let lower = text.trim().to_lowercase();

@@ -1,0 +1,107 @@
+//! Files as prepared recordings: how they are read and what is done to them, in one thing.
+
+use super::{Offset, Preparation, Quantity, ReadOptions, Record, parse_number, read, read_joined};
+use crate::text::excerpt;
+use crate::{Error, Result};
+use std::path::{Path, PathBuf};
+
+/// How files are read and prepared.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Reading {
+    /// How they are read.
+    pub options: ReadOptions,
+    /// What is done to each recording.
+    pub preparation: Preparation,
+}
+
+impl Reading {
+    /// The recordings of a file, or of `A+B`, which makes one recording of several.
+    ///
+    /// # Errors
+    /// As [`read`], [`read_joined`] and [`Preparation::apply`].
+    pub fn records(&self, path: &Path) -> Result<Vec<Record>> {
+        let read = match joined(path) {
+            Some(parts) => read_joined(&parts, &self.options)?,
+            None => read(path, &self.options)?,
+        };
+        let mut records = Vec::with_capacity(read.len());
+        for record in read {
+            // Without a time column the rate has been used up.
+            let timed = record.source().columns.iter().any(|column| column.quantity == Quantity::Time);
+            let rate_hz = self.preparation.rate_hz.filter(|_| timed);
+            let preparation = Preparation { rate_hz, ..self.preparation.clone() };
+            if preparation.is_nothing() {
+                records.push(record);
+            } else {
+                records.extend(preparation.apply(&record)?);
+            }
+        }
+        Ok(records)
+    }
+
+    /// The files that a path names: one, or the parts of `A+B`.
+    #[must_use]
+    pub fn files(path: &Path) -> Vec<PathBuf> {
+        joined(path).unwrap_or_else(|| vec![path.to_path_buf()])
+    }
+}
+
+/// The files of `A+B`, unless a file has that name.
+fn joined(path: &Path) -> Option<Vec<PathBuf>> {
+    let text = path.to_str().filter(|text| text.contains('+') && !path.exists())?;
+    let parts: Vec<PathBuf> = text.split('+').map(PathBuf::from).collect();
+    parts.iter().all(|part| !part.as_os_str().is_empty()).then_some(parts)
+}
+
+/// Reads `FROM:TO` \[s\], either of which may be open.
+///
+/// # Errors
+/// `Usage` when it is not.
+pub fn parse_crop(text: &str) -> Result<[Option<f64>; 2]> {
+    let Some((from, to)) = text.split_once(':') else {
+        return Err(Error::usage(
+            format!("--crop: \"{}\" is not FROM:TO", excerpt(text)),
+            "Write --crop 0.2:1.5 (seconds).",
+        ));
+    };
+    let number = |text: &str| if text.trim().is_empty() { Ok(None) } else { number(text, "--crop").map(Some) };
+    let range = [number(from)?, number(to)?];
+    if let [Some(from), Some(to)] = range
+        && from >= to
+    {
+        return Err(Error::usage(format!("--crop: {from} to {to} holds nothing"), "Give the earlier time first."));
+    }
+    Ok(range)
+}
+
+fn number(text: &str, flag: &str) -> Result<f64> {
+    parse_number(text, false)
+        .map_err(|found| Error::usage(format!("{flag}: {found}"), "Use a decimal point and SI units."))
+}
+
+/// Reads `auto`, or `current=0.02,speed=…`.
+///
+/// # Errors
+/// `Usage` when it is neither.
+pub fn parse_offset(text: &str) -> Result<Offset> {
+    if text.trim() == "auto" {
+        return Ok(Offset::Auto);
+    }
+    let mut list: Vec<(Quantity, f64)> = Vec::new();
+    for item in text.split(',').filter(|item| !item.trim().is_empty()) {
+        let (key, value) = item.split_once('=').map(|(key, value)| (key.trim(), value.trim())).ok_or_else(|| {
+            let message = format!("--offset: \"{}\" is not KEY=VALUE", excerpt(item));
+            Error::usage(message, "Write --offset auto, or --offset current=0.02,speed=-0.1.")
+        })?;
+        let known = [Quantity::Voltage, Quantity::Current, Quantity::Speed, Quantity::Torque];
+        let Some(quantity) = known.into_iter().find(|q| q.to_string().replace(' ', "_") == key) else {
+            let message = format!("--offset: \"{}\" is no signal", excerpt(key));
+            return Err(Error::usage(message, "Give voltage, current, speed or load_torque."));
+        };
+        if list.iter().any(|(q, _)| *q == quantity) {
+            return Err(Error::usage(format!("--offset gives {quantity} twice"), "Give each once."));
+        }
+        list.push((quantity, number(value, "--offset")?));
+    }
+    Ok(Offset::Given(list))
+}
