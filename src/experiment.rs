@@ -78,23 +78,28 @@ pub fn simulated(parameters: &Parameters, excitation: &Excitation, method: Discr
 /// # Errors
 /// `Data` when a value leaves the range of a recording.
 pub fn with_noise(record: &Record, sigma: [f64; 2], seed: u64) -> Result<Record> {
-    let mut samples = record.samples().clone();
-    for (stream, (signal, sigma)) in (0..).zip([&mut samples.current, &mut samples.speed].into_iter().zip(sigma)) {
-        let mut generator = ChaCha8Rng::seed_from_u64(seed);
-        generator.set_stream(stream);
-        for value in signal.iter_mut().flatten() {
-            let normal: f64 = StandardNormal.sample(&mut generator);
-            *value += sigma * normal;
+    let add = |samples: &mut Samples| {
+        for (stream, (signal, sigma)) in (0..).zip([&mut samples.current, &mut samples.speed].into_iter().zip(sigma)) {
+            let mut generator = ChaCha8Rng::seed_from_u64(seed);
+            generator.set_stream(stream);
+            for value in signal.iter_mut().flatten() {
+                let normal: f64 = StandardNormal.sample(&mut generator);
+                *value += sigma * normal;
+            }
         }
-    }
-    Record::new(samples)
+    };
+    record.clone().changed(add, "white noise added".to_owned())
 }
 
-/// σ of both channels of a recording; 0 for a missing channel.
+/// σ that a noise to be added has in both channels of a recording; 0 for a missing channel, and for what is not given.
 #[must_use]
 pub fn noise_of(record: &Record, noise: Noise) -> [f64; 2] {
     let measured = record.measured();
-    [0, 1].map(|channel| measured[channel].map_or(0.0, |signal| noise.sigma(channel, signal)))
+    let sigma = |channel: usize, signal: &[f64]| match noise {
+        Noise::Sigma(sigma) => sigma[channel].unwrap_or(0.0),
+        noise => noise.sigma(channel, signal),
+    };
+    [0, 1].map(|channel| measured[channel].map_or(0.0, |signal| sigma(channel, signal)))
 }
 
 /// What drives the motor in a recording, as [`simulate`] takes it.

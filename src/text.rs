@@ -75,6 +75,15 @@ pub fn alternatives(words: &[&str]) -> String {
     sentence
 }
 
+/// The one of some words that another was likely meant to be: two letters off at most, or a third of a long one.
+#[must_use]
+pub fn nearest<'a>(word: &str, words: &[&'a str]) -> Option<&'a str> {
+    let word = word.to_lowercase();
+    let distance = |known: &&str| strsim::osa_distance(&word, known);
+    let near = words.iter().copied().min_by_key(|known| distance(known))?;
+    (distance(&near) <= 2.max(near.chars().count() / 3)).then_some(near)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,7 +5,7 @@ use anstyle::{AnsiColor, Style as Paint};
 use clap::error::{ContextKind, ContextValue};
 use motorfit::identify::Warning;
 use motorfit::record::Severity;
-use motorfit::text::printable;
+use motorfit::text::{nearest as nearest_of, printable};
 use motorfit::{Error, Result};
 use std::io::{self, IsTerminal as _, Write as _};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -128,6 +128,6 @@ fn nearest(error: &clap::Error) -> Option<&str> {
     if error.get(ContextKind::SuggestedValue).is_some() {
         return None;
     }
-    let distance = |value: &&String| strsim::osa_distance(&given.to_lowercase(), value);
-    values.iter().min_by_key(distance).filter(|value| distance(value) <= 2).map(String::as_str)
+    let values: Vec<&str> = values.iter().map(String::as_str).collect();
+    nearest_of(given, &values)
 }

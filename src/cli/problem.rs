@@ -7,27 +7,10 @@ use motorfit::criterion::{Criterion, Norm, Scale};
 use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::{DeviceSpec, IdentifySpec, PrecisionSpec, values};
 use motorfit::motor::{Discretization, Space};
-use motorfit::text::excerpt;
 use motorfit::{Error, Result};
 
 /// More threads than any machine has cores help nobody.
 const THREADS_MAX: usize = 1024;
-
-fn which(text: &str) -> Result<DeviceSpec> {
-    match text {
-        "auto" => Ok(DeviceSpec::Auto),
-        "cpu" => Ok(DeviceSpec::Cpu),
-        "gpu" => Ok(DeviceSpec::Gpu),
-        other => match other.strip_prefix("gpu:").map(|which| (which, which.parse())) {
-            Some((_, Ok(index))) => Ok(DeviceSpec::GpuIndex(index)),
-            Some((name, Err(_))) if !name.is_empty() => Ok(DeviceSpec::GpuName(name.to_owned())),
-            _ => Err(Error::usage(
-                format!("--device: \"{}\" is no device", excerpt(other)),
-                "Give auto, cpu, gpu, gpu:INDEX or gpu:NAME; motorfit devices lists what is there.",
-            )),
-        },
-    }
-}
 
 /// The part of a spec that says what candidates are evaluated on, and by what.
 pub(super) fn spec(args: &ProblemArgs, device: &DeviceArgs, style: &Style) -> Result<IdentifySpec> {
@@ -70,7 +53,7 @@ pub(super) fn device(args: &DeviceArgs, style: &Style) -> Result<IdentifySpec> {
         let remedy = format!("Give 1 to {THREADS_MAX}, or leave it out for all.");
         return Err(Error::usage(format!("--threads is {threads}"), remedy));
     }
-    let device = which(&args.device)?;
+    let device: DeviceSpec = args.device.parse()?;
     Ok(IdentifySpec {
         paces: if device == DeviceSpec::Auto { cache::paces(style) } else { None },
         device,

@@ -3,7 +3,6 @@
 use super::args::SimulateArgs;
 use super::output::{Style, data};
 use super::{Outcome, files, inspect};
-use motorfit::criterion::Noise;
 use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
 use motorfit::identify::values;
 use motorfit::motor::Discretization;
@@ -18,12 +17,7 @@ pub(super) fn run(args: &SimulateArgs, style: &Style) -> Result<Outcome> {
     let band = inspect::band(args.band.settling_band)?;
     let noise = args.noise.as_deref().map(values::noise).transpose()?;
     let clean = simulated(&parameters, &excitation(args)?, Discretization::Zoh)?;
-    let sigma = match noise {
-        None => [0.0; 2],
-        // What is not given is not there.
-        Some(Noise::Sigma(sigma)) => sigma.map(|s| s.unwrap_or(0.0)),
-        Some(noise) => noise_of(&clean, noise),
-    };
+    let sigma = noise.map_or([0.0; 2], |noise| noise_of(&clean, noise));
     let record = with_noise(&clean, sigma, args.seed)?;
     let text = write_csv(&record);
     if args.out == Path::new("-") {

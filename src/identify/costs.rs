@@ -1,8 +1,8 @@
 //! Costs of candidates from anywhere, on the device that a spec asks for.
 
 use super::device::Opened;
+use super::fit::search_space;
 use super::lockstep::Lockstep;
-use super::search::{around, steiglitz_mcbride};
 use super::spec::IdentifySpec;
 use super::warnings::Warning;
 use crate::Result;
@@ -25,10 +25,7 @@ impl Costs {
     /// # Errors
     /// As for a problem; `Device` when the device that is asked for is not there.
     pub fn new(records: &[Record], spec: &IdentifySpec) -> Result<Self> {
-        let space = match steiglitz_mcbride(records, spec)? {
-            Ok(estimate) if !spec.auto_bounds.is_empty() => around(spec, &estimate)?,
-            _ => spec.space.clone(),
-        };
+        let space = search_space(records, spec)?;
         let problem = Arc::new(Problem::new(records, spec.model, space, spec.criterion)?);
         let evaluation = Lockstep::on(Opened::for_search(spec, &problem)?, vec![problem.clone()]);
         Ok(Self { problem, evaluation })

@@ -3,8 +3,11 @@
 #[cfg(feature = "gpu")]
 use super::pace::{AdapterPace, Work};
 use super::{IdentifySpec, Warning};
-use crate::Result;
 use crate::evaluate::{Evaluator, Problem, Simd};
+use crate::text::excerpt;
+use crate::{Error, ErrorKind, Result};
+use std::str::FromStr;
+use std::time::Duration;
 
 #[cfg(feature = "gpu")]
 use crate::evaluate::gpu::{self, Gpu, Precision};
@@ -25,6 +28,27 @@ pub enum DeviceSpec {
     GpuName(String),
 }
 
+impl FromStr for DeviceSpec {
+    type Err = Error;
+
+    /// Reads `auto`, `cpu`, `gpu`, `gpu:INDEX` or `gpu:NAME`.
+    fn from_str(text: &str) -> Result<Self> {
+        match text {
+            "auto" => Ok(Self::Auto),
+            "cpu" => Ok(Self::Cpu),
+            "gpu" => Ok(Self::Gpu),
+            other => match other.strip_prefix("gpu:").map(|which| (which, which.parse())) {
+                Some((_, Ok(index))) => Ok(Self::GpuIndex(index)),
+                Some((name, Err(_))) if !name.is_empty() => Ok(Self::GpuName(name.to_owned())),
+                _ => Err(Error::usage(
+                    format!("--device: \"{}\" is no device", excerpt(other)),
+                    "Give auto, cpu, gpu, gpu:INDEX or gpu:NAME; motorfit devices lists what is there.",
+                )),
+            },
+        }
+    }
+}
+
 /// With which numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PrecisionSpec {
@@ -35,6 +59,21 @@ pub enum PrecisionSpec {
     F32,
     /// f64.
     F64,
+}
+
+impl PrecisionSpec {
+    /// All there are.
+    pub const ALL: [Self; 3] = [Self::Auto, Self::F32, Self::F64];
+
+    /// Its name in flags and results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        }
+    }
 }
 
 /// Candidate-steps of one generation and of a whole search from which on `auto` looks for a GPU: opening one takes
@@ -49,13 +88,36 @@ const SLICE_STEPS: usize = 500_000_000;
 #[cfg(feature = "gpu")]
 const SLICE_STEPS_GPU: usize = 100 * SLICE_STEPS;
 
+/// What happens when a device fails on the way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum OnLoss {
+    /// The search ends with the error.
+    #[default]
+    Fail,
+    /// The CPU carries on.
+    Cpu,
+    /// The device is opened anew.
+    Reopen,
+    /// The device is opened anew; where that fails, the CPU carries on.
+    ReopenOrCpu,
+}
+
+/// Opens the same device anew.
+pub(super) type Reopen = Box<dyn FnMut() -> Result<Box<dyn Evaluator>> + Send>;
+
+/// Times that a device may fail on the same piece of work, and seconds waited before it is opened anew.
+const LOSSES_MAX: usize = 3;
+const WAITS_S: [f64; LOSSES_MAX] = if cfg!(test) { [0.0; LOSSES_MAX] } else { [0.0, 1.0, 5.0] };
+
 /// An evaluator and what is said of it.
 pub(super) struct Opened {
     pub evaluator: Box<dyn Evaluator>,
     /// cpu or gpu.
     pub kind: &'static str,
-    /// Whether the CPU may take over.
-    pub auto: bool,
+    pub on_loss: OnLoss,
+    pub reopen: Option<Reopen>,
+    /// How often the evaluator was replaced.
+    pub replaced: usize,
     /// Candidate-steps that may pass before the observer is asked again.
     pub slice_steps: usize,
     pub warnings: Vec<Warning>,
@@ -68,13 +130,43 @@ impl Opened {
 
     /// One that the caller brought.
     pub(super) fn given(evaluator: Box<dyn Evaluator>) -> Self {
-        Self { evaluator, kind: "cpu", auto: false, slice_steps: SLICE_STEPS, warnings: Vec::new() }
+        Self {
+            evaluator,
+            kind: "cpu",
+            on_loss: OnLoss::Fail,
+            reopen: None,
+            replaced: 0,
+            slice_steps: SLICE_STEPS,
+            warnings: Vec::new(),
+        }
+    }
+
+    /// Takes another evaluator after one failed for the so-manieth time on the same work; false where none may.
+    pub(super) fn replace(&mut self, error: &Error, failures: usize) -> bool {
+        let reopens = matches!(self.on_loss, OnLoss::Reopen | OnLoss::ReopenOrCpu) && error.kind() == ErrorKind::Device;
+        if let (true, Some(wait), Some(reopen)) = (reopens, WAITS_S.get(failures), self.reopen.as_mut()) {
+            std::thread::sleep(Duration::from_secs_f64(*wait));
+            // One that cannot be opened yet is tried again after a longer wait.
+            match reopen() {
+                Ok(evaluator) => self.evaluator = evaluator,
+                Err(error) => return self.replace(&error, failures + 1),
+            }
+            self.warnings.push(Warning::new("gpu_reopened", format!("{error}; the device was opened anew")));
+        } else if self.kind == "gpu" && matches!(self.on_loss, OnLoss::Cpu | OnLoss::ReopenOrCpu) {
+            self.warnings.push(taken_over(error));
+            self.evaluator = Box::new(Simd::default());
+            (self.kind, self.slice_steps) = ("cpu", SLICE_STEPS);
+        } else {
+            return false;
+        }
+        self.replaced += 1;
+        true
     }
 
     /// What a search by `spec` on a problem is evaluated on.
     pub(super) fn for_search(spec: &IdentifySpec, problem: &Problem) -> Result<Self> {
         if spec.precision == PrecisionSpec::F32 && matches!(spec.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
-            return Err(crate::Error::usage(
+            return Err(Error::usage(
                 "f32 is for GPUs: the CPU evaluates in f64 only",
                 "Add --device gpu, or leave --precision out.",
             ));
@@ -106,7 +198,7 @@ fn open(spec: &IdentifySpec, problem: &Problem) -> Result<Opened> {
             let Some(index) = worth_opening(spec, problem) else { return Ok(Opened::cpu(Vec::new())) };
             // One that fails is said, and the CPU takes over.
             return Ok(match open_gpu(&gpu::Selector::Index(index), spec.precision) {
-                Ok(opened) => Opened { auto: true, ..opened },
+                Ok(opened) => Opened { on_loss: OnLoss::Cpu, ..opened },
                 Err(error) => Opened::cpu(vec![taken_over(&error)]),
             });
         }
@@ -128,7 +220,9 @@ fn open_gpu(selector: &gpu::Selector, precision: PrecisionSpec) -> Result<Opened
     let warnings = software.then_some(Warning::new("software_adapter", message));
     let slice_steps = if software { SLICE_STEPS } else { SLICE_STEPS_GPU };
     let warnings = warnings.into_iter().collect();
-    Ok(Opened { kind: "gpu", slice_steps, warnings, ..Opened::given(Box::new(gpu)) })
+    let selector = selector.clone();
+    let reopen: Reopen = Box::new(move || Ok(Box::new(Gpu::open(&selector, precision)?)));
+    Ok(Opened { kind: "gpu", slice_steps, warnings, reopen: Some(reopen), ..Opened::given(Box::new(gpu)) })
 }
 
 #[cfg(not(feature = "gpu"))]
@@ -136,14 +230,14 @@ fn open(spec: &IdentifySpec, _: &Problem) -> Result<Opened> {
     if matches!(spec.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
         return Ok(Opened::cpu(Vec::new()));
     }
-    Err(crate::Error::new(
-        crate::ErrorKind::Device,
+    Err(Error::new(
+        ErrorKind::Device,
         "this build has no GPU evaluation",
         "Build with the feature gpu, or use --device cpu.",
     ))
 }
 
-pub(super) fn taken_over(error: &crate::Error) -> Warning {
+pub(super) fn taken_over(error: &Error) -> Warning {
     Warning::new("gpu_failed", format!("{error}; the CPU evaluates instead"))
 }
 

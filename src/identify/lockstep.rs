@@ -1,10 +1,10 @@
 //! Searches in lock step on one evaluator: what [`minimize`](crate::optimize::minimize) drives.
 
-use super::device::{Opened, taken_over};
+use super::device::{OnLoss, Opened, taken_over};
 use super::{IdentifySpec, Warning};
 use crate::Result;
 use crate::candidates::Candidates;
-use crate::evaluate::{Batch, Evaluator, Group, Pending, Problem, Scalar, Simd};
+use crate::evaluate::{Batch, Evaluator, Group, Pending, Problem, Scalar};
 use crate::optimize::Evaluate;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -25,8 +25,8 @@ pub struct Lockstep {
     problems: Vec<Arc<Problem>>,
     /// Lowest cost so far of each run, and its candidate.
     references: References,
-    /// What was begun, with the references that it was begun with.
-    pending: VecDeque<(Pending, References)>,
+    /// What was begun, by which of the evaluators, with the references that it was begun with.
+    pending: VecDeque<((Pending, usize), References)>,
 }
 
 impl Lockstep {
@@ -45,6 +45,13 @@ impl Lockstep {
             return Err(crate::Error::usage("there is nothing to search", "Give at least one problem."));
         };
         Ok(Self::on(Opened::for_search(spec, first)?, problems))
+    }
+
+    /// The same with another answer to a device that fails.
+    #[must_use]
+    pub fn on_loss(mut self, on_loss: OnLoss) -> Self {
+        self.opened.on_loss = on_loss;
+        self
     }
 
     /// Other runs on the same device.
@@ -73,12 +80,19 @@ impl Lockstep {
         &self.opened.warnings
     }
 
+    /// The same, with a warning that it took the place of a device that failed.
+    #[must_use]
+    pub fn in_place_of_one_that_failed(mut self, error: &crate::Error) -> Self {
+        self.opened.warnings.push(taken_over(error));
+        self
+    }
+
     pub(super) fn on(opened: Opened, problems: Vec<Arc<Problem>>) -> Self {
         Self { opened, problems, references: Vec::new(), pending: VecDeque::new() }
     }
 
-    /// What the reader should know of the device.
-    pub(super) fn take_warnings(&mut self) -> Vec<Warning> {
+    /// The same, each once.
+    pub fn take_warnings(&mut self) -> Vec<Warning> {
         std::mem::take(&mut self.opened.warnings)
     }
 
@@ -95,33 +109,26 @@ impl Lockstep {
         populations.iter().enumerate().filter_map(group).collect()
     }
 
-    /// Does `work` with the evaluator. Where `auto` chose the device and it fails, the CPU carries on.
+    /// Does `work` with the evaluator. Where that fails and another may take its place, it does the work instead.
     fn with_evaluator<T>(
         &mut self,
         populations: &[Candidates<'_>],
         references: &References,
-        mut work: impl FnMut(&mut dyn Evaluator, &Batch<'_>) -> Result<T>,
+        mut work: impl FnMut(&mut Opened, &Batch<'_>) -> Result<T>,
     ) -> Result<T> {
         // Taken out, because the groups borrow the problems beside it.
-        let mut evaluator = std::mem::replace(&mut self.opened.evaluator, Box::new(Simd::default()));
+        let mut opened = std::mem::replace(&mut self.opened, Opened::cpu(Vec::new()));
         let groups = self.groups(populations, references);
         let batch = Batch { groups: &groups };
-        let mut done = work(evaluator.as_mut(), &batch);
-        let failed = match &done {
-            Err(error) if self.opened.auto => Some(taken_over(error)),
-            _ => None,
+        let mut failures = 0;
+        let done = loop {
+            match work(&mut opened, &batch) {
+                Err(error) if opened.replace(&error, failures) => failures += 1,
+                done => break done,
+            }
         };
-        if failed.is_some() {
-            evaluator = Box::new(Simd::default());
-            done = work(evaluator.as_mut(), &batch);
-        }
         drop(groups);
-        if let Some(warning) = failed {
-            self.opened =
-                Opened { evaluator, ..Opened::cpu(self.opened.warnings.drain(..).chain([warning]).collect()) };
-        } else {
-            self.opened.evaluator = evaluator;
-        }
+        self.opened = opened;
         done
     }
 
@@ -168,7 +175,8 @@ impl Lockstep {
 impl Evaluate for Lockstep {
     fn begin(&mut self, populations: &[Candidates<'_>]) -> Result<()> {
         let references = self.references.clone();
-        let pending = self.with_evaluator(populations, &references, |evaluator, batch| evaluator.begin(batch))?;
+        let begin = |opened: &mut Opened, batch: &Batch<'_>| Ok((opened.evaluator.begin(batch)?, opened.replaced));
+        let pending = self.with_evaluator(populations, &references, begin)?;
         self.pending.push_back((pending, references));
         Ok(())
     }
@@ -176,9 +184,10 @@ impl Evaluate for Lockstep {
     fn finish(&mut self, populations: &[Candidates<'_>], costs: &mut [f64]) -> Result<()> {
         let (pending, references) = self.pending.pop_front().unwrap_or_default();
         let mut pending = Some(pending);
-        self.with_evaluator(populations, &references, |evaluator, batch| match pending.take() {
-            Some(pending) => evaluator.finish(batch, pending, costs),
-            None => evaluator.evaluate(batch, costs),
+        self.with_evaluator(populations, &references, |opened, batch| match pending.take() {
+            // What another evaluator began is lost with it.
+            Some((begun, by)) if by == opened.replaced => opened.evaluator.finish(batch, begun, costs),
+            _ => opened.evaluator.evaluate(batch, costs),
         })?;
         if !self.opened.evaluator.is_exact() {
             self.references.resize(self.references.len().max(populations.len()), None);
@@ -201,21 +210,33 @@ impl Evaluate for Lockstep {
 mod tests {
     use super::*;
     use crate::criterion::Criterion;
-    use crate::evaluate::Model;
+    use crate::evaluate::{Model, Simd};
     use crate::motor::Space;
     use crate::record::{Record, Samples};
 
-    /// A device that is lost.
-    struct Broken;
+    /// A device that is lost after some work.
+    struct Broken(usize);
 
     impl Evaluator for Broken {
-        fn evaluate(&mut self, _: &Batch<'_>, _: &mut [f64]) -> Result<()> {
-            Err(crate::Error::new(crate::ErrorKind::Device, "lost", "Run again."))
+        fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()> {
+            if self.0 == 0 {
+                return Err(crate::Error::new(crate::ErrorKind::Device, "lost", "Run again."));
+            }
+            self.0 -= 1;
+            Simd::default().evaluate(batch, costs)
+        }
+
+        fn finish(&mut self, batch: &Batch<'_>, pending: Pending, costs: &mut [f64]) -> Result<()> {
+            assert_eq!(pending.take::<usize>(), Some(7), "only what it began itself");
+            self.evaluate(batch, costs)
+        }
+
+        fn begin(&mut self, _: &Batch<'_>) -> Result<Pending> {
+            Ok(Pending::of(7_usize))
         }
     }
 
-    #[test]
-    fn auto_carries_on_with_the_cpu_and_a_device_asked_for_does_not() {
+    fn ramp() -> Arc<Problem> {
         let ramp: Vec<f64> = (0..50).map(f64::from).collect();
         let samples = Samples {
             time_s: ramp.iter().map(|n| 0.001 * n).collect(),
@@ -225,13 +246,57 @@ mod tests {
             speed: Some(ramp),
         };
         let record = Record::new(samples).unwrap();
-        let problem = Problem::new(&[record], Model::default(), Space::table2(), Criterion::default()).unwrap();
-        let problem = Arc::new(problem);
-        let values = [0.5, 0.01, 0.05, 1e-4, 1e-4];
+        Arc::new(Problem::new(&[record], Model::default(), Space::table2(), Criterion::default()).unwrap())
+    }
+
+    const VALUES: [f64; 5] = [0.5, 0.01, 0.05, 1e-4, 1e-4];
+
+    #[test]
+    fn a_device_that_is_lost_is_opened_anew() {
+        let (problem, populations) = (ramp(), [Candidates::new(&VALUES, 5)]);
+        // Opens twice; what it opens does two pieces of work each time.
+        for (on_loss, serves) in [(OnLoss::Reopen, 6), (OnLoss::ReopenOrCpu, 20), (OnLoss::Fail, 2)] {
+            let mut left = 2;
+            let reopen: super::super::device::Reopen = Box::new(move || {
+                if left == 0 {
+                    return Err(crate::Error::new(crate::ErrorKind::Device, "gone", "Run again."));
+                }
+                left -= 1;
+                Ok(Box::new(Broken(2)))
+            });
+            let opened = Opened { kind: "gpu", reopen: Some(reopen), ..Opened::given(Box::new(Broken(2))) };
+            let mut searches = Lockstep::on(opened, vec![problem.clone()]).on_loss(on_loss);
+            let mut costs = [0.0];
+            searches.begin(&populations).unwrap();
+            let mut served = 0;
+            while served < 20 {
+                // Two are in flight whenever the device is lost.
+                if searches.begin(&populations).is_err() || searches.finish(&populations, &mut costs).is_err() {
+                    break;
+                }
+                assert!((costs[0] / Scalar::cost(&problem, &VALUES) - 1.0).abs() < 1e-12);
+                served += 1;
+            }
+            assert_eq!(served, serves, "{on_loss:?}");
+            let codes: Vec<&str> = searches.warnings().iter().map(|w| w.code).collect();
+            let expected: &[&str] = match on_loss {
+                OnLoss::Reopen => &["gpu_reopened", "gpu_reopened"],
+                OnLoss::ReopenOrCpu => &["gpu_reopened", "gpu_reopened", "gpu_failed"],
+                _ => &[],
+            };
+            assert_eq!(codes, expected);
+            assert_eq!(searches.device().0, if on_loss == OnLoss::ReopenOrCpu { "cpu" } else { "gpu" });
+        }
+    }
+
+    #[test]
+    fn auto_carries_on_with_the_cpu_and_a_device_asked_for_does_not() {
+        let (problem, values) = (ramp(), VALUES);
         let populations = [Candidates::new(&values, 5)];
         let mut costs = [0.0];
         for auto in [true, false] {
-            let opened = Opened { kind: "gpu", auto, ..Opened::given(Box::new(Broken)) };
+            let on_loss = if auto { OnLoss::Cpu } else { OnLoss::Fail };
+            let opened = Opened { kind: "gpu", on_loss, ..Opened::given(Box::new(Broken(0))) };
             let mut searches = Lockstep::on(opened, vec![problem.clone()]);
             // Two are in flight when the device is lost.
             searches.begin(&populations).unwrap();

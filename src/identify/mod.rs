@@ -8,6 +8,7 @@ mod checks;
 mod costs;
 mod device;
 mod figures;
+mod fit;
 mod held;
 mod lockstep;
 mod method;
@@ -20,7 +21,8 @@ mod verify;
 mod warnings;
 
 pub use costs::Costs;
-pub use device::{DeviceSpec, PrecisionSpec};
+pub use device::{DeviceSpec, OnLoss, PrecisionSpec};
+pub use fit::{Fitted, check, fit, polished, search_space};
 pub use held::{Between, between_samples, suspicions};
 pub use lockstep::Lockstep;
 pub use method::{Method, Polish};

@@ -84,7 +84,8 @@ impl Place {
 }
 
 impl Warning {
-    pub(super) fn new(code: &'static str, message: impl Into<String>) -> Self {
+    /// A warning without a place.
+    pub fn new(code: &'static str, message: impl Into<String>) -> Self {
         Self { code, severity: Severity::Report, message: message.into(), place: None, remedy: None }
     }
 

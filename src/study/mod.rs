@@ -5,6 +5,7 @@ mod contender;
 mod measurement;
 mod slice;
 pub mod statistics;
+pub mod sweep;
 mod throughput;
 
 pub use contender::{Contender, Contenders, contenders};

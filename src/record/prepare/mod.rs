@@ -246,7 +246,7 @@ impl Record {
     }
 
     /// The same with changed values.
-    fn changed(self, change: impl FnOnce(&mut Samples), note: String) -> Result<Self> {
+    pub(crate) fn changed(self, change: impl FnOnce(&mut Samples), note: String) -> Result<Self> {
         let Self { mut samples, mut source, .. } = self;
         change(&mut samples);
         source.notes.push(note);

@@ -1,0 +1,127 @@
+//! A fit without the search of the whole box and without diagnoses: what a batch of thousands needs of each.
+
+use super::search::{around, steiglitz_mcbride};
+use super::spec::IdentifySpec;
+use super::{Polish, checks, refine_widening};
+use crate::Result;
+use crate::criterion::mean;
+use crate::estimate::{Refined, Uncertainty};
+use crate::evaluate::Problem;
+use crate::motor::{Axis, Parameters, Space};
+use crate::record::Record;
+
+/// Parameters with how sure they are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fitted {
+    /// The parameters, those held included.
+    pub parameters: Parameters,
+    /// The free ones of them, in the order of the space.
+    pub values: Vec<f64>,
+    /// What was free within which bounds.
+    pub space: Space,
+    /// The state `[i, ω]` at the start of each recording where the refinement estimated it.
+    pub initial: Option<Vec<[f64; 2]>>,
+    /// How sure the parameters are; `None` without a polish.
+    pub uncertainty: Option<Uncertainty>,
+    /// The bound, `min` or `max`, that each free parameter stands at.
+    pub at_bound: Vec<Option<&'static str>>,
+    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed; `None` without a polish, or for a channel not measured.
+    pub fit_percent: [Option<f64>; 2],
+    /// Iterations of Steiglitz–McBride; 0 for a search's result.
+    pub iterations: usize,
+    /// Codes of what the reader should know.
+    pub warnings: Vec<&'static str>,
+}
+
+/// Steiglitz–McBride, then the spec's polish.
+///
+/// # Errors
+/// As [`super::identify`] with that method.
+pub fn fit(records: &[Record], spec: &IdentifySpec) -> Result<Fitted> {
+    let estimate = steiglitz_mcbride(records, spec)??;
+    let space = around(spec, &estimate)?;
+    let inside = |axis: &Axis| estimate.parameters.get(axis.parameter).clamp(axis.min, axis.max);
+    let values: Vec<f64> = space.free().iter().map(inside).collect();
+    Ok(Fitted { iterations: estimate.iterations, ..polished(records, spec, &space, &values)? })
+}
+
+/// The spec's polish of what a search found in a space (one value per free axis).
+///
+/// # Errors
+/// As [`super::identify`].
+pub fn polished(records: &[Record], spec: &IdentifySpec, space: &Space, values: &[f64]) -> Result<Fitted> {
+    if spec.polish == Polish::None {
+        return Ok(Fitted {
+            parameters: space.parameters(values, 0),
+            values: values.to_vec(),
+            at_bound: vec![None; values.len()],
+            space: space.clone(),
+            initial: None,
+            uncertainty: None,
+            fit_percent: [None; 2],
+            iterations: 0,
+            warnings: Vec::new(),
+        });
+    }
+    let (refined, space) = refine_widening(records, spec, space, values)?;
+    let mut warnings = Vec::new();
+    checks::after(records, spec, &space, &refined, &mut warnings)?;
+    let mut codes: Vec<&'static str> = warnings.iter().map(|warning| warning.code).collect();
+    if !refined.converged {
+        codes.push("not_converged");
+    }
+    if refined.uncertainty.whiteness.iter().flatten().any(|w| !w.is_white) {
+        codes.push("residuals_not_white");
+    }
+    Ok(Fitted {
+        parameters: refined.parameters,
+        fit_percent: fit_percent(records, &refined),
+        space,
+        initial: Some(refined.initial),
+        values: refined.values,
+        at_bound: refined.at_bound,
+        uncertainty: Some(refined.uncertainty),
+        iterations: 0,
+        warnings: codes,
+    })
+}
+
+/// The space of a search: bounds that follow the Steiglitz–McBride estimate do so where there is one.
+///
+/// # Errors
+/// As for a problem.
+pub fn search_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
+    if spec.auto_bounds.is_empty() {
+        return Ok(spec.space.clone());
+    }
+    match steiglitz_mcbride(records, spec)? {
+        Ok(estimate) => around(spec, &estimate),
+        Err(_) => Ok(spec.space.clone()),
+    }
+}
+
+/// What the recordings cannot give, said before a fit.
+///
+/// # Errors
+/// As [`super::identify`].
+pub fn check(records: &[Record], spec: &IdentifySpec, problem: &Problem) -> Result<()> {
+    checks::before(records, spec, problem)
+}
+
+/// How much of the signals the refined motor explains, from the sums that the refinement ended with.
+fn fit_percent(records: &[Record], refined: &Refined) -> [Option<f64>; 2] {
+    [0, 1].map(|channel| {
+        let mut about = 0.0;
+        for record in records {
+            let Some(measured) = record.measured()[channel] else { continue };
+            let counting = record.counting();
+            let counts = |n: &usize| counting.get(*n).is_none_or(|counts| counts[channel]);
+            let kept: Vec<f64> = (0..measured.len()).filter(counts).map(|n| measured[n]).collect();
+            let mean = mean(&kept);
+            about += kept.iter().map(|y| (y - mean) * (y - mean)).sum::<f64>();
+        }
+        let left: f64 = refined.squares.iter().map(|squares| squares[channel]).sum();
+        let fit = 100.0 * (1.0 - (left / about).sqrt());
+        fit.is_finite().then_some(fit)
+    })
+}

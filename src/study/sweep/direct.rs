@@ -1,0 +1,184 @@
+//! Runs without a population: recordings stream through all cores, each read, estimated and forgotten.
+
+use super::Sweep;
+use super::manifest::Job;
+use super::run::{End, Finished, Running};
+use super::scene::{Direct, Read};
+use crate::Result;
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// A motor under one drawing of noise.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scene {
+    pub motor: usize,
+    /// Place of the noise, and the seed that draws it.
+    pub noise: usize,
+    pub seed: u64,
+}
+
+/// What is to be done with it.
+pub(super) struct Unit {
+    pub scene: Scene,
+    pub ids: Vec<u64>,
+}
+
+/// Runs of a piece; with them, its lines and its recordings are bounded.
+const RUNS: usize = 4096;
+/// Motors of a piece for each thread, and bytes of their files: so many that threads seldom wait for the last.
+const MOTORS: usize = 64;
+const BYTES: u64 = 64 << 20;
+
+/// The units of a sweep for some of its methods, one after the other, as far as they are due.
+pub(super) struct Units {
+    /// Places of the factors but the seed, of the methods that are taken.
+    combinations: Vec<[u64; 7]>,
+    motors: usize,
+    seeds: u64,
+    /// Levels of noise, and which of them add any.
+    noisy: Vec<bool>,
+    next: [u64; 3],
+}
+
+impl Units {
+    /// Of the combinations that `takes` says of.
+    pub(super) fn new(running: &Running<'_>, takes: impl Fn(&Job) -> bool) -> Self {
+        let runs = &running.sweep.runs;
+        let of = |places: &[u64; 7]| {
+            let mut all = [0; 8];
+            all[..7].copy_from_slice(places);
+            takes(&runs.job(runs.id(0, all)))
+        };
+        Self {
+            combinations: runs.combinations().into_iter().filter(of).collect(),
+            motors: running.sweep.manifest.motors.len(),
+            seeds: running.sweep.study().seeds.count(),
+            noisy: running.sweep.study().noise.iter().map(|n| n.noise.is_some()).collect(),
+            next: [0; 3],
+        }
+    }
+
+    /// The next unit that has anything due.
+    pub(super) fn next(&mut self, running: &Running<'_>) -> Option<Unit> {
+        if self.combinations.is_empty() {
+            return None;
+        }
+        loop {
+            let [motor, noise, seed] = self.next;
+            let motor = usize::try_from(motor).ok().filter(|motor| *motor < self.motors)?;
+            if noise == 0 && seed == 0 && !running.may_be_due(motor) {
+                self.next[0] += 1;
+                continue;
+            }
+            let place = usize::try_from(noise).unwrap_or(usize::MAX);
+            // Without noise all seeds have the same recordings.
+            let slice = if self.noisy[place] { 1 } else { (RUNS / self.combinations.len()).max(1) as u64 };
+            let end = (seed + slice).min(self.seeds);
+            self.next = match (end == self.seeds, place + 1 == self.noisy.len()) {
+                (false, _) => [self.next[0], noise, end],
+                (true, false) => [self.next[0], noise + 1, 0],
+                (true, true) => [self.next[0] + 1, 0, 0],
+            };
+            let runs = &running.sweep.runs;
+            let id = |places: &[u64; 7], seed: u64| {
+                let [a, b, c, d, e, f, _] = *places;
+                runs.id(motor, [a, b, c, d, e, f, noise, seed])
+            };
+            let own = self.combinations.iter().filter(|places| places[6] == noise);
+            let ids: Vec<u64> = own
+                .flat_map(|places| (seed..end).map(move |seed| id(places, seed)))
+                .filter(|id| running.is_due(*id))
+                .collect();
+            if !ids.is_empty() {
+                let seed = running.sweep.study().seeds.at(seed);
+                return Some(Unit { scene: Scene { motor, noise: place, seed }, ids });
+            }
+        }
+    }
+}
+
+impl Running<'_> {
+    /// Runs of Steiglitz–McBride and of `auto`.
+    pub(super) fn direct(&mut self) -> Result<Option<End>> {
+        let mut units = Units::new(self, |job| !job.factors.method.is_search());
+        let mut next = units.next(self);
+        // A motor with many drawings of noise is read once.
+        let mut kept: Option<(usize, Read)> = None;
+        while let Some(unit) = next.take() {
+            let mut items: Vec<(usize, Vec<Unit>)> = Vec::new();
+            let (mut runs, mut count, mut bytes) = (0, 0, 0);
+            next = Some(unit);
+            while let Some(unit) = next.take_if(|unit| {
+                let full = runs + unit.ids.len() > RUNS || count >= MOTORS * rayon::current_num_threads();
+                !full && bytes <= BYTES
+                    || items.is_empty()
+                    || (!full && items.last().is_some_and(|(motor, _)| *motor == unit.scene.motor))
+            }) {
+                (runs, count) = (runs + unit.ids.len(), count + 1);
+                match items.last_mut().filter(|(motor, _)| *motor == unit.scene.motor) {
+                    Some((_, units)) => units.push(unit),
+                    None => {
+                        bytes += self.sweep.manifest.motors[unit.scene.motor]
+                            .files
+                            .iter()
+                            .map(|file| file.bytes)
+                            .sum::<u64>();
+                        items.push((unit.scene.motor, vec![unit]));
+                    }
+                }
+                next = units.next(self);
+            }
+            let (finished, last) = self.sweep.stream(items, kept.take());
+            kept = last;
+            if let Some(end) = self.keep(finished) {
+                return Ok(Some(end));
+            }
+        }
+        Ok(None)
+    }
+}
+
+impl Sweep {
+    /// Does some motors side by side; the recordings of the last come back.
+    fn stream(
+        &self,
+        items: Vec<(usize, Vec<Unit>)>,
+        kept: Option<(usize, Read)>,
+    ) -> (Vec<Finished>, Option<(usize, Read)>) {
+        let sweep = self;
+        let last = items.len() - 1;
+        let motor = |(n, (motor, units)): (usize, (usize, Vec<Unit>))| {
+            let records = match &kept {
+                Some((of, records)) if *of == motor => records.clone(),
+                _ => sweep.read(motor),
+            };
+            let unit = |unit: &Unit| {
+                let begun = Instant::now();
+                let mut direct = Direct::new(sweep, sweep.with_noise(&records, unit.scene.noise, unit.scene.seed));
+                let mut before = 0.0;
+                let one = |id: &u64| {
+                    let job = sweep.runs.job(*id);
+                    let outcome = direct.outcome(&job);
+                    let now = begun.elapsed().as_secs_f64();
+                    let seconds = now - std::mem::replace(&mut before, now);
+                    (job, outcome, seconds)
+                };
+                let found: Vec<_> = unit.ids.iter().map(one).collect();
+                found.into_iter().map(|(job, outcome, s)| Finished::new(sweep, &job, &outcome, s)).collect::<Vec<_>>()
+            };
+            let finished: Vec<Finished> = match &units[..] {
+                [one] => unit(one),
+                many => many.par_iter().flat_map_iter(unit).collect(),
+            };
+            (finished, (n == last).then_some((motor, records)))
+        };
+        let done: Vec<_> = items.into_par_iter().enumerate().map(motor).collect();
+        let mut all = Vec::new();
+        let mut kept = None;
+        for (finished, last) in done {
+            all.extend(finished);
+            kept = last.or(kept);
+        }
+        (all, kept)
+    }
+}

@@ -1,0 +1,357 @@
+//! What a sweep is, pinned: the study's text, the recordings with their digests, the device. It never changes.
+
+use super::study::{Entry, Factors, Study};
+use crate::record::Reading;
+use crate::text::excerpt;
+use crate::{Error, Result};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+/// The version of the manifest and of the results.
+pub(super) const FORMAT: u32 = 1;
+/// What is read of a file at once.
+const PIECE: usize = 64 << 10;
+/// The most runs of a sweep.
+const RUNS_MAX: u64 = 100_000_000;
+
+/// A file of a motor.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct File {
+    /// From the study's folder on.
+    pub path: String,
+    /// SHA-256 of its bytes (of several joined by +, of their digests); `None` where it could not be read.
+    pub sha256: Option<String>,
+    /// Its size.
+    pub bytes: u64,
+}
+
+/// A motor with its files.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Motor {
+    /// Its name.
+    pub motor: String,
+    /// Several are fitted jointly.
+    pub files: Vec<File>,
+}
+
+/// What evaluates.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PinnedDevice {
+    /// cpu or gpu.
+    pub kind: String,
+    /// As the study names it, `auto` resolved.
+    pub select: String,
+    /// f32 or f64.
+    pub precision: String,
+}
+
+/// The manifest of a sweep.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// The version of the program that planned it.
+    pub motorfit: String,
+    /// The version of the format.
+    pub format: u32,
+    /// The study's name.
+    pub name: String,
+    /// How many runs.
+    pub runs: u64,
+    /// What evaluates.
+    pub device: PinnedDevice,
+    /// Where the study lies, as it was given.
+    pub path: String,
+    /// The folder that paths of recordings start at.
+    pub folder: String,
+    /// The study, word for word.
+    pub study: String,
+    /// The motors, in the order of their runs.
+    pub motors: Vec<Motor>,
+}
+
+/// A run: a motor under levels of the factors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Job {
+    /// Its number, from 0 on.
+    pub id: u64,
+    /// Place of its motor in the manifest.
+    pub motor: usize,
+    /// Its levels.
+    pub factors: Factors,
+}
+
+/// How runs are numbered: the motor changes slowest, then method, polish, population, generations, criterion, scale,
+/// noise; the seed fastest.
+#[derive(Debug, Clone)]
+pub struct Runs {
+    study: Study,
+    motors: usize,
+}
+
+impl Runs {
+    pub(super) fn new(study: Study, motors: usize) -> Self {
+        Self { study, motors }
+    }
+
+    /// The study.
+    #[must_use]
+    pub fn study(&self) -> &Study {
+        &self.study
+    }
+
+    /// Levels of each factor, from the slowest to the fastest.
+    fn levels(&self) -> [u64; 8] {
+        let s = &self.study;
+        let counts = [
+            s.methods.len(),
+            s.polish.len(),
+            s.population.len(),
+            s.generations.len(),
+            s.criterion.len(),
+            s.scale.len(),
+            s.noise.len(),
+        ];
+        let mut levels = [s.seeds.count(); 8];
+        levels.iter_mut().zip(counts).for_each(|(level, count)| *level = count as u64);
+        levels
+    }
+
+    /// Runs of each motor.
+    #[must_use]
+    pub fn per_motor(&self) -> u64 {
+        self.levels().iter().fold(1, |product, levels| product.saturating_mul(*levels))
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.per_motor().saturating_mul(self.motors as u64)
+    }
+
+    /// A run by its number.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "remainders are below counts that came from usize")]
+    pub fn job(&self, id: u64) -> Job {
+        let s = &self.study;
+        let mut rest = id;
+        let mut places = [0_u64; 8];
+        for (place, levels) in places.iter_mut().zip(self.levels()).rev() {
+            *place = rest % levels;
+            rest /= levels;
+        }
+        let [method, polish, population, generations, criterion, scale, noise] =
+            std::array::from_fn(|n| places[n] as usize);
+        let factors = Factors {
+            method: s.methods[method],
+            polish: s.polish[polish],
+            population: s.population[population],
+            generations: s.generations[generations],
+            criterion: s.criterion[criterion],
+            scale: s.scale[scale],
+            noise,
+            seed: s.seeds.at(places[7]),
+        };
+        Job { id, motor: rest as usize, factors }
+    }
+
+    /// The number of a motor's run at places of the factors, from the slowest to the fastest.
+    pub(super) fn id(&self, motor: usize, places: [u64; 8]) -> u64 {
+        self.levels().iter().zip(places).fold(motor as u64, |id, (levels, place)| id * levels + place)
+    }
+
+    /// Places of all factors but the seed, for each combination.
+    pub(super) fn combinations(&self) -> Vec<[u64; 7]> {
+        let levels = self.levels();
+        let count: u64 = levels[..7].iter().product();
+        let places = |mut n: u64| {
+            let mut places = [0; 7];
+            for k in (0..7).rev() {
+                places[k] = n % levels[k];
+                n /= levels[k];
+            }
+            places
+        };
+        (0..count).map(places).collect()
+    }
+}
+
+impl Manifest {
+    /// Pins a study: finds its recordings and takes their digests.
+    ///
+    /// # Errors
+    /// `Usage` for a study that names no or too many runs, or a recording or motor twice; `Data` for recordings that are
+    /// not there.
+    pub(super) fn of(study: &Study, text: &str, path: &Path) -> Result<Self> {
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
+        let motors = motors(study, &folder, path)?;
+        let runs = Runs::new(study.clone(), motors.len()).count();
+        if runs > RUNS_MAX {
+            let remedy = format!("Give fewer seeds or levels: at most {RUNS_MAX} runs.");
+            return Err(Error::usage(format!("the study has {runs} runs"), remedy).in_file(path));
+        }
+        Ok(Self {
+            motorfit: env!("CARGO_PKG_VERSION").to_owned(),
+            format: FORMAT,
+            name: study.name.clone(),
+            runs,
+            device: PinnedDevice { kind: "cpu".to_owned(), select: "cpu".to_owned(), precision: "f64".to_owned() },
+            path: path.display().to_string(),
+            folder: folder.to_string_lossy().into_owned(),
+            study: text.to_owned(),
+            motors,
+        })
+    }
+
+    /// Whether it is the same sweep, whatever the version of the program and the place of the files.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        self.study == other.study && self.motors == other.motors && self.device == other.device
+    }
+
+    /// What is another in a manifest that is not the same, in words.
+    pub(super) fn difference(&self, other: &Self) -> String {
+        if self.study != other.study {
+            return "the study's text has changed".to_owned();
+        }
+        if let Some((old, _)) = self.motors.iter().zip(&other.motors).find(|(a, b)| a != b) {
+            return format!("the recording of {} has changed", excerpt(&old.motor));
+        }
+        if self.motors.len() != other.motors.len() {
+            return format!("{} motors instead of {}", other.motors.len(), self.motors.len());
+        }
+        format!(
+            "the device is {} {} instead of {} {}",
+            other.device.kind, other.device.precision, self.device.kind, self.device.precision
+        )
+    }
+
+    /// As text; the same sweep always gives the same.
+    pub(super) fn text(&self) -> Result<String> {
+        let text = serde_json::to_string_pretty(self);
+        text.map(|text| text + "\n")
+            .map_err(|e| Error::data(format!("the manifest cannot be made: {e}"), "Check the names."))
+    }
+
+    /// The file of a motor from where we are.
+    pub(super) fn file(&self, file: &File) -> PathBuf {
+        // Each part of a joined recording is a path of its own.
+        let parts: Vec<String> = Reading::files(Path::new(&file.path))
+            .iter()
+            .map(|part| Path::new(&self.folder).join(part).to_string_lossy().into_owned())
+            .collect();
+        let whole = Path::new(&self.folder).join(&file.path);
+        if whole.exists() { whole } else { PathBuf::from(parts.join("+")) }
+    }
+}
+
+/// The motors of a study.
+fn motors(study: &Study, folder: &Path, path: &Path) -> Result<Vec<Motor>> {
+    let mut found: Vec<(Option<String>, Vec<String>)> = Vec::new();
+    for entry in &study.recordings {
+        match entry {
+            Entry::Files(pattern) => {
+                found.extend(files(pattern, folder, path)?.into_iter().map(|file| (None, vec![file])));
+            }
+            Entry::Motor { name, files: list } => {
+                let mut all = Vec::new();
+                for pattern in list {
+                    all.extend(files(pattern, folder, path)?);
+                }
+                found.push((Some(name.clone()), all));
+            }
+        }
+    }
+    let mut seen = BTreeSet::new();
+    for file in found.iter().flat_map(|(_, files)| files) {
+        if !seen.insert(file.as_str()) {
+            let message = format!("recordings: {} is named twice", excerpt(file));
+            return Err(Error::usage(message, "Name each recording once.").in_file(path));
+        }
+    }
+    let names = names(&found);
+    let mut unique = BTreeSet::new();
+    if let Some(twice) = names.iter().find(|name| !unique.insert(name.as_str())) {
+        let message = format!("recordings: there are two motors {}", excerpt(twice));
+        return Err(Error::usage(message, "Give each motor a name of its own.").in_file(path));
+    }
+    let pin = |(name, (_, files)): (String, &(Option<String>, Vec<String>))| Motor {
+        motor: name,
+        files: files.iter().map(|file| pinned(folder, file)).collect(),
+    };
+    Ok(names.into_par_iter().zip(&found).map(pin).collect())
+}
+
+/// Names of motors: as given, else the file's name without its ending where that is unique, else its path.
+fn names(found: &[(Option<String>, Vec<String>)]) -> Vec<String> {
+    let stem = |file: &str| Path::new(file).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+    let stems: Vec<String> =
+        found.iter().map(|(name, files)| name.clone().unwrap_or_else(|| stem(&files[0]))).collect();
+    let unique = stems.iter().collect::<BTreeSet<_>>().len() == stems.len();
+    let whole = |(name, files): &(Option<String>, Vec<String>)| name.clone().unwrap_or_else(|| files[0].clone());
+    if unique { stems } else { found.iter().map(whole).collect() }
+}
+
+/// The files of a pattern, sorted; of a plain path the path itself.
+fn files(pattern: &str, folder: &Path, path: &Path) -> Result<Vec<String>> {
+    let wrong = |message: String, remedy: &str| Error::data(message, remedy).in_file(path);
+    if folder.join(pattern).exists() {
+        return Ok(vec![pattern.to_owned()]);
+    }
+    let joined = Reading::files(Path::new(pattern));
+    if joined.len() > 1 && joined.iter().all(|part| folder.join(part).exists()) {
+        return Ok(vec![pattern.to_owned()]);
+    }
+    // The folder's own name is no pattern.
+    let escaped = Path::new(&glob::Pattern::escape(&folder.to_string_lossy())).join(pattern);
+    let paths = glob::glob(&escaped.to_string_lossy()).map_err(|e| {
+        wrong(format!("recordings: \"{}\" is no pattern: {}", excerpt(pattern), e.msg), "Use * and ? for names.")
+    })?;
+    let relative = |path: PathBuf| path.strip_prefix(folder).unwrap_or(&path).to_string_lossy().into_owned();
+    let mut files: Vec<String> = paths.flatten().filter(|path| !path.is_dir()).map(relative).collect();
+    files.sort();
+    if files.is_empty() {
+        let message = format!("recordings: \"{}\" is not there", excerpt(pattern));
+        return Err(wrong(message, "Paths start at the study's folder."));
+    }
+    Ok(files)
+}
+
+/// A file with its digest.
+fn pinned(folder: &Path, file: &str) -> File {
+    let parts = if folder.join(file).exists() { vec![PathBuf::from(file)] } else { Reading::files(Path::new(file)) };
+    let digests: Option<Vec<(String, u64)>> = parts.iter().map(|part| digest(&folder.join(part)).ok()).collect();
+    let bytes = digests.iter().flatten().map(|(_, bytes)| bytes).sum();
+    let sha256 = digests.map(|all| match &all[..] {
+        [(one, _)] => one.clone(),
+        all => hexadecimal(&Sha256::digest(all.iter().map(|(digest, _)| digest.as_str()).collect::<String>())),
+    });
+    File { path: file.to_owned(), sha256, bytes }
+}
+
+/// The digest of a file, and its size.
+fn digest(path: &Path) -> std::io::Result<(String, u64)> {
+    let (mut file, mut hasher, mut bytes) = (std::fs::File::open(path)?, Sha256::new(), 0);
+    let mut piece = vec![0; PIECE];
+    loop {
+        match file.read(&mut piece) {
+            Ok(0) => return Ok((hexadecimal(&hasher.finalize()), bytes)),
+            Ok(count) => {
+                hasher.update(&piece[..count]);
+                bytes += count as u64;
+            }
+            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+pub(super) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}

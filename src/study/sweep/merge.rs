@@ -1,0 +1,231 @@
+//! All shards put in order: `results.jsonl` without times, `timings.jsonl` with them, and what a sweep has done so far.
+
+use super::line::{Row, split};
+use super::store::{Found, Shard, files, scan, unreadable, unwritable};
+use super::summary::SweepSummary;
+use super::{Sweep, replace};
+use crate::{Error, Result};
+use std::fs::{File, TryLockError};
+use std::io::{BufReader, Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
+
+/// The merged results.
+pub(super) const RESULTS: &str = "results.jsonl";
+const TIMINGS: &str = "timings.jsonl";
+
+/// What a merge made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Merged {
+    /// The results, a line a run, sorted by number.
+    pub results: PathBuf,
+    /// What they say.
+    pub summary: SweepSummary,
+    /// Lines of results that could not be read.
+    pub damaged: u64,
+}
+
+/// A results file of a sweep.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ShardStatus {
+    /// Which shard.
+    pub shard: Shard,
+    /// Finished runs in its file.
+    pub done: u64,
+    /// Of these, runs without a result.
+    pub failed: u64,
+    /// Whether it is being run now.
+    pub running: bool,
+}
+
+/// How far a sweep is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SweepStatus {
+    /// The study's name.
+    pub name: String,
+    /// Its runs.
+    pub runs: u64,
+    /// Finished runs.
+    pub done: u64,
+    /// Of these, runs without a result.
+    pub failed: u64,
+    /// The results files.
+    pub shards: Vec<ShardStatus>,
+    /// Whether the merged results are there.
+    pub merged: bool,
+}
+
+/// Where the line of each run stands.
+struct Index {
+    /// File (from 1 on, 0 for none), length, offset.
+    places: Vec<(u32, u32, u64)>,
+    /// Whether the run at that place has a result.
+    good: super::run::Bits,
+    damaged: u64,
+}
+
+impl Index {
+    fn new(sweep: &Sweep, found: &[Found]) -> Result<Self> {
+        let runs = usize::try_from(sweep.manifest.runs).unwrap_or(usize::MAX);
+        let mut index =
+            Self { places: vec![(0, 0, 0); runs], good: super::run::Bits::new(sweep.manifest.runs), damaged: 0 };
+        for (file, found) in (1..).zip(found) {
+            index.damaged += scan(&found.path, |place| index_one(&mut index.places, &mut index.good, file, &place))?;
+        }
+        Ok(index)
+    }
+
+    fn done(&self) -> u64 {
+        self.places.iter().filter(|place| place.0 > 0).count() as u64
+    }
+}
+
+/// A run that another shard count did again counts once: the first result, and of failures the last.
+fn index_one(places: &mut [(u32, u32, u64)], good: &mut super::run::Bits, file: u32, place: &super::store::Place) {
+    let id = place.mark.id;
+    if let Some(slot) = usize::try_from(id).ok().and_then(|n| places.get_mut(n))
+        && !good.get(id)
+    {
+        *slot = (file, place.length, place.offset);
+        good.set(id, !place.mark.is_retried());
+    }
+}
+
+impl Sweep {
+    /// Puts what is finished in order. Runs may be missing.
+    ///
+    /// # Errors
+    /// `Data` when files cannot be read or written, or results are of another study.
+    pub fn merge(&self) -> Result<Merged> {
+        let found = files(&self.folder, &self.digest)?;
+        let index = Index::new(self, &found)?;
+        let mut readers = found
+            .iter()
+            .map(|f| File::open(&f.path).map(|file| Reader::new(file, &f.path)).map_err(|e| unreadable(&f.path, &e)))
+            .collect::<Result<Vec<_>>>()?;
+        let mut summary = SweepSummary::new(self);
+        let (results, timings) = (self.folder.join(RESULTS), self.folder.join(TIMINGS));
+        let mut fault: Option<Error> = None;
+        replace(&results, |sorted| {
+            let made = replace(&timings, |times| {
+                let read = self.sorted(&index, &mut readers, &mut summary, &mut |result, id, timing| {
+                    sorted.write_all(result.as_bytes())?;
+                    sorted.write_all(b"\n")?;
+                    writeln!(times, "{{\"id\":{id},{}", timing.trim_start_matches('{'))
+                });
+                fault = read.err();
+                Ok(())
+            });
+            fault = fault.take().or(made.err());
+            if fault.is_some() { Err(std::io::ErrorKind::Other.into()) } else { Ok(()) }
+        })
+        .map_err(|error| fault.take().unwrap_or(error))?;
+        Ok(Merged { results, summary, damaged: index.damaged })
+    }
+
+    /// Goes through the runs by number.
+    fn sorted(
+        &self,
+        index: &Index,
+        readers: &mut [Reader],
+        summary: &mut SweepSummary,
+        write: &mut dyn FnMut(&str, u64, &str) -> std::io::Result<()>,
+    ) -> Result<()> {
+        for (id, &(file, length, offset)) in (0..).zip(&index.places) {
+            if file == 0 {
+                summary.missing += 1;
+                continue;
+            }
+            let reader = &mut readers[file as usize - 1];
+            let line = reader.line(offset, length)?;
+            let broken = || {
+                let remedy = "Run the sweep again: what is damaged is done once more.";
+                Error::data(format!("the line of run {id} is damaged"), remedy).in_file(&reader.path)
+            };
+            let (result, timing) = split(line.trim_end()).ok_or_else(broken)?;
+            let row: Row = serde_json::from_str(&result).map_err(|_| broken())?;
+            write(&result, id, timing).map_err(|error| unwritable(&self.folder.join(RESULTS), &error))?;
+            let seconds = serde_json::from_str::<Timing>(timing).map_or(0.0, |timing| timing.seconds);
+            summary.add(self, &self.runs.job(row.id), row.outcome, seconds);
+        }
+        Ok(())
+    }
+
+    /// How far it is.
+    ///
+    /// # Errors
+    /// `Data` when files cannot be read, or results are of another study.
+    pub fn status(&self) -> Result<SweepStatus> {
+        let found = files(&self.folder, &self.digest)?;
+        let mut shards = Vec::new();
+        for file in &found {
+            let (mut done, mut failed) =
+                (super::run::Bits::new(self.manifest.runs), super::run::Bits::new(self.manifest.runs));
+            scan(&file.path, |place| {
+                done.set(place.mark.id, true);
+                failed.set(place.mark.id, place.mark.error.is_some());
+            })?;
+            let running = File::open(&file.path)
+                .is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)));
+            shards.push(ShardStatus { shard: file.shard, done: done.count(), failed: failed.count(), running });
+        }
+        let index = Index::new(self, &found)?;
+        let failed = found_failures(self, &found)?;
+        Ok(SweepStatus {
+            name: self.manifest.name.clone(),
+            runs: self.manifest.runs,
+            done: index.done(),
+            failed,
+            shards,
+            merged: self.folder.join(RESULTS).exists(),
+        })
+    }
+}
+
+/// Runs without a result.
+fn found_failures(sweep: &Sweep, found: &[Found]) -> Result<u64> {
+    let (mut failed, mut good) =
+        (super::run::Bits::new(sweep.manifest.runs), super::run::Bits::new(sweep.manifest.runs));
+    for file in found {
+        scan(&file.path, |place| {
+            let bad = place.mark.error.is_some();
+            good.set(place.mark.id, good.get(place.mark.id) || !bad);
+            failed.set(place.mark.id, !good.get(place.mark.id));
+        })?;
+    }
+    Ok(failed.count())
+}
+
+/// The time of a run.
+#[derive(serde::Deserialize)]
+struct Timing {
+    seconds: f64,
+}
+
+/// A results file that lines are read from, mostly in their order.
+struct Reader {
+    file: BufReader<File>,
+    at: u64,
+    path: PathBuf,
+}
+
+impl Reader {
+    fn new(file: File, path: &Path) -> Self {
+        Self { file: BufReader::with_capacity(1 << 16, file), at: 0, path: path.to_path_buf() }
+    }
+
+    fn line(&mut self, offset: u64, length: u32) -> Result<String> {
+        let mut bytes = vec![0; length as usize];
+        let read = || {
+            match i64::try_from(offset).ok().zip(i64::try_from(self.at).ok()) {
+                // Within what is buffered nothing is read again.
+                Some((to, from)) => self.file.seek_relative(to - from)?,
+                None => self.file.seek(SeekFrom::Start(offset)).map(|_| ())?,
+            }
+            self.file.read_exact(&mut bytes)
+        };
+        let mut read = read;
+        read().map_err(|error| unreadable(&self.path, &error))?;
+        self.at = offset + u64::from(length);
+        Ok(String::from_utf8_lossy(&bytes).into_owned())
+    }
+}

@@ -1,0 +1,92 @@
+//! Sweeps: the runs of a study, or the recordings of a production line, as one batch that can be interrupted at any
+//! instant and goes on where it was.
+//!
+//! A study becomes a folder with a manifest that never changes; shards of its runs append finished runs to files of
+//! their own; a merge puts them in order. The bytes of the merge depend on the manifest, the device kind, the precision
+//! and the class of instructions alone.
+
+mod direct;
+mod keys;
+mod line;
+mod manifest;
+mod merge;
+mod plan;
+mod run;
+mod scene;
+mod search;
+mod store;
+mod study;
+mod summary;
+mod toml;
+
+pub use line::{Device, Failure, FitPercent, Of, Outcome, Precision, Side, Stop};
+pub use manifest::{File, Job, Manifest, Motor, PinnedDevice, Runs};
+pub use merge::{Merged, ShardStatus, SweepStatus};
+pub use run::{FailedRun, SweepProgress, Tally};
+pub use store::Shard;
+pub use study::{AddedNoise, Entry, Factors, KEYS, Seeds, Study};
+pub use summary::{Cell, Limits, MotorResult, NamedRun, Quantiles, SweepBlock, SweepSummary};
+
+use std::path::PathBuf;
+
+/// A planned sweep.
+#[derive(Debug, Clone)]
+pub struct Sweep {
+    /// Where it lies.
+    folder: PathBuf,
+    manifest: Manifest,
+    /// The digest of the manifest.
+    digest: String,
+    runs: Runs,
+}
+
+impl Sweep {
+    /// What it is, pinned.
+    #[must_use]
+    pub fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// Its runs by number.
+    #[must_use]
+    pub fn runs(&self) -> &Runs {
+        &self.runs
+    }
+
+    /// Its folder.
+    #[must_use]
+    pub fn folder(&self) -> &std::path::Path {
+        &self.folder
+    }
+
+    fn study(&self) -> &Study {
+        self.runs.study()
+    }
+
+    fn failed(&self, error: &crate::Error) -> Outcome {
+        Outcome::failed(error, &format!("{}{}", self.manifest.folder, std::path::MAIN_SEPARATOR))
+    }
+}
+
+/// A file that is replaced as a whole: beside, synced, renamed.
+fn replace(
+    path: &std::path::Path,
+    write: impl FnOnce(&mut std::io::BufWriter<std::fs::File>) -> std::io::Result<()>,
+) -> crate::Result<()> {
+    use std::io::Write as _;
+    // Two merges at once write files of their own.
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let beside = path.with_file_name(format!(".{name}.{}", std::process::id()));
+    let all = || {
+        let mut file = std::io::BufWriter::with_capacity(1 << 18, std::fs::File::create(&beside)?);
+        write(&mut file)?;
+        file.flush()?;
+        file.get_ref().sync_all()?;
+        drop(file);
+        std::fs::rename(&beside, path)
+    };
+    all().map_err(|error| {
+        let _ = std::fs::remove_file(&beside);
+        store::unwritable(path, &error)
+    })
+}

@@ -1,0 +1,187 @@
+//! From a study to a folder with its manifest.
+
+use super::line::{Device, Precision};
+use super::manifest::{Manifest, PinnedDevice, Runs, hexadecimal};
+use super::scene::problem;
+use super::store::unreadable;
+use super::study::Study;
+use super::{Sweep, replace};
+use crate::identify::{DeviceSpec, IdentifySpec, Lockstep, Paces, PrecisionSpec};
+use crate::text::printable;
+use crate::{Error, ErrorKind, Result};
+use sha2::{Digest as _, Sha256};
+use std::io::Write as _;
+use std::path::Path;
+use std::sync::Arc;
+
+/// The name of the manifest.
+const NAME: &str = "manifest.json";
+/// A study of more bytes is none.
+const BYTES_MAX: u64 = 16 << 20;
+
+impl Sweep {
+    /// Plans a study in a folder: a new or empty one, or one that the same study was planned in. Tells whether it was
+    /// planned before. `paces`: what was measured of this machine, for the device `auto`.
+    ///
+    /// # Errors
+    /// `Usage` for a study that cannot be, or a folder with another one; `Data` for recordings that are not there or have
+    /// changed since, and a folder that cannot be written; `Device` for a device that is not there.
+    pub fn plan(path: &Path, folder: &Path, paces: Option<Paces>) -> Result<(Self, bool)> {
+        let text = read(path, BYTES_MAX)?;
+        let study = Study::parse(&text, path)?;
+        let mut manifest = Manifest::of(&study, &text, path)?;
+        let known = folder.join(NAME).exists().then(|| Self::open(folder)).transpose()?;
+        if known.is_none() {
+            check_empty(folder)?;
+        }
+        // A planned device is not looked for again: this machine may be another.
+        manifest.device = match &known {
+            Some(known) if known.manifest.study == manifest.study => known.manifest.device.clone(),
+            _ => pinned(&study, &manifest, paces)?,
+        };
+        if let Some(known) = known {
+            if known.manifest.is_same(&manifest) {
+                return Ok((known, true));
+            }
+            let difference = known.manifest.difference(&manifest);
+            let remedy = "Give a new folder with --out; or go on with what was planned: motorfit sweep run DIR.";
+            let message = format!("holds another sweep: {difference}");
+            return Err(Error::data(message, remedy).in_file(folder));
+        }
+        std::fs::create_dir_all(folder).map_err(|e| super::store::unwritable(folder, &e))?;
+        let text = manifest.text()?;
+        replace(&folder.join(NAME), |file| file.write_all(text.as_bytes()))?;
+        Ok((Self::open(folder)?, false))
+    }
+
+    /// Opens a planned sweep.
+    ///
+    /// # Errors
+    /// `Data` when the folder holds none, or a manifest that cannot be read.
+    pub fn open(folder: &Path) -> Result<Self> {
+        let path = folder.join(NAME);
+        if !path.exists() {
+            let message = "holds no sweep: there is no manifest.json";
+            return Err(Error::data(message, "Plan one: motorfit sweep plan STUDY.toml --out DIR.").in_file(folder));
+        }
+        let text = read(&path, u64::MAX)?;
+        let broken = |what: String| {
+            Error::data(what, "It must not be changed: plan the study again in a new folder.").in_file(&path)
+        };
+        let manifest: Manifest = serde_json::from_str(&text)
+            .map_err(|e| broken(format!("is no manifest: {}", printable(&e.to_string()))))?;
+        if manifest.format != super::manifest::FORMAT {
+            let remedy = "Use that version, or plan the study again in a new folder.";
+            let message = format!("is of motorfit {}, which plans otherwise", printable(&manifest.motorfit));
+            return Err(Error::data(message, remedy).in_file(&path));
+        }
+        let study = Study::parse(&manifest.study, &path).map_err(|e| broken(e.message()))?;
+        let runs = Runs::new(study, manifest.motors.len());
+        if runs.count() != manifest.runs || manifest.runs == 0 {
+            return Err(broken(format!("says {} runs, its study makes {}", manifest.runs, runs.count())));
+        }
+        Ok(Self { folder: folder.to_path_buf(), digest: hexadecimal(&Sha256::digest(&text)), manifest, runs })
+    }
+
+    /// The spec's part that says what evaluates.
+    pub(super) fn device(&self) -> Result<IdentifySpec> {
+        let PinnedDevice { select, precision, .. } = &self.manifest.device;
+        let precision = if precision == "f32" { PrecisionSpec::F32 } else { PrecisionSpec::F64 };
+        let device: DeviceSpec = select.parse()?;
+        // The CPU has no other.
+        let precision = if device == DeviceSpec::Cpu { PrecisionSpec::Auto } else { precision };
+        Ok(IdentifySpec { device, precision, ..self.study().spec.clone() })
+    }
+
+    /// The device and numbers that are pinned.
+    pub(super) fn pinned(&self) -> (Device, Precision) {
+        let PinnedDevice { kind, precision, .. } = &self.manifest.device;
+        (
+            if kind == "gpu" { Device::Gpu } else { Device::Cpu },
+            if precision == "f32" { Precision::F32 } else { Precision::F64 },
+        )
+    }
+}
+
+fn read(path: &Path, most: u64) -> Result<String> {
+    let failed = |error: std::io::Error| unreadable(path, &error);
+    let size = std::fs::metadata(path).map_err(failed)?.len();
+    if size > most {
+        let message = format!("is {size} bytes long, expected a study");
+        return Err(Error::data(message, "Give a study in TOML.").in_file(path));
+    }
+    std::fs::read_to_string(path).map_err(failed)
+}
+
+/// A folder that is there must be empty.
+fn check_empty(folder: &Path) -> Result<()> {
+    if !folder.exists() {
+        return Ok(());
+    }
+    let mut entries = std::fs::read_dir(folder).map_err(|error| unreadable(folder, &error))?;
+    if entries.next().is_some() {
+        let message = "holds something else than a sweep: it is left as it is";
+        return Err(Error::data(message, "Name a new folder with --out.").in_file(folder));
+    }
+    Ok(())
+}
+
+/// The device of a study, `auto` resolved on this machine.
+fn pinned(study: &Study, manifest: &Manifest, paces: Option<Paces>) -> Result<PinnedDevice> {
+    let cpu = manifest.device.clone();
+    let spec = &study.spec;
+    let searches = study.methods.iter().any(crate::identify::Method::is_search);
+    if !searches && spec.device == DeviceSpec::Auto {
+        return Ok(cpu);
+    }
+    if spec.device == DeviceSpec::Cpu {
+        // Only f32 is wrong there; nothing is opened.
+        return match spec.precision {
+            PrecisionSpec::F32 => Err(Error::usage(
+                "f32 is for GPUs: the CPU evaluates in f64 only",
+                "Leave precision out, or give device = \"gpu\".",
+            )),
+            _ => Ok(cpu),
+        };
+    }
+    let select = match &spec.device {
+        DeviceSpec::GpuIndex(index) => format!("gpu:{index}"),
+        DeviceSpec::GpuName(name) => format!("gpu:{name}"),
+        _ => "gpu".to_owned(),
+    };
+    match opened(study, manifest, paces) {
+        Ok(("cpu", _)) => Ok(cpu),
+        Ok((kind, precision)) => Ok(PinnedDevice { kind: kind.to_owned(), select, precision: precision.to_owned() }),
+        // Planned where there is no GPU, for machines that have one.
+        Err(error) if error.kind() == ErrorKind::Device && spec.precision != PrecisionSpec::Auto => {
+            Ok(PinnedDevice { kind: "gpu".to_owned(), select, precision: spec.precision.name().to_owned() })
+        }
+        Err(error) if error.kind() == ErrorKind::Device => {
+            let remedy = "Give precision = \"f32\" or \"f64\" to plan for another machine, or device = \"cpu\".";
+            Err(Error::new(ErrorKind::Device, error.to_string(), remedy))
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// Opens the device of a study, and tells its kind and numbers.
+fn opened(study: &Study, manifest: &Manifest, paces: Option<Paces>) -> Result<(&'static str, &'static str)> {
+    let runs = Runs::new(study.clone(), manifest.motors.len());
+    let sweep = Sweep { folder: Path::new("").to_path_buf(), manifest: manifest.clone(), digest: String::new(), runs };
+    // By the first recording that can serve.
+    let mut first = (0..manifest.motors.len()).filter_map(|motor| {
+        let records = sweep.read(motor).ok()?;
+        problem(&records, &IdentifySpec { polish: crate::identify::Polish::None, ..study.spec.clone() }).ok()
+    });
+    let Some(problem) = first.next() else { return Ok(("cpu", "f64")) };
+    let population = study.population.iter().max().copied().unwrap_or(1);
+    let many = usize::try_from(manifest.runs).unwrap_or(usize::MAX).min(1 << 12);
+    let spec = IdentifySpec {
+        population: population.saturating_mul(many),
+        generations: study.generations.iter().max().copied().unwrap_or(1),
+        paces,
+        ..study.spec.clone()
+    };
+    let (kind, _, precision) = Lockstep::open(&spec, vec![Arc::new(problem)])?.device();
+    Ok((kind, precision))
+}

@@ -1,0 +1,286 @@
+//! Running a shard: what is left of it, in pieces whose memory does not depend on how many there are.
+
+use super::Sweep;
+use super::line::{Outcome, Stop, line};
+use super::manifest::{FORMAT, Job};
+use super::store::{Head, Log, Shard, files, scan};
+use crate::evaluate::Level;
+use crate::identify::Warning;
+use crate::{Error, Result};
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+/// How far a run is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SweepProgress {
+    /// Runs of the shard that are finished, those of earlier times included.
+    pub done: u64,
+    /// Runs of the shard.
+    pub total: u64,
+    /// Runs that were finished before.
+    pub before: u64,
+    /// Runs without a result.
+    pub failed: u64,
+    /// Runs' worth of work that is under way.
+    pub under_way: f64,
+    /// Seconds since it began.
+    pub seconds: f64,
+}
+
+impl SweepProgress {
+    /// Runs a second; `None` before there is any.
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    pub fn rate(&self) -> Option<f64> {
+        let rate = ((self.done - self.before) as f64 + self.under_way) / self.seconds;
+        (rate.is_finite() && rate > 0.0).then_some(rate)
+    }
+
+    /// Seconds that are left at this rate.
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    pub fn remaining(&self) -> Option<f64> {
+        Some((((self.total - self.done) as f64 - self.under_way) / self.rate()?).max(0.0))
+    }
+}
+
+/// A run without a result.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FailedRun {
+    /// Its number.
+    pub id: u64,
+    /// Its motor.
+    pub motor: String,
+    /// Why.
+    pub message: String,
+}
+
+/// What a run of a shard did.
+#[derive(Debug, Clone, Default)]
+pub struct Tally {
+    /// Runs of the shard.
+    pub total: u64,
+    /// Runs that were finished before.
+    pub before: u64,
+    /// Runs that were finished now.
+    pub finished: u64,
+    /// Of these, runs without a result.
+    pub failed: u64,
+    /// The first of those.
+    pub failures: Vec<FailedRun>,
+    /// Finished runs that could not be written, and why.
+    pub lost: u64,
+    /// The reason for that.
+    pub fault: Option<Error>,
+    /// Whether the observer ended it.
+    pub interrupted: bool,
+    /// What evaluated searches, with its numbers; `None` where none was run.
+    pub device: Option<(String, &'static str)>,
+    /// What the reader should know.
+    pub warnings: Vec<Warning>,
+    /// Seconds.
+    pub seconds: f64,
+}
+
+/// Runs without a result that are named.
+const FAILURES_NAMED: usize = 20;
+
+/// Sees the progress, and may end the run.
+pub(super) type Observe<'a> = dyn FnMut(&SweepProgress) -> ControlFlow<()> + 'a;
+
+/// A shard on its way.
+pub(super) struct Running<'a> {
+    pub sweep: &'a Sweep,
+    shard: Shard,
+    done: Bits,
+    log: Log,
+    pub tally: Tally,
+    observe: &'a mut Observe<'a>,
+    begun: Instant,
+}
+
+/// Why a run ends early.
+pub(super) enum End {
+    Interrupted,
+    /// The disk takes nothing more.
+    Stuck,
+}
+
+impl Sweep {
+    /// Runs what is left of a shard, in the rayon pool of the caller. `observe` sees the progress and may end it.
+    ///
+    /// # Errors
+    /// `Data` when the folder cannot be written, another run has the shard, or results are of another study; `Device`
+    /// when the device is not there or is lost for good. What was finished until then is kept.
+    pub fn run<'a>(
+        &'a self,
+        shard: Shard,
+        observe: &'a mut (dyn FnMut(&SweepProgress) -> ControlFlow<()> + 'a),
+    ) -> Result<Tally> {
+        let head = Head {
+            motorfit: env!("CARGO_PKG_VERSION").to_owned(),
+            format: FORMAT,
+            manifest: self.digest.clone(),
+            shard: [shard.index, shard.count],
+            instructions: Level::best().name().to_owned(),
+        };
+        let log = Log::open(&self.folder, &head)?;
+        let mut done = Bits::new(self.manifest.runs);
+        let mut tally = Tally::default();
+        for found in files(&self.folder, &self.digest)? {
+            let damaged = scan(&found.path, |place| {
+                // A run that failed for its recording is tried again.
+                done.set(place.mark.id, !place.mark.is_retried());
+            })?;
+            if damaged > 0 {
+                let message = format!("{}: {damaged} damaged lines; their runs are done again", found.path.display());
+                tally.warnings.push(Warning::new("results_damaged", message));
+            }
+            if found.head.instructions != head.instructions {
+                let message = format!(
+                    "{}: made with {} instructions, here are {}: the last digits may differ",
+                    found.path.display(),
+                    found.head.instructions,
+                    head.instructions
+                );
+                tally.warnings.push(Warning::new("other_instructions", message));
+            }
+        }
+        let mut running = Running { sweep: self, shard, done, log, tally, observe, begun: Instant::now() };
+        for id in 0..self.manifest.runs {
+            if running.owns(id) {
+                running.tally.total += 1;
+                running.tally.before += u64::from(running.done.get(id));
+            }
+        }
+        let end = match running.direct() {
+            Ok(None) => running.search(),
+            end => end,
+        };
+        running.close(end)
+    }
+}
+
+impl Running<'_> {
+    /// Whether a run belongs to the shard: whole motors where there are many, so that each is read once.
+    fn owns(&self, id: u64) -> bool {
+        let Shard { index, count } = self.shard;
+        let motors = self.sweep.manifest.motors.len() as u64;
+        let number = if motors >= 8 * count { id / self.sweep.runs.per_motor() } else { id };
+        number % count == index - 1
+    }
+
+    /// Whether a run is still to be done here.
+    pub(super) fn is_due(&self, id: u64) -> bool {
+        self.owns(id) && !self.done.get(id)
+    }
+
+    /// Whether anything of a motor may be due: a quick look before all of its runs are.
+    pub(super) fn may_be_due(&self, motor: usize) -> bool {
+        let per_motor = self.sweep.runs.per_motor();
+        let first = motor as u64 * per_motor;
+        (first..first + per_motor).any(|id| self.is_due(id))
+    }
+
+    /// Tells the observer; `under_way` in runs.
+    pub(super) fn progress(&mut self, under_way: f64) -> Option<End> {
+        let progress = self.state(under_way);
+        (self.observe)(&progress).is_break().then_some(End::Interrupted)
+    }
+
+    fn state(&self, under_way: f64) -> SweepProgress {
+        SweepProgress {
+            done: self.tally.before + self.tally.finished,
+            total: self.tally.total,
+            before: self.tally.before,
+            failed: self.tally.failed,
+            under_way,
+            seconds: self.begun.elapsed().as_secs_f64(),
+        }
+    }
+
+    /// Keeps finished runs.
+    pub(super) fn keep(&mut self, runs: Vec<Finished>) -> Option<End> {
+        let mut lines = String::new();
+        for Finished { id, line, failure } in runs {
+            lines.push_str(&line);
+            self.done.set(id, true);
+            self.tally.finished += 1;
+            if let Some(failure) = failure {
+                self.tally.failed += 1;
+                if self.tally.failures.len() < FAILURES_NAMED {
+                    self.tally.failures.push(failure);
+                }
+            }
+        }
+        self.log.add(&lines);
+        if self.log.is_stuck() { Some(End::Stuck) } else { self.progress(0.0) }
+    }
+
+    /// Ends the run: what waits is tried once more, and the error, if there is one, comes after that.
+    fn close(self, end: Result<Option<End>>) -> Result<Tally> {
+        let Self { mut tally, log, begun, .. } = self;
+        (tally.lost, tally.fault) = log.close();
+        tally.finished -= tally.lost.min(tally.finished);
+        tally.seconds = begun.elapsed().as_secs_f64();
+        tally.interrupted = matches!(end?, Some(End::Interrupted));
+        Ok(tally)
+    }
+}
+
+/// A finished run.
+pub(super) struct Finished {
+    pub id: u64,
+    pub line: String,
+    pub failure: Option<FailedRun>,
+}
+
+impl Finished {
+    pub(super) fn new(sweep: &Sweep, job: &Job, outcome: &Outcome, seconds: f64) -> Self {
+        let motor = &sweep.manifest.motors[job.motor].motor;
+        let failure = outcome.error.as_ref().filter(|_| outcome.stop == Stop::Failed).map(|failure| FailedRun {
+            id: job.id,
+            motor: motor.clone(),
+            message: failure.message.clone(),
+        });
+        Self { id: job.id, line: line(sweep.study(), job, motor, outcome, seconds), failure }
+    }
+}
+
+/// A bit for each run.
+pub(super) struct Bits {
+    words: Vec<u64>,
+    size: u64,
+}
+
+impl Bits {
+    pub(super) fn new(size: u64) -> Self {
+        let words = usize::try_from(size.div_ceil(64)).unwrap_or(usize::MAX);
+        Self { words: vec![0; words], size }
+    }
+
+    fn place(id: u64) -> (usize, u64) {
+        (usize::try_from(id / 64).unwrap_or(usize::MAX), 1 << (id % 64))
+    }
+
+    pub(super) fn get(&self, id: u64) -> bool {
+        let (word, bit) = Self::place(id);
+        id < self.size && self.words[word] & bit != 0
+    }
+
+    /// How many are set.
+    pub(super) fn count(&self) -> u64 {
+        self.words.iter().map(|word| u64::from(word.count_ones())).sum()
+    }
+
+    pub(super) fn set(&mut self, id: u64, value: bool) {
+        if id < self.size {
+            let (word, bit) = Self::place(id);
+            if value {
+                self.words[word] |= bit;
+            } else {
+                self.words[word] &= !bit;
+            }
+        }
+    }
+}

@@ -1,0 +1,346 @@
+//! Results of a shard: a file that lines are only ever added to, under a lock; and all shards read back.
+//!
+//! A line is a finished run. The last may be torn where a machine was switched off; what is torn is cut off before
+//! anything is added, and its run is done again.
+
+use super::line::Mark;
+use super::manifest::FORMAT;
+use crate::text::{excerpt, printable};
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{BufRead as _, BufReader, Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// What a results file begins with.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Head {
+    pub motorfit: String,
+    pub format: u32,
+    /// The digest of the manifest that it belongs to.
+    pub manifest: String,
+    /// Which shard, of how many.
+    pub shard: [u64; 2],
+    /// The class of instructions: another may round otherwise.
+    pub instructions: String,
+}
+
+/// A shard of a sweep: the first is 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    /// Which.
+    pub index: u64,
+    /// Of how many.
+    pub count: u64,
+}
+
+impl Shard {
+    /// The whole sweep.
+    pub const ALL: Self = Self { index: 1, count: 1 };
+
+    pub(super) fn file(self) -> String {
+        format!("results-{}-of-{}.jsonl", self.index, self.count)
+    }
+
+    /// The shard that a results file is of.
+    pub(super) fn of_file(name: &str) -> Option<Self> {
+        let (index, count) = name.strip_prefix("results-")?.strip_suffix(".jsonl")?.split_once("-of-")?;
+        Some(Self { index: index.parse().ok()?, count: count.parse().ok()? })
+    }
+}
+
+impl std::str::FromStr for Shard {
+    type Err = Error;
+
+    /// Reads `I/N`.
+    fn from_str(text: &str) -> Result<Self> {
+        let pair = text.split_once('/').map(|(a, b)| (a.trim().parse(), b.trim().parse()));
+        match pair {
+            Some((Ok(index), Ok(count))) if index >= 1 && index <= count && count <= 1_000_000 => {
+                Ok(Self { index, count })
+            }
+            _ => Err(Error::usage(
+                format!("--shard: \"{}\" is no shard", excerpt(text)),
+                "Write I/N with I from 1 to N, as in --shard 2/7.",
+            )),
+        }
+    }
+}
+
+/// Lines that wait for a disk with room, in bytes, and for how long; then the run ends.
+const WAITING_MAX: usize = 16 << 20;
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Time between orders to write to the disk itself.
+const SYNC: Duration = Duration::from_secs(1);
+
+/// The file of a shard, open for adding.
+pub(super) struct Log {
+    file: File,
+    path: PathBuf,
+    /// Bytes of whole lines.
+    whole: u64,
+    /// Lines that could not be written yet, and why.
+    waiting: String,
+    fault: Option<std::io::Error>,
+    since: Option<Instant>,
+    synced: Instant,
+}
+
+/// What a disk did with lines.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Written {
+    All,
+    /// Some lines wait for room.
+    Waiting,
+}
+
+impl Log {
+    /// Opens the file of a shard, made with its head where it is new.
+    pub(super) fn open(folder: &Path, head: &Head) -> Result<Self> {
+        let shard = Shard { index: head.shard[0], count: head.shard[1] };
+        let path = folder.join(shard.file());
+        let failed = |error: std::io::Error| unwritable(&path, &error);
+        let file = OpenOptions::new().read(true).append(true).create(true).open(&path).map_err(failed)?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                let message = "is being written by another run of this shard";
+                return Err(Error::data(message, "Wait for it, or run another shard.").in_file(&path));
+            }
+            // A file system without locks: nothing keeps a second run out.
+            Err(TryLockError::Error(error)) if error.kind() == std::io::ErrorKind::Unsupported => {}
+            Err(TryLockError::Error(error)) => return Err(failed(error)),
+        }
+        let mut log =
+            Self { file, path, whole: 0, waiting: String::new(), fault: None, since: None, synced: Instant::now() };
+        log.whole = whole_lines(&log.file).map_err(|error| unwritable(&log.path, &error))?;
+        log.cut()?;
+        if log.whole == 0 {
+            let line = serde_json::to_string(head).unwrap_or_default() + "\n";
+            if log.add(&line) == Written::Waiting {
+                return Err(log
+                    .fault
+                    .take()
+                    .map_or_else(|| unwritable(&log.path, &full()), |e| unwritable(&log.path, &e)));
+            }
+        } else {
+            check_head(&log.path, &head.manifest)?;
+        }
+        Ok(log)
+    }
+
+    /// Cuts off what is no whole line.
+    fn cut(&mut self) -> Result<()> {
+        self.file.set_len(self.whole).map_err(|error| unwritable(&self.path, &error))
+    }
+
+    /// Adds lines. Where the disk has no room for them they wait for the next.
+    pub(super) fn add(&mut self, lines: &str) -> Written {
+        self.waiting.push_str(lines);
+        if self.waiting.is_empty() {
+            return Written::All;
+        }
+        match self.file.write_all(self.waiting.as_bytes()) {
+            Ok(()) => {
+                self.whole += self.waiting.len() as u64;
+                self.waiting.clear();
+                (self.fault, self.since) = (None, None);
+            }
+            Err(error) => {
+                self.fault = Some(error);
+                self.since.get_or_insert_with(Instant::now);
+                // A part of them may have been written: whole lines of it are kept, the rest is cut off.
+                let before = self.whole;
+                let kept = whole_lines(&self.file).unwrap_or(before).max(before);
+                self.whole = kept;
+                let _ = self.file.set_len(kept);
+                let taken = usize::try_from(kept - before).unwrap_or(0).min(self.waiting.len());
+                self.waiting.drain(..taken);
+                return Written::Waiting;
+            }
+        }
+        if self.synced.elapsed() > SYNC {
+            // What a crash of the machine loses is done again.
+            let _ = self.file.sync_data();
+            self.synced = Instant::now();
+        }
+        Written::All
+    }
+
+    /// Whether so much waits that going on makes no sense.
+    pub(super) fn is_stuck(&self) -> bool {
+        self.waiting.len() > WAITING_MAX || self.since.is_some_and(|since| since.elapsed() > PATIENCE)
+    }
+
+    /// The last try; returns how many lines are lost, and why.
+    pub(super) fn close(mut self) -> (u64, Option<Error>) {
+        if self.add("") == Written::All {
+            let _ = self.file.sync_all();
+            return (0, None);
+        }
+        let lost = self.waiting.matches('\n').count() as u64;
+        (lost, self.fault.as_ref().map(|error| unwritable(&self.path, error)))
+    }
+}
+
+fn full() -> std::io::Error {
+    std::io::ErrorKind::StorageFull.into()
+}
+
+pub(super) fn unwritable(path: &Path, error: &std::io::Error) -> Error {
+    let remedy = match error.kind() {
+        std::io::ErrorKind::StorageFull => "Make room on the disk and run it again: what is finished is kept.",
+        std::io::ErrorKind::NotFound => "Check the path.",
+        _ => "Allow writing there, and run it again: what is finished is kept.",
+    };
+    Error::data(format!("cannot be written: {}", printable(&error.to_string())), remedy).in_file(path)
+}
+
+/// Where the last whole line of a file ends.
+fn whole_lines(mut file: &File) -> std::io::Result<u64> {
+    let mut end = file.seek(SeekFrom::End(0))?;
+    let mut piece = vec![0; 64 << 10];
+    while end > 0 {
+        let start = end.saturating_sub(piece.len() as u64);
+        let length = usize::try_from(end - start).unwrap_or(0);
+        file.seek(SeekFrom::Start(start))?;
+        file.read_exact(&mut piece[..length])?;
+        if let Some(at) = memchr::memrchr(b'\n', &piece[..length]) {
+            return Ok(start + at as u64 + 1);
+        }
+        end = start;
+    }
+    Ok(0)
+}
+
+/// The head of a results file, which must belong to a manifest.
+fn check_head(path: &Path, manifest: &str) -> Result<Head> {
+    let file = File::open(path).map_err(|error| unreadable(path, &error))?;
+    let mut line = String::new();
+    let _ = BufReader::new(file).take(1 << 16).read_line(&mut line);
+    let wrong = |message: &str, remedy: &str| Err(Error::data(message, remedy).in_file(path).at_line(1));
+    match serde_json::from_str::<Head>(&line) {
+        Ok(head) if head.manifest == manifest && head.format == FORMAT => Ok(head),
+        Ok(head) if head.format != FORMAT => {
+            wrong("is of another version of this program", "Use that version, or plan the study again in a new folder.")
+        }
+        Ok(_) => wrong("holds results of another study", "Move it away, or run the study it belongs to."),
+        Err(_) => wrong("is no results file", "Move it away; its runs will be done again."),
+    }
+}
+
+pub(super) fn unreadable(path: &Path, error: &std::io::Error) -> Error {
+    Error::data(format!("cannot be read: {}", printable(&error.to_string())), "Allow reading it.").in_file(path)
+}
+
+/// A results file as it was found.
+pub(super) struct Found {
+    pub path: PathBuf,
+    pub shard: Shard,
+    pub head: Head,
+}
+
+/// The results files of a folder.
+pub(super) fn files(folder: &Path, manifest: &str) -> Result<Vec<Found>> {
+    let entries = std::fs::read_dir(folder).map_err(|error| unreadable(folder, &error))?;
+    let mut found = Vec::new();
+    for entry in entries.flatten() {
+        let Some(shard) = entry.file_name().to_str().and_then(Shard::of_file) else { continue };
+        let path = entry.path();
+        // One that was only just made has no head yet.
+        let whole = File::open(&path).and_then(|file| whole_lines(&file)).map_err(|error| unreadable(&path, &error))?;
+        if whole > 0 {
+            found.push(Found { head: check_head(&path, manifest)?, path, shard });
+        }
+    }
+    found.sort_by_key(|found| (found.shard.count, found.shard.index));
+    Ok(found)
+}
+
+/// A line of a results file: where it stands, and of which run it is.
+pub(super) struct Place {
+    pub offset: u64,
+    pub length: u32,
+    pub mark: Mark,
+}
+
+/// Sees every whole line of a results file; returns how many could not be read.
+pub(super) fn scan(path: &Path, mut see: impl FnMut(Place)) -> Result<u64> {
+    let failed = |error: std::io::Error| unreadable(path, &error);
+    let mut reader = BufReader::with_capacity(1 << 18, File::open(path).map_err(failed)?);
+    let (mut line, mut offset, mut damaged) = (Vec::new(), 0_u64, 0);
+    loop {
+        line.clear();
+        let length = reader.read_until(b'\n', &mut line).map_err(failed)?;
+        if !line.ends_with(b"\n") {
+            // The end, or a line that is being written or was torn.
+            return Ok(damaged);
+        }
+        if offset > 0 {
+            match (serde_json::from_slice::<Mark>(&line), u32::try_from(length)) {
+                (Ok(mark), Ok(length)) => see(Place { offset, length, mark }),
+                _ => damaged += 1,
+            }
+        }
+        offset += length as u64;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn head(manifest: &str) -> Head {
+        let (motorfit, instructions) = ("0".to_owned(), "AVX2".to_owned());
+        Head { motorfit, format: FORMAT, manifest: manifest.to_owned(), shard: [1, 2], instructions }
+    }
+
+    fn line(id: u64) -> String {
+        format!("{{\"id\":{id},\"stop\":\"converged\",\"x\":1}}\n")
+    }
+
+    fn ids(folder: &Path) -> Vec<u64> {
+        let mut ids = Vec::new();
+        for found in files(folder, "m").unwrap() {
+            scan(&found.path, |place| ids.push(place.mark.id)).unwrap();
+        }
+        ids
+    }
+
+    #[test]
+    fn a_torn_line_is_cut_off_and_a_second_writer_kept_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut log = Log::open(folder.path(), &head("m")).unwrap();
+        assert_eq!(log.add(&(line(0) + &line(1))), Written::All);
+        let second = Log::open(folder.path(), &head("m")).err().unwrap();
+        assert!(second.to_string().contains("another run of this shard"), "{second}");
+        assert_eq!(log.close().0, 0);
+        let path = folder.path().join("results-1-of-2.jsonl");
+        let whole = std::fs::read(&path).unwrap();
+        // Cut at every byte: whole lines stay, the rest goes.
+        for cut in 1..whole.len() {
+            std::fs::write(&path, &whole[..cut]).unwrap();
+            let mut log = Log::open(folder.path(), &head("m")).unwrap();
+            assert_eq!(log.add(&line(7)), Written::All);
+            drop(log);
+            let lines = whole[..cut].iter().filter(|b| **b == b'\n').count();
+            let expected: Vec<u64> = (0..lines.saturating_sub(1) as u64).chain([7]).collect();
+            assert_eq!(ids(folder.path()), expected, "cut at {cut}");
+        }
+        std::fs::write(&path, whole).unwrap();
+        let other = Log::open(folder.path(), &head("another")).err().unwrap();
+        assert!(other.to_string().contains("results of another study"), "{other}");
+        assert!(files(folder.path(), "another").is_err());
+    }
+
+    #[test]
+    fn shards_are_named() {
+        assert_eq!("2/7".parse::<Shard>().unwrap(), Shard { index: 2, count: 7 });
+        for wrong in ["0/7", "8/7", "x", "1/", "1/0", "-1/2"] {
+            assert!(wrong.parse::<Shard>().is_err(), "{wrong}");
+        }
+        assert_eq!(Shard::of_file(&Shard { index: 2, count: 7 }.file()), Some(Shard { index: 2, count: 7 }));
+        assert_eq!(Shard::of_file("results.jsonl"), None);
+    }
+}

@@ -1,0 +1,215 @@
+//! A study as its file says it: factors, whose product the runs are, and what holds for all of them.
+
+use super::keys::Keys;
+use super::toml::Document;
+use crate::Result;
+use crate::criterion::{Criterion, Noise, Norm, Scale};
+use crate::identify::{IdentifySpec, Method, OnLoss, Polish};
+use crate::record::Reading;
+use std::path::Path;
+
+/// Noise that is added to recordings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AddedNoise {
+    /// As the study names it.
+    pub name: String,
+    /// The noise; `None` adds nothing.
+    pub noise: Option<Noise>,
+}
+
+/// The files of a motor, or a pattern whose every file is a motor.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Entry {
+    /// A path or a pattern (`*`, `?`, `[…]`, `**`): each file a motor of its own.
+    Files(String),
+    /// One motor in several files: a joint fit.
+    Motor {
+        /// Its name.
+        name: String,
+        /// Its files.
+        files: Vec<String>,
+    },
+}
+
+/// The seeds: all from one number to another, or a list.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Seeds {
+    /// From the first to the last, both included.
+    Range(u64, u64),
+    /// As listed.
+    List(Vec<u64>),
+}
+
+impl Seeds {
+    /// How many.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        match self {
+            Self::Range(first, last) => (last - first).saturating_add(1),
+            Self::List(list) => list.len() as u64,
+        }
+    }
+
+    /// The seed at a place.
+    #[must_use]
+    pub fn at(&self, place: u64) -> u64 {
+        match self {
+            Self::Range(first, _) => first + place,
+            Self::List(list) => usize::try_from(place).ok().and_then(|place| list.get(place)).copied().unwrap_or(0),
+        }
+    }
+}
+
+/// A study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Study {
+    /// Its name.
+    pub name: String,
+    /// What is identified.
+    pub recordings: Vec<Entry>,
+    /// Factor: how the optimum is found.
+    pub methods: Vec<Method>,
+    /// Factor: how it is refined.
+    pub polish: Vec<Polish>,
+    /// Factor: agents.
+    pub population: Vec<usize>,
+    /// Factor: generations, the first population included.
+    pub generations: Vec<usize>,
+    /// Factor: what a search minimizes.
+    pub criterion: Vec<Norm>,
+    /// Factor: what each channel is divided by in it.
+    pub scale: Vec<Scale>,
+    /// Factor: noise added to the recordings.
+    pub noise: Vec<AddedNoise>,
+    /// Factor: seeds of searches and of added noise.
+    pub seeds: Seeds,
+    /// How files are read and prepared.
+    pub reading: Reading,
+    /// What is free within which bounds, how the motor is simulated, what evaluates.
+    pub spec: IdentifySpec,
+    /// What happens when a device is lost.
+    pub on_loss: OnLoss,
+}
+
+/// Every key that a study may have.
+pub const KEYS: [&str; 29] = [
+    "name",
+    "recordings",
+    "methods",
+    "polish",
+    "population",
+    "generations",
+    "seeds",
+    "criterion",
+    "scale",
+    "noise",
+    "bounds",
+    "fix",
+    "device",
+    "precision",
+    "fallback",
+    "set",
+    "discretization",
+    "initial",
+    "time_origin",
+    "columns",
+    "rate",
+    "sheet",
+    "gaps",
+    "drop_repeats",
+    "crop",
+    "offset",
+    "mask",
+    "decimate",
+    "filter",
+];
+
+impl Study {
+    /// Reads a study; `path` names it in errors.
+    ///
+    /// # Errors
+    /// `Usage` with the line of what is wrong.
+    pub fn parse(text: &str, path: &Path) -> Result<Self> {
+        let document = Document { text, path };
+        let table = document.table()?;
+        document.check_keys(&table, &KEYS, "A study")?;
+        let keys = Keys { document, table: &table };
+        let spec = keys.spec()?;
+        let study = Self {
+            name: keys.name(path)?,
+            recordings: keys.recordings()?,
+            methods: keys.methods()?,
+            polish: keys.list("polish", &|v, key| document.choice(key, v, &Polish::ALL, |p| p.name()), Polish::None)?,
+            population: keys.list("population", &|v, key| keys.positive(key, v), 100)?,
+            generations: keys.list("generations", &|v, key| keys.positive(key, v), 100)?,
+            criterion: keys.list(
+                "criterion",
+                &|v, key| document.choice(key, v, &Norm::ALL, |n| n.name()),
+                Norm::Nrmse,
+            )?,
+            scale: keys.list("scale", &|v, key| document.choice(key, v, &Scale::ALL, |s| s.name()), Scale::Std)?,
+            noise: keys.list(
+                "noise",
+                &|v, key| keys.noise(key, v),
+                AddedNoise { name: "none".to_owned(), noise: None },
+            )?,
+            seeds: keys.seeds()?,
+            reading: keys.reading(spec.model.discretization)?,
+            on_loss: keys.on_loss(&spec)?,
+            spec,
+        };
+        study.check(document)?;
+        Ok(study)
+    }
+
+    /// What does not fit together.
+    fn check(&self, document: Document<'_>) -> Result<()> {
+        let wrong = |message: String, remedy: &str| Err(document.error(0..0, message, remedy));
+        if self.methods.contains(&Method::SteiglitzMcBride) && !self.spec.space.fixed().is_empty() {
+            return wrong(
+                "fix: Steiglitz–McBride estimates all five parameters and cannot hold any".to_owned(),
+                "Leave fix or the method sm out.",
+            );
+        }
+        let timed = |norm: &Norm| matches!(norm, Norm::Itse | Norm::Itae);
+        if self.spec.criterion.time_origin_s.is_some() && !self.criterion.iter().any(timed) {
+            return wrong("time_origin has no effect without the criterion itse or itae".to_owned(), "Leave it out.");
+        }
+        Ok(())
+    }
+
+    /// What one run asks for.
+    #[must_use]
+    pub fn spec(&self, factors: &Factors) -> IdentifySpec {
+        IdentifySpec {
+            method: factors.method,
+            polish: factors.polish,
+            population: factors.population,
+            generations: factors.generations,
+            seed: factors.seed,
+            criterion: Criterion { norm: factors.criterion, scale: factors.scale, ..self.spec.criterion },
+            ..self.spec.clone()
+        }
+    }
+}
+
+/// The levels of the factors of one run, but for its motor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Factors {
+    /// How the optimum is found.
+    pub method: Method,
+    /// How it is refined.
+    pub polish: Polish,
+    /// Agents.
+    pub population: usize,
+    /// Generations.
+    pub generations: usize,
+    /// What a search minimizes.
+    pub criterion: Norm,
+    /// What each channel is divided by.
+    pub scale: Scale,
+    /// Place of the added noise in the study.
+    pub noise: usize,
+    /// The seed.
+    pub seed: u64,
+}

@@ -1,0 +1,299 @@
+//! What a sweep found, in figures: quantiles by factor, the worst runs, the motors with their parameters.
+
+use super::Sweep;
+use super::line::{Device, Outcome, Stop};
+use super::manifest::Job;
+use super::run::FailedRun;
+use super::study::Factors;
+use crate::motor::Parameter;
+use crate::study::statistics::{quantile, sorted};
+use crate::text::excerpt;
+use crate::{Error, Result};
+
+/// Runs whose values are kept for quantiles; of more, every so-manieth.
+const SAMPLE: u64 = 1 << 20;
+/// Worst runs of a block, and failed runs, that are named.
+const NAMED: usize = 10;
+const FAILED_NAMED: usize = 100;
+
+/// Quantiles of some values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quantiles {
+    /// The smallest.
+    pub min: f64,
+    /// Below it is a twentieth.
+    pub q05: f64,
+    /// Below it is a quarter.
+    pub q25: f64,
+    /// Below it is half.
+    pub median: f64,
+    /// Above it is a quarter.
+    pub q75: f64,
+    /// Above it is a twentieth.
+    pub q95: f64,
+    /// The largest.
+    pub max: f64,
+}
+
+impl Quantiles {
+    /// Of values, NaN of none.
+    #[must_use]
+    pub fn of(values: &[f64]) -> Self {
+        let sorted = sorted(values);
+        let [min, q05, q25, median, q75, q95, max] =
+            [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0].map(|p| quantile(&sorted, p));
+        Self { min, q05, q25, median, q75, q95, max }
+    }
+}
+
+/// Runs under the same levels of all factors but motor and seed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    /// The levels; the seed is that of the first run.
+    pub factors: Factors,
+    /// The name of the noise.
+    pub noise: String,
+    /// Finished runs.
+    pub runs: u64,
+    /// Of these, runs without a result.
+    pub failed: u64,
+    /// Costs, in the order of the runs.
+    pub costs: Vec<f64>,
+    /// Parameters R, L, K, B, J, in the same order.
+    pub parameters: [Vec<f64>; 5],
+    /// Seconds of the runs, added up.
+    pub seconds: f64,
+}
+
+/// A run with its outcome.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedRun {
+    /// The run.
+    pub job: Job,
+    /// Its motor.
+    pub motor: String,
+    /// What it found.
+    pub outcome: Outcome,
+}
+
+/// Cells that share criterion and scale, so that their costs compare.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SweepBlock {
+    /// The cells, in the order of the study.
+    pub cells: Vec<Cell>,
+    /// The runs with the highest costs, the highest first.
+    pub worst: Vec<NamedRun>,
+}
+
+/// What is known of a motor: its best run, one with standard errors before one without.
+pub type MotorResult = NamedRun;
+
+/// What a sweep found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SweepSummary {
+    /// The study's name.
+    pub name: String,
+    /// Runs of the study.
+    pub runs: u64,
+    /// Runs that are not finished.
+    pub missing: u64,
+    /// Runs without a result.
+    pub failed: u64,
+    /// The first of them.
+    pub failures: Vec<FailedRun>,
+    /// Runs that the CPU did in place of the device.
+    pub taken_over: u64,
+    /// Every so-manieth run is in the quantiles.
+    pub stride: u64,
+    /// One for each criterion and scale.
+    pub blocks: Vec<SweepBlock>,
+    /// How many motors the study has.
+    pub motors: usize,
+    /// One for each motor that has a result, in the order of the study.
+    pub results: Vec<MotorResult>,
+    /// Names of the factors with more than one level.
+    pub varied: Vec<&'static str>,
+    /// cpu or gpu, and its numbers.
+    pub device: [String; 2],
+}
+
+impl SweepSummary {
+    pub(super) fn new(sweep: &Sweep) -> Self {
+        let study = sweep.study();
+        let varied = [
+            ("method", study.methods.len()),
+            ("polish", study.polish.len()),
+            ("population", study.population.len()),
+            ("generations", study.generations.len()),
+            ("noise", study.noise.len()),
+        ];
+        let device = &sweep.manifest.device;
+        Self {
+            name: study.name.clone(),
+            runs: sweep.manifest.runs,
+            missing: 0,
+            failed: 0,
+            failures: Vec::new(),
+            taken_over: 0,
+            stride: sweep.manifest.runs.div_ceil(SAMPLE).max(1),
+            blocks: Vec::new(),
+            motors: sweep.manifest.motors.len(),
+            results: Vec::new(),
+            varied: varied.into_iter().filter(|(_, levels)| *levels > 1).map(|(name, _)| name).collect(),
+            device: [device.kind.clone(), device.precision.clone()],
+        }
+    }
+
+    /// Takes a run in; runs come in the order of their numbers.
+    pub(super) fn add(&mut self, sweep: &Sweep, job: &Job, outcome: Outcome, seconds: f64) {
+        let motor = &sweep.manifest.motors[job.motor].motor;
+        self.taken_over += u64::from(
+            job.factors.method.is_search() && outcome.device != sweep.pinned().0 && outcome.device == Device::Cpu,
+        );
+        let (block, cell) = self.place(sweep, &job.factors);
+        let taken = &mut self.blocks[block].cells[cell];
+        taken.runs += 1;
+        taken.seconds += seconds;
+        let (Some(parameters), Some(cost)) = (&outcome.parameters, outcome.cost) else {
+            taken.failed += 1;
+            self.failed += 1;
+            if self.failures.len() < FAILED_NAMED {
+                let message = outcome.error.as_ref().map_or_else(|| "no finite cost".to_owned(), |e| e.message.clone());
+                self.failures.push(FailedRun { id: job.id, motor: motor.clone(), message });
+            }
+            return;
+        };
+        if job.id.is_multiple_of(self.stride) {
+            taken.costs.push(cost);
+            taken.parameters.iter_mut().zip(parameters.to_array()).for_each(|(all, value)| all.push(value));
+        }
+        let named = || NamedRun { job: *job, motor: motor.clone(), outcome: outcome.clone() };
+        let worst = &mut self.blocks[block].worst;
+        let at = worst.partition_point(|other| other.outcome.cost >= Some(cost));
+        if at < NAMED {
+            worst.insert(at, named());
+            worst.truncate(NAMED);
+        }
+        self.take_motor(job, &outcome, named);
+    }
+
+    /// Keeps the run as its motor's if it is better than the one kept: of the study's first criterion, scale and noise.
+    fn take_motor(&mut self, job: &Job, outcome: &Outcome, named: impl Fn() -> NamedRun) {
+        let rank = |outcome: &Outcome| (u8::from(outcome.std_error.is_none()), outcome.cost.unwrap_or(f64::INFINITY));
+        let first = &self.blocks[0].cells[0].factors;
+        let f = &job.factors;
+        if (f.criterion, f.scale, f.noise) != (first.criterion, first.scale, 0) {
+            return;
+        }
+        match self.results.last_mut().filter(|last| last.job.motor == job.motor) {
+            None => self.results.push(named()),
+            Some(last) => {
+                if rank(outcome) < rank(&last.outcome) {
+                    *last = named();
+                }
+            }
+        }
+    }
+
+    /// Where the runs under some levels stand; made where they are the first.
+    fn place(&mut self, sweep: &Sweep, factors: &Factors) -> (usize, usize) {
+        let comparable = |block: &SweepBlock| {
+            let first = &block.cells[0].factors;
+            (first.criterion, first.scale) == (factors.criterion, factors.scale)
+        };
+        let same = |cell: &Cell| Factors { seed: factors.seed, ..cell.factors } == *factors;
+        let block = self.blocks.iter().position(comparable).unwrap_or_else(|| {
+            self.blocks.push(SweepBlock { cells: Vec::new(), worst: Vec::new() });
+            self.blocks.len() - 1
+        });
+        let cells = &mut self.blocks[block].cells;
+        let cell = cells.iter().position(same).unwrap_or_else(|| {
+            cells.push(Cell {
+                factors: *factors,
+                noise: sweep.study().noise[factors.noise].name.clone(),
+                runs: 0,
+                failed: 0,
+                costs: Vec::new(),
+                parameters: Default::default(),
+                seconds: 0.0,
+            });
+            cells.len() - 1
+        });
+        (block, cell)
+    }
+
+    /// Whether a run ended without a result.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.missing == 0 && self.failed == 0
+    }
+
+    /// The motors that are outside of limits.
+    #[must_use]
+    pub fn outside<'a>(&'a self, limits: &Limits) -> Vec<(&'a MotorResult, Vec<Parameter>)> {
+        let of = |result: &'a MotorResult| {
+            let parameters = limits.exceeded(result);
+            (!parameters.is_empty()).then_some((result, parameters))
+        };
+        self.results.iter().filter_map(of).collect()
+    }
+}
+
+impl NamedRun {
+    /// A parameter.
+    #[must_use]
+    pub fn value(&self, parameter: Parameter) -> f64 {
+        self.outcome.parameters.map_or(f64::NAN, |values| values.to_array()[parameter as usize])
+    }
+
+    /// Its 95 % interval.
+    #[must_use]
+    pub fn interval(&self, parameter: Parameter) -> Option<[f64; 2]> {
+        self.outcome.ci95?.to_array()[parameter as usize]
+    }
+
+    /// Whether there is no result.
+    #[must_use]
+    pub fn is_failed(&self) -> bool {
+        self.outcome.stop == Stop::Failed
+    }
+}
+
+/// Limits that parameters of a motor must keep.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Limits(Vec<(Parameter, f64, f64)>);
+
+impl Limits {
+    /// From pairs of bounds.
+    ///
+    /// # Errors
+    /// `Usage` where a lower limit is not below the upper one.
+    pub fn new(list: Vec<(Parameter, f64, f64)>) -> Result<Self> {
+        match list.iter().find(|(_, low, high)| low >= high) {
+            Some((parameter, low, high)) => {
+                let message = format!("--limits: {}={low}:{high} holds nothing", excerpt(parameter.symbol()));
+                Err(Error::usage(message, "Write --limits R=0.8:1.0, the lower limit first."))
+            }
+            None => Ok(Self(list)),
+        }
+    }
+
+    /// The limits of a parameter.
+    #[must_use]
+    pub fn of(&self, parameter: Parameter) -> Option<[f64; 2]> {
+        self.0.iter().find(|(of, _, _)| *of == parameter).map(|(_, low, high)| [*low, *high])
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The parameters of a motor that are outside.
+    #[must_use]
+    pub fn exceeded(&self, result: &NamedRun) -> Vec<Parameter> {
+        let outside = |(p, low, high): &&(Parameter, f64, f64)| !(*low..=*high).contains(&result.value(*p));
+        self.0.iter().filter(outside).map(|(parameter, ..)| *parameter).collect()
+    }
+}
