@@ -797,7 +797,6 @@ fn wrong_usage() {
     for planned in [["--with", "coulomb"], ["--validate", "x"], ["--split", "0.5"]] {
         identify(&planned, "planned");
     }
-    fails(&["sweep", "x.toml"], 2, "planned");
     fails(&["identfy", EXAMPLE], 2, "identify");
     fails(&["identify"], 2, "RECORD");
     fails(&[], 2, "Usage");

@@ -1,6 +1,7 @@
 //! Commands and flags.
 
 pub(crate) use super::names::*;
+pub(crate) use super::sweep::args::*;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -10,7 +11,7 @@ use std::path::PathBuf;
 #[derive(Parser)]
 #[command(name = "motorfit", version, propagate_version = true, max_term_width = 100)]
 #[command(
-    after_help = "Exit codes: 0 done, 2 wrong usage, 3 bad data, 4 not identified, 5 device not there, 130 interrupted."
+    after_help = "Exit codes: 0 done, 2 wrong usage, 3 bad data, 4 not identified (or some runs of a sweep\nfailed), 5 device not there, 130 interrupted."
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -46,6 +47,8 @@ pub(crate) enum Command {
     Evaluate(Box<EvaluateArgs>),
     /// Compare methods under equal budgets: runs, statistics, tables, plots
     Compare(Box<CompareArgs>),
+    /// Run a study of methods, seeds and recordings as one batch that goes on where it was interrupted
+    Sweep(Box<SweepArgs>),
     /// Simulate a motor at rest and write a recording
     Simulate(SimulateArgs),
     /// Show what a recording holds, how it was understood and what is odd about it

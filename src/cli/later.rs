@@ -3,20 +3,15 @@
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use motorfit::Error;
 
-const COMMANDS: [&str; 1] = ["sweep"];
 const FLAGS: [&str; 3] = ["--with", "--validate", "--split"];
 
-/// The error for a command, flag or value that a later version brings; `None` when clap's own words fit.
+/// The error for a flag that a later version brings; `None` when clap's own words fit.
 pub(super) fn planned(error: &clap::Error) -> Option<Error> {
     let text = |kind| match error.get(kind) {
         Some(ContextValue::String(text)) => Some(text.as_str()),
         _ => None,
     };
     let what = match error.kind() {
-        ErrorKind::InvalidSubcommand => {
-            let command = text(ContextKind::InvalidSubcommand)?;
-            COMMANDS.contains(&command).then(|| format!("the command {command}"))?
-        }
         ErrorKind::UnknownArgument => {
             let flag = text(ContextKind::InvalidArg)?;
             FLAGS.contains(&flag).then(|| flag.to_owned())?

@@ -22,6 +22,7 @@ mod reading;
 mod shell;
 mod simulate;
 mod slice;
+mod sweep;
 
 use args::{Cli, Command};
 use clap::{CommandFactory as _, FromArgMatches as _};
@@ -34,6 +35,8 @@ pub(crate) enum Outcome {
     Done,
     /// Ctrl-C: what was finished is printed.
     Interrupted,
+    /// Some runs of a sweep have no result.
+    Incomplete,
 }
 
 /// Runs the program on the arguments of the process.
@@ -48,6 +51,7 @@ pub(crate) fn main() -> ExitCode {
     match run(&cli, &style) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Interrupted) => ExitCode::from(130),
+        Ok(Outcome::Incomplete) => ExitCode::from(4),
         Err(error) => {
             style.error(&error);
             ExitCode::from(exit_code(&error))
@@ -60,6 +64,7 @@ fn run(cli: &Cli, style: &Style) -> motorfit::Result<Outcome> {
         Command::Identify(args) => identify::run(args, style),
         Command::Compare(args) => compare::run(args, style),
         Command::Evaluate(args) => evaluate::run(args, style),
+        Command::Sweep(args) => sweep::run(args, style),
         Command::Simulate(args) => simulate::run(args, style),
         Command::Inspect(args) => inspect::run(args, style),
         Command::Bench(args) => bench::run(args, style),

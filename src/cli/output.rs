@@ -76,10 +76,17 @@ impl Style {
         }
     }
 
+    /// Something that must not be overlooked.
+    pub(crate) fn complaint(&self, text: &str) {
+        if !self.quiet {
+            self.line(&format!("{WARNING}warning:{WARNING:#} {}", printable(text)));
+        }
+    }
+
     /// A remark on what is done.
     pub(crate) fn note(&self, text: &str) {
-        if !self.quiet {
-            self.line(&printable(text));
+        for line in text.lines().filter(|_| !self.quiet) {
+            self.line(&printable(line));
         }
     }
 

@@ -45,14 +45,19 @@ pub(super) fn spec(args: &ProblemArgs, device: &DeviceArgs, style: &Style) -> Re
     })
 }
 
+pub(super) fn check_threads(threads: Option<usize>) -> Result<()> {
+    match threads.filter(|threads| !(1..=THREADS_MAX).contains(threads)) {
+        None => Ok(()),
+        Some(threads) => {
+            let remedy = format!("Give 1 to {THREADS_MAX}, or leave it out for all.");
+            Err(Error::usage(format!("--threads is {threads}"), remedy))
+        }
+    }
+}
+
 /// The part of a spec that says what evaluates.
 pub(super) fn device(args: &DeviceArgs, style: &Style) -> Result<IdentifySpec> {
-    if let Some(threads) = args.threads
-        && !(1..=THREADS_MAX).contains(&threads)
-    {
-        let remedy = format!("Give 1 to {THREADS_MAX}, or leave it out for all.");
-        return Err(Error::usage(format!("--threads is {threads}"), remedy));
-    }
+    check_threads(args.threads)?;
     let device: DeviceSpec = args.device.parse()?;
     Ok(IdentifySpec {
         paces: if device == DeviceSpec::Auto { cache::paces(style) } else { None },

@@ -86,18 +86,28 @@ pub fn auto_bounds(items: &[String]) -> Result<Vec<Parameter>> {
 /// # Errors
 /// `Usage` when it is not.
 pub fn bounds(items: &[String]) -> Result<Vec<(Parameter, f64, f64)>> {
+    let own = |item: &&String| !matches!(item.trim(), "auto" | "table2");
+    ranges(&items.iter().filter(own).cloned().collect::<Vec<_>>(), "--bounds")
+}
+
+/// `R=0.1:1`, …: ranges of parameters.
+///
+/// # Errors
+/// `Usage` when it is not.
+pub fn ranges(items: &[String], flag: &str) -> Result<Vec<(Parameter, f64, f64)>> {
     let mut list = Vec::new();
-    for item in items.iter().map(|item| item.trim()).filter(|item| !matches!(*item, "" | "auto" | "table2")) {
-        let (symbol, range) = pair(item, "--bounds", "table2, auto or R=0.1:1,L=0.001:0.1")?;
+    for item in items.iter().map(|item| item.trim()).filter(|item| !item.is_empty()) {
+        let example = if flag == "--bounds" { "table2, auto or R=0.1:1,L=0.001:0.1" } else { "R=0.1:1,L=0.001:0.1" };
+        let (symbol, range) = pair(item, flag, example)?;
         let parameter: Parameter = symbol.parse()?;
         let Some((min, max)) = range.split_once(':') else {
-            let message = format!("--bounds: \"{}\" is not MIN:MAX", excerpt(range));
-            return Err(Error::usage(message, "Write --bounds R=0.1:1,L=0.001:0.1."));
+            let message = format!("{flag}: \"{}\" is not MIN:MAX", excerpt(range));
+            return Err(Error::usage(message, format!("Write {flag} R=0.1:1,L=0.001:0.1.")));
         };
         if list.iter().any(|(p, _, _)| *p == parameter) {
-            return Err(Error::usage(format!("--bounds gives {symbol} twice"), "Give each parameter once."));
+            return Err(Error::usage(format!("{flag} gives {symbol} twice"), "Give each parameter once."));
         }
-        list.push((parameter, number(min, "--bounds")?, number(max, "--bounds")?));
+        list.push((parameter, number(min, flag)?, number(max, flag)?));
     }
     Ok(list)
 }

@@ -14,6 +14,8 @@ mod pages;
 #[cfg(feature = "report")]
 pub mod plot;
 #[cfg(feature = "report")]
+pub mod sweep;
+#[cfg(feature = "report")]
 mod table;
 
 pub use bench::BenchDocument;

@@ -71,6 +71,9 @@ impl std::str::FromStr for Shard {
 /// Lines that wait for a disk with room, in bytes, and for how long; then the run ends.
 const WAITING_MAX: usize = 16 << 20;
 const PATIENCE: Duration = Duration::from_secs(60);
+/// How often, and with what pauses, a lock is tried.
+const LOCK_TRIES: usize = 5;
+const LOCK_WAIT: Duration = Duration::from_millis(10);
 /// Time between orders to write to the disk itself.
 const SYNC: Duration = Duration::from_secs(1);
 
@@ -102,7 +105,7 @@ impl Log {
         let path = folder.join(shard.file());
         let failed = |error: std::io::Error| unwritable(&path, &error);
         let file = OpenOptions::new().read(true).append(true).create(true).open(&path).map_err(failed)?;
-        match file.try_lock() {
+        match lock(&file) {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
                 let message = "is being written by another run of this shard";
@@ -182,6 +185,17 @@ impl Log {
         let lost = self.waiting.matches('\n').count() as u64;
         (lost, self.fault.as_ref().map(|error| unwritable(&self.path, error)))
     }
+}
+
+/// Takes the lock of a file. Whoever only asks whether it is taken has it for an instant, which is waited for.
+fn lock(file: &File) -> std::result::Result<(), TryLockError> {
+    for _ in 0..LOCK_TRIES {
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => std::thread::sleep(LOCK_WAIT),
+            done => return done,
+        }
+    }
+    file.try_lock()
 }
 
 fn full() -> std::io::Error {

@@ -1,0 +1,236 @@
+//! `sweep`: plan, run, status, merge, or all in one.
+
+pub(crate) mod args;
+mod progress;
+
+use super::args::{Shown, SweepAction, SweepArgs};
+use super::out::{self, Out};
+use super::output::{STRONG, Style, data};
+use super::{Outcome, cache, interrupt, problem};
+use motorfit::identify::{values, with_threads};
+use motorfit::report::json;
+use motorfit::report::sweep::{SweepDocument, shortened, sweep_page, sweep_tables};
+use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, Tally};
+use motorfit::text::{engineering, printable, significant};
+#[cfg(not(feature = "parquet"))]
+use motorfit::Error;
+use motorfit::Result;
+use progress::SweepReporter;
+use serde_json::{Value, json as value};
+use std::fmt::Write as _;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+/// Columns that a terminal has at least, and rows of a table that are shown there.
+const WIDTH: usize = 80;
+const ROWS: usize = 40;
+
+pub(super) fn run(args: &SweepArgs, style: &Style) -> Result<Outcome> {
+    match &args.action {
+        Some(SweepAction::Plan { study, out }) => {
+            let (sweep, again) = Sweep::plan(study, out, cache::paces(style))?;
+            data(&planned(&sweep, out, again))?;
+            Ok(Outcome::Done)
+        }
+        Some(SweepAction::Run { dir, shard, threads, json: as_json }) => {
+            let shard: Shard = shard.parse()?;
+            let tally = shard_run(&Sweep::open(dir)?, shard, threads.threads, style)?;
+            let document = tally_document(shard, &tally);
+            data(&if *as_json { json(&document) } else { tally_text(shard, &tally) })?;
+            Ok(ended(&tally))
+        }
+        Some(SweepAction::Status { dir, json: as_json }) => {
+            let status = Sweep::open(dir)?.status()?;
+            data(&if *as_json { json(&status_document(&status)) } else { status_text(&status) })?;
+            Ok(Outcome::Done)
+        }
+        Some(SweepAction::Merge { dir, shown, out, json: as_json }) => {
+            merge(&Sweep::open(dir)?, shown, (out.as_ref(), *as_json), style)
+        }
+        None => all(args, style),
+    }
+}
+
+/// Plans, runs and merges.
+fn all(args: &SweepArgs, style: &Style) -> Result<Outcome> {
+    // Clap has seen to both.
+    let (Some(study), Some(out)) = (&args.study, &args.out) else { return Ok(Outcome::Done) };
+    limits(&args.shown)?;
+    let (sweep, again) = Sweep::plan(study, out, cache::paces(style))?;
+    style.note(planned(&sweep, out, again).trim_end());
+    let tally = shard_run(&sweep, Shard::ALL, args.threads.threads, style)?;
+    style.note(tally_text(Shard::ALL, &tally).trim_end());
+    if tally.interrupted || tally.lost > 0 {
+        return Ok(ended(&tally));
+    }
+    merge(&sweep, &args.shown, (args.report.as_ref(), args.json), style)
+}
+
+fn planned(sweep: &Sweep, folder: &Path, again: bool) -> String {
+    let manifest = sweep.manifest();
+    let motors = manifest.motors.len();
+    format!(
+        "{}: {} runs of {motors} motor{} on {} {}, {} in {}\n",
+        printable(&manifest.name),
+        manifest.runs,
+        if motors == 1 { "" } else { "s" },
+        manifest.device.kind,
+        manifest.device.precision,
+        if again { "as planned" } else { "planned" },
+        printable(&folder.display().to_string())
+    )
+}
+
+fn shard_run(sweep: &Sweep, shard: Shard, threads: Option<usize>, style: &Style) -> Result<Tally> {
+    problem::check_threads(threads)?;
+    interrupt::listen()?;
+    let mut reporter = SweepReporter::new(style);
+    let tally = with_threads(threads, || {
+        sweep.run(shard, &mut |progress| {
+            reporter.show(progress);
+            if interrupt::pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        })
+    });
+    drop(reporter);
+    let tally = tally?;
+    style.warnings(&tally.warnings);
+    for failure in &tally.failures {
+        style.complaint(&format!("run {} ({}): {}", failure.id, failure.motor, failure.message));
+    }
+    if tally.failed > tally.failures.len() as u64 {
+        style.complaint(&format!("{} more runs failed", tally.failed - tally.failures.len() as u64));
+    }
+    if let Some(fault) = &tally.fault {
+        style.error(fault);
+        style.complaint(&format!("{} finished runs could not be written: they will be done again", tally.lost));
+    }
+    Ok(tally)
+}
+
+fn ended(tally: &Tally) -> Outcome {
+    if tally.interrupted {
+        Outcome::Interrupted
+    } else if tally.failed > 0 || tally.lost > 0 || tally.before + tally.finished < tally.total {
+        Outcome::Incomplete
+    } else {
+        Outcome::Done
+    }
+}
+
+fn tally_text(shard: Shard, tally: &Tally) -> String {
+    let mut text = String::new();
+    if shard.count > 1 {
+        let _ = write!(text, "shard {}/{}: ", shard.index, shard.count);
+    }
+    let _ = write!(text, "{} of {} runs finished", tally.before + tally.finished, tally.total);
+    if tally.finished > 0 {
+        #[expect(clippy::cast_precision_loss, reason = "for people")]
+        let rate = tally.finished as f64 / tally.seconds;
+        let seconds = engineering(tally.seconds, "s", 3);
+        let _ = write!(text, ", {} now in {seconds}, {} a second", tally.finished, significant(rate, 3));
+    }
+    if tally.failed > 0 {
+        let _ = write!(text, "; {} without a result", tally.failed);
+    }
+    if let Some((name, precision)) = &tally.device {
+        let _ = write!(text, "\non {}, {precision}", printable(name));
+    }
+    if tally.interrupted {
+        text.push_str("\ninterrupted: what is finished is kept; run it again to go on");
+    }
+    text + "\n"
+}
+
+fn tally_document(shard: Shard, tally: &Tally) -> Value {
+    value!({
+        "motorfit": env!("CARGO_PKG_VERSION"),
+        "shard": {"index": shard.index, "count": shard.count},
+        "runs": tally.total, "before": tally.before, "finished": tally.finished, "failed": tally.failed,
+        "lost": tally.lost,
+        "failures": tally.failures.iter()
+            .map(|f| value!({"id": f.id, "motor": f.motor, "message": f.message})).collect::<Value>(),
+        "device": tally.device.as_ref().map(|(name, precision)| value!({"name": name, "precision": precision})),
+        "stop": if tally.interrupted { "interrupted" } else { "done" },
+        "seconds": tally.seconds,
+    })
+}
+
+fn status_text(status: &SweepStatus) -> String {
+    let mut text = format!("{}: {} of {} runs finished", printable(&status.name), status.done, status.runs);
+    if status.failed > 0 {
+        let _ = write!(text, ", {} without a result", status.failed);
+    }
+    text.push_str(if status.merged { "; merged results are there\n" } else { "\n" });
+    for shard in &status.shards {
+        let running = if shard.running { ", running" } else { "" };
+        let failed = if shard.failed > 0 { format!(", {} without a result", shard.failed) } else { String::new() };
+        let _ = writeln!(text, "  shard {}/{}: {}{failed}{running}", shard.shard.index, shard.shard.count, shard.done);
+    }
+    text
+}
+
+fn status_document(status: &SweepStatus) -> Value {
+    let shard = |s: &motorfit::study::sweep::ShardStatus| value!({"index": s.shard.index, "count": s.shard.count, "done": s.done, "failed": s.failed, "running": s.running});
+    value!({
+        "motorfit": env!("CARGO_PKG_VERSION"), "name": status.name, "runs": status.runs, "done": status.done,
+        "failed": status.failed, "missing": status.runs - status.done, "merged": status.merged,
+        "shards": status.shards.iter().map(shard).collect::<Value>(),
+    })
+}
+
+fn limits(shown: &Shown) -> Result<Limits> {
+    Limits::new(values::ranges(&shown.limits, "--limits")?)
+}
+
+fn merge(sweep: &Sweep, shown: &Shown, (report, as_json): (Option<&PathBuf>, bool), style: &Style) -> Result<Outcome> {
+    let limits = limits(shown)?;
+    let out = report.map(|folder| Out::take(folder)).transpose()?;
+    let Merged { results, summary, damaged } = sweep.merge()?;
+    if damaged > 0 {
+        style.complaint(&format!("{damaged} damaged lines of results: run the sweep again, and merge"));
+    }
+    if summary.missing > 0 {
+        style.complaint(&format!(
+            "{} of {} runs are missing: run the sweep again, and merge",
+            summary.missing, summary.runs
+        ));
+    }
+    if let Some(path) = &shown.parquet {
+        parquet(&results, path)?;
+        style.note(&format!("wrote {}", path.display()));
+    }
+    style.note(&format!("wrote {}", results.display()));
+    let document = json(&SweepDocument::of(&summary, &limits));
+    let tables = sweep_tables(&summary, &limits);
+    if as_json {
+        data(&document)?;
+    } else {
+        let mut text = format!("{STRONG}{}{STRONG:#}: {} runs\n", printable(&summary.name), summary.runs);
+        for table in &tables {
+            let _ = write!(text, "\n{}", shortened(table, ROWS).text(WIDTH));
+        }
+        data(&text)?;
+    }
+    if let Some(out) = out {
+        let how = out::reproduced(vec![
+            ("study", sweep.manifest().path.clone()),
+            ("sweep", sweep.folder().display().to_string()),
+            ("device", format!("{}, {}", summary.device[0], summary.device[1])),
+        ]);
+        let mut files = vec![("report.html".to_owned(), sweep_page(&summary, &limits, &how).html())];
+        files.push(("result.json".to_owned(), document));
+        files.extend(tables.iter().map(|table| (format!("table-{}.csv", table.id), table.csv())));
+        out.write(files, style)?;
+    }
+    Ok(if summary.is_complete() { Outcome::Done } else { Outcome::Incomplete })
+}
+
+#[cfg(feature = "parquet")]
+fn parquet(results: &Path, out: &Path) -> Result<()> {
+    motorfit::report::sweep::write_parquet(results, out)
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet(_: &Path, _: &Path) -> Result<()> {
+    Err(Error::usage("this build writes no Parquet", "Build with the feature parquet; results.jsonl has the same."))
+}

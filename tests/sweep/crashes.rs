@@ -1,0 +1,183 @@
+//! Killed at any instant and run again.
+
+use super::*;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use std::collections::BTreeSet;
+use std::process::{Child, Stdio};
+use std::time::Duration;
+
+/// Long enough to be killed a hundred times: searches and fits, some with noise.
+const STUDY: &str = r#"
+recordings = ["a.csv"]
+methods = ["gwo", "sm", "jaya"]
+polish = ["none", "lm"]
+population = [40]
+generations = [60]
+seeds = "1..400"
+noise = ["none", "40dB"]
+bounds = "table2"
+device = "cpu"
+"#;
+
+fn start(dir: &str, shard: &str) -> Child {
+    let mut command = motorfit();
+    command.args(["sweep", "run", dir, "--shard", shard, "-q"]).stdout(Stdio::null()).stderr(Stdio::null());
+    command.spawn().unwrap()
+}
+
+#[test]
+fn a_hundred_kills_lose_nothing() {
+    let (folder, study) = with_study(STUDY);
+    let (whole, killed) = (folder.path("whole"), folder.path("killed"));
+    let begun = std::time::Instant::now();
+    done(&[&study, "--out", &whole]);
+    let seconds = begun.elapsed().as_secs_f64();
+    done(&["plan", &study, "--out", &killed]);
+    let mut numbers = Xoshiro256PlusPlus::seed_from_u64(1);
+    let mut progressed = BTreeSet::new();
+    for kill in 0..100 {
+        // Two shards in turn; every instant from the first on, start-up included.
+        let mut child = start(&killed, if kill % 2 == 0 { "1/2" } else { "2/2" });
+        std::thread::sleep(Duration::from_secs_f64(numbers.random_range(0.0..0.02 + seconds / 60.0)));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        progressed.insert(ids(&killed).len());
+    }
+    assert!(progressed.len() > 10, "kills came in the middle of the work: {progressed:?}");
+    for shard in ["1/2", "2/2"] {
+        done(&["run", &killed, "--shard", shard]);
+    }
+    done(&["merge", &killed]);
+    assert!(bytes(&killed) == bytes(&whole));
+    let all = ids(&killed);
+    assert_eq!(all.len(), all.iter().collect::<BTreeSet<_>>().len(), "none was done twice");
+    assert_eq!(all.len(), results(&whole).len());
+}
+
+#[test]
+fn an_interruption_keeps_what_is_finished() {
+    let (folder, study) = with_study(STUDY);
+    let dir = folder.path("out");
+    done(&["plan", &study, "--out", &dir]);
+    let child = start(&dir, "1/1");
+    let log = format!("{dir}/results-1-of-1.jsonl");
+    for _ in 0..2000 {
+        if std::fs::read_to_string(&log).is_ok_and(|text| text.lines().count() > 1) {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    let kept = ids(&dir).len();
+    assert!(kept > 0);
+    let status: Value = serde_json::from_str(&done(&["status", &dir, "--json"])).unwrap();
+    assert_eq!((status["done"].as_u64(), &status["merged"]), (Some(kept as u64), &false.into()));
+    // What is missing is said, and what is there is merged.
+    let (code, _, err) = sweep(&["merge", &dir]);
+    assert_eq!(code, 4, "{err}");
+    assert!(err.contains("are missing"), "{err}");
+    assert_eq!(results(&dir).len(), kept);
+    done(&["run", &dir]);
+    done(&["merge", &dir]);
+    assert_eq!(results(&dir).len(), 400 * 3 * 2 * 2);
+    assert_eq!(ids(&dir).len(), 400 * 3 * 2 * 2);
+}
+
+#[test]
+fn a_second_run_of_a_shard_is_kept_out() {
+    let (folder, study) = with_study(STUDY);
+    let dir = folder.path("out");
+    done(&["plan", &study, "--out", &dir]);
+    let mut first = start(&dir, "1/2");
+    while !std::path::Path::new(&format!("{dir}/results-1-of-2.jsonl")).exists() {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    std::thread::sleep(Duration::from_millis(20));
+    let (code, _, err) = sweep(&["run", &dir, "--shard", "1/2"]);
+    let status = done(&["status", &dir]);
+    first.kill().unwrap();
+    first.wait().unwrap();
+    assert_eq!(code, 3, "{err}");
+    assert!(err.contains("another run of this shard"), "{err}");
+    assert!(status.contains("running"), "{status}");
+}
+
+#[test]
+fn a_torn_line_is_done_again() {
+    let (folder, study) = with_study(
+        "recordings = [\"a.csv\"]\nmethods = [\"sm\", \"gwo\"]\npopulation = [8]\ngenerations = [5]\nseeds = \"1..4\"\ndevice = \"cpu\"\n",
+    );
+    let (whole, torn) = (folder.path("whole"), folder.path("torn"));
+    done(&[&study, "--out", &whole]);
+    done(&[&study, "--out", &torn]);
+    let log = format!("{torn}/results-1-of-1.jsonl");
+    let all = std::fs::read(&log).unwrap();
+    for cut in [0, 1, all.len() / 3, all.len() / 2, all.len() - 2, all.len() - 1] {
+        std::fs::write(&log, &all[..cut]).unwrap();
+        done(&[&study, "--out", &torn]);
+        assert!(bytes(&torn) == bytes(&whole), "cut at {cut}");
+        assert_eq!(ids(&torn).len(), 8);
+    }
+    // Damage in the middle costs that run, and is said.
+    let mut damaged = all.clone();
+    damaged[all.len() / 2] = 0;
+    std::fs::write(&log, &damaged).unwrap();
+    let (code, _, err) = sweep(&[&study, "--out", &torn]);
+    assert_eq!(code, 0, "{err}");
+    assert!(err.contains("damaged"), "{err}");
+    assert!(bytes(&torn) == bytes(&whole));
+}
+
+/// The template, with a queue that runs each task at once; the second task is killed the first time.
+#[test]
+fn the_slurm_template_runs_and_merges() {
+    let (folder, study) = with_study("recordings = [\"a.csv\"]\nmethods = [\"sm\", \"gwo\"]\npopulation = [8]\ngenerations = [5]\nseeds = \"1..9\"\ndevice = \"cpu\"\n");
+    folder.file("sbatch", SBATCH);
+    std::process::Command::new("chmod").args(["+x", &folder.path("sbatch")]).status().unwrap();
+    let program = assert_cmd::cargo::cargo_bin!("motorfit");
+    let template = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/slurm.sh");
+    let dir = folder.path("out with a blank");
+    let submit = || {
+        let path = format!("{}:{}", folder.0.path().display(), std::env::var("PATH").unwrap());
+        let mut command = std::process::Command::new(template);
+        command.args([&study, &dir, "3"]).env("PATH", path).env("MOTORFIT", program).env("QUEUE", folder.0.path());
+        command.output().unwrap()
+    };
+    let first = submit();
+    assert!(first.status.success(), "{}", text(&first.stderr));
+    assert!(text(&first.stdout).contains("array job 7 of 3 shards, then 8 merges"), "{}", text(&first.stdout));
+    let report = format!("{dir}-report/report.html");
+    assert!(std::path::Path::new(&report).exists());
+    assert!(results(&dir).len() < 18, "a shard is missing");
+    assert!(submit().status.success());
+    let whole = folder.path("whole");
+    done(&[&study, "--out", &whole]);
+    assert!(bytes(&dir) == bytes(&whole));
+    assert_eq!(ids(&dir).len(), 18);
+}
+
+const SBATCH: &str = r#"#!/usr/bin/env bash
+script=${@: -1}
+for word in "$@"; do
+    case $word in
+        --array=1-*) tasks=${word#--array=1-} ;;
+        --wrap) wrap=1 ;;
+        --dependency=afterany:7) after=1 ;;
+    esac
+done
+if [ -n "$tasks" ]; then
+    for task in $(seq "$tasks"); do
+        if [ "$task" = 2 ] && [ ! -e "$QUEUE/killed" ]; then touch "$QUEUE/killed"; continue; fi
+        SLURM_ARRAY_TASK_ID=$task SLURM_CPUS_PER_TASK=1 bash "$script" >&2
+    done
+    echo "7;cluster"
+else
+    [ -n "$wrap" ] && [ -n "$after" ] || exit 1
+    bash -c "$script" >&2
+    echo 8
+fi
+"#;

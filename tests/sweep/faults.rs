@@ -1,0 +1,228 @@
+//! What goes wrong costs no more than it must, and is said.
+
+use super::*;
+use std::process::Command;
+
+const LINE: &str = "recordings = [\"m*.csv\"]\nmethods = [\"sm\", \"gwo\"]\npolish = [\"lm\"]\npopulation = [20]\ngenerations = [20]\nseeds = [1, 2]\ndevice = \"cpu\"\n";
+
+fn line_of_motors(count: u64) -> (Folder, String) {
+    let folder = Folder::new();
+    for n in 0..count {
+        recording(&folder, &format!("m{n}.csv"), M2, n);
+    }
+    let study = folder.file("study.toml", LINE);
+    (folder, study)
+}
+
+#[test]
+fn a_broken_recording_costs_its_own_runs() {
+    let (folder, study) = line_of_motors(6);
+    let good = std::fs::read(folder.path("m5.csv")).unwrap();
+    folder.file("m1.csv", "time_s,voltage_V,current_A,speed_rad_s\n0,1,x,3\n");
+    // A motor that nothing drives.
+    let rows: String = (0..300)
+        .map(|n| format!("{},0,{},{}\n", f64::from(n) * 0.001, 0.01 * f64::from(n % 7 - 3), 0.1 * f64::from(n % 3 - 1)))
+        .collect();
+    folder.file("m2.csv", format!("time_s,voltage_V,current_A,speed_rad_s\n{rows}"));
+    let dir = folder.path("out");
+    done(&["plan", &study, "--out", &dir]);
+    std::fs::remove_file(folder.path("m3.csv")).unwrap();
+    std::fs::write(folder.path("m4.csv"), &good).unwrap();
+    let (code, out, err) = sweep(&["run", &dir]);
+    assert_eq!(code, 4, "{err}");
+    assert!(out.contains("24 of 24 runs finished"), "{out}");
+    for part in ["m1.csv, line 2", "nothing drives the motor", "m3.csv: cannot be read", "has changed since"] {
+        assert!(err.contains(part), "{part}: {err}");
+    }
+    let (code, _, _) = sweep(&["merge", &dir]);
+    assert_eq!(code, 4);
+    let failed = |dir: &str| {
+        let all = results(dir);
+        assert_eq!(all.len(), 24);
+        let failed = all.iter().filter(|line| line["stop"] == "failed");
+        let mut motors: Vec<String> = failed
+            .map(|line| {
+                assert!(line["parameters"].is_null() && line["cost"].is_null());
+                let message = line["error"]["message"].as_str().unwrap();
+                assert!(
+                    !message.contains(folder.0.path().to_str().unwrap()),
+                    "where files lie is no result: {message}"
+                );
+                line["motor"].as_str().unwrap().to_owned()
+            })
+            .collect();
+        motors.dedup();
+        motors
+    };
+    assert_eq!(failed(&dir), ["m1", "m2", "m3", "m4"]);
+    // What is mended is done; what the recording does not tell stays so.
+    recording(&folder, "m3.csv", M2, 3);
+    recording(&folder, "m4.csv", M2, 4);
+    let (code, _, _) = sweep(&["run", &dir]);
+    assert_eq!(code, 4);
+    let _ = sweep(&["merge", &dir]);
+    assert_eq!(failed(&dir), ["m1", "m2"]);
+    // The same from a whole, uninterrupted run.
+    let other = folder.path("other");
+    let _ = sweep(&[&study, "--out", &other]);
+    assert!(bytes(&dir) == bytes(&other));
+}
+
+#[test]
+fn a_changed_study_or_recording_is_noticed() {
+    let (folder, study) = line_of_motors(2);
+    let dir = folder.path("out");
+    done(&[&study, "--out", &dir]);
+    recording(&folder, "m1.csv", M2, 77);
+    let (code, _, err) = sweep(&[&study, "--out", &dir]);
+    assert_eq!(code, 3, "{err}");
+    assert!(err.contains("the recording of m1 has changed"), "{err}");
+    recording(&folder, "m1.csv", M2, 1);
+    done(&[&study, "--out", &dir]);
+    folder.file("study.toml", LINE.replace("[1, 2]", "[1, 2, 3]"));
+    let (code, _, err) = sweep(&[&study, "--out", &dir]);
+    assert_eq!(code, 3, "{err}");
+    assert!(err.contains("the study's text has changed"), "{err}");
+    recording(&folder, "m2.csv", M2, 2);
+    folder.file("study.toml", LINE);
+    let (_, _, err) = sweep(&[&study, "--out", &dir]);
+    assert!(err.contains("3 motors instead of 2"), "{err}");
+    // A manifest that somebody wrote in belongs to no results.
+    let manifest = std::fs::read_to_string(format!("{dir}/manifest.json")).unwrap();
+    std::fs::write(format!("{dir}/manifest.json"), manifest.replace("study.toml", "studi.toml")).unwrap();
+    let (code, _, err) = sweep(&["run", &dir]);
+    assert_eq!(code, 3, "{err}");
+    assert!(err.contains("results of another study"), "{err}");
+    for broken in [
+        "{",
+        "",
+        "{\"format\":1}",
+        &manifest.replace("\"runs\": 8", "\"runs\": 9"),
+        &manifest.replace("\"format\": 1", "\"format\": 7"),
+    ] {
+        std::fs::write(format!("{dir}/manifest.json"), broken).unwrap();
+        let (code, _, err) = sweep(&["run", &dir]);
+        assert_eq!(code, 3, "{broken}: {err}");
+        assert!(err.contains("manifest.json") && err.contains("help:"), "{err}");
+    }
+}
+
+#[test]
+fn results_of_another_study_are_not_mixed_in() {
+    let (folder, study) = line_of_motors(2);
+    let (one, other) = (folder.path("one"), folder.path("other"));
+    done(&[&study, "--out", &one]);
+    let second = folder.file("second.toml", LINE.replace("[1, 2]", "[7, 8]"));
+    done(&[&second, "--out", &other]);
+    std::fs::copy(format!("{other}/results-1-of-1.jsonl"), format!("{one}/results-2-of-3.jsonl")).unwrap();
+    for command in ["run", "merge", "status"] {
+        let (code, _, err) = sweep(&[command, &one]);
+        assert_eq!(code, 3, "{command}: {err}");
+        assert!(err.contains("results-2-of-3.jsonl, line 1: holds results of another study"), "{err}");
+    }
+    std::fs::write(format!("{one}/results-2-of-3.jsonl"), "no results\n").unwrap();
+    assert!(sweep(&["run", &one]).2.contains("is no results file"));
+}
+
+#[test]
+fn folders_of_something_else_are_left_alone() {
+    let (folder, study) = line_of_motors(1);
+    let dir = folder.path("full");
+    std::fs::create_dir(&dir).unwrap();
+    folder.file("full/mine.txt", "mine");
+    let (code, _, err) = sweep(&[&study, "--out", &dir]);
+    assert_eq!(code, 3, "{err}");
+    assert!(err.contains("holds something else"), "{err}");
+    for command in ["run", "status", "merge"] {
+        let (code, _, err) = sweep(&[command, &dir]);
+        assert_eq!(code, 3, "{err}");
+        assert!(err.contains("no manifest.json"), "{err}");
+    }
+    assert_eq!(std::fs::read_dir(&dir).unwrap().count(), 1);
+}
+
+/// Runs a sweep by a shell, after other commands.
+fn by_shell(before: &str, dir: &str) -> (i32, String) {
+    let program = assert_cmd::cargo::cargo_bin!("motorfit").display().to_string();
+    let script = format!("{before}; exec '{program}' sweep run '{dir}'");
+    let output = Command::new("sh").args(["-c", &script]).output().unwrap();
+    (output.status.code().unwrap_or(-1), text(&output.stderr))
+}
+
+#[test]
+fn a_full_disk_costs_what_could_not_be_written() {
+    let (folder, study) = line_of_motors(6);
+    let (whole, full) = (folder.path("whole"), folder.path("full"));
+    done(&[&study, "--out", &whole]);
+    done(&["plan", &study, "--out", &full]);
+    // No file may grow beyond eight blocks of 512 bytes: the head and a few of the 24 lines, the last of them torn.
+    let (code, err) = by_shell("trap '' XFSZ; ulimit -f 8", &full);
+    assert_eq!(code, 4, "{err}");
+    assert!(err.contains("cannot be written") && err.contains("finished runs could not be written"), "{err}");
+    let kept = ids(&full).len();
+    assert!((1..24).contains(&kept), "{kept} lines are kept");
+    let log = std::fs::read(format!("{full}/results-1-of-1.jsonl")).unwrap();
+    assert!(log.ends_with(b"\n"), "what did not fit is cut off");
+    done(&["run", &full]);
+    done(&["merge", &full]);
+    assert!(bytes(&full) == bytes(&whole));
+    assert_eq!(ids(&full).len(), 24, "none was done twice");
+}
+
+/// A file system in memory; `None` where none may be mounted.
+struct Mounted(String);
+
+impl Mounted {
+    fn new(folder: &Folder, options: &str) -> Option<Self> {
+        let at = folder.path("mounted");
+        std::fs::create_dir_all(&at).unwrap();
+        let done = Command::new("mount").args(["-t", "tmpfs", "-o", options, "tmpfs", &at]).output();
+        let mounted = done.is_ok_and(|output| output.status.success());
+        if !mounted {
+            eprintln!("skipped: no file system may be mounted here");
+        }
+        mounted.then_some(Self(at))
+    }
+}
+
+impl Drop for Mounted {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg(&self.0).status();
+    }
+}
+
+#[test]
+fn a_full_file_system_and_one_that_is_only_read() {
+    let (folder, study) = line_of_motors(30);
+    let Some(mounted) = Mounted::new(&folder, "size=24k") else { return };
+    let dir = format!("{}/out", mounted.0);
+    done(&["plan", &study, "--out", &dir]);
+    let (code, _, err) = sweep(&["run", &dir]);
+    assert_eq!(code, 4, "{err}");
+    assert!(err.contains("No space left") && err.contains("Make room"), "{err}");
+    let kept = ids(&dir).len();
+    assert!((1..120).contains(&kept), "{kept}");
+    let remount = |options: &str| {
+        let done = Command::new("mount").args(["-o", options, &mounted.0]).status().unwrap();
+        assert!(done.success());
+    };
+    remount("remount,ro,size=1m");
+    let (code, _, err) = sweep(&["run", &dir]);
+    assert_eq!(code, 3, "{err}");
+    assert!(err.contains("cannot be written") && err.contains("results-1-of-1.jsonl"), "{err}");
+    remount("remount,rw,size=1m");
+    done(&["run", &dir]);
+    done(&["merge", &dir]);
+    assert_eq!(ids(&dir).len(), 120);
+    let whole = folder.path("whole");
+    done(&[&study, "--out", &whole]);
+    assert!(bytes(&dir) == bytes(&whole));
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_said() {
+    let (_folder, study) = line_of_motors(1);
+    let (code, _, err) = sweep(&["plan", &study, "--out", "/proc/motorfit"]);
+    assert_eq!(code, 3, "{err}");
+    assert!(err.contains("/proc/motorfit: cannot be written"), "{err}");
+}

@@ -1,0 +1,276 @@
+//! What a sweep finds.
+
+use super::*;
+use std::collections::BTreeSet;
+
+/// Every factor has levels; both kinds of runs are there.
+const STUDY: &str = r#"
+name = "night"
+recordings = ["a.csv"]
+methods = ["gwo", "jaya", "ga", "sm"]
+polish = ["none", "lm"]
+population = [10, 20]
+generations = [15, 8]
+seeds = "3..5"
+criterion = ["nrmse", "iae"]
+scale = ["std", "peak"]
+noise = ["none", "40dB"]
+bounds = "table2"
+device = "cpu"
+precision = "f64"
+"#;
+/// Its runs.
+const RUNS: usize = 4 * 2 * 2 * 2 * 3 * 2 * 2 * 2;
+
+#[test]
+fn the_study_is_the_product_of_its_factors() {
+    let (folder, study) = with_study(STUDY);
+    let dir = folder.path("out");
+    done(&[&study, "--out", &dir]);
+    let all = results(&dir);
+    assert_eq!(all.len(), RUNS);
+    let keys = ["motor", "method", "polish", "population", "generations", "criterion", "scale", "noise", "seed"];
+    let mut seen = BTreeSet::new();
+    for (n, line) in all.iter().enumerate() {
+        assert_eq!(line["id"], n, "sorted by number");
+        assert!(seen.insert(keys.map(|key| line[key].to_string())), "each once");
+        for key in ["parameters", "cost", "evaluations", "stop", "device", "precision"] {
+            assert!(!line[key].is_null(), "{key}: {line}");
+        }
+        assert!(line.get("seconds").is_none() && line.get("timing").is_none(), "no times");
+        assert_eq!(line["std_error"].is_null(), line["polish"] == "none", "{line}");
+    }
+    let times = lines(&format!("{dir}/timings.jsonl"));
+    assert!(times.iter().enumerate().all(|(n, time)| time["id"] == n && time["seconds"].as_f64().unwrap() >= 0.0));
+    assert_eq!(times.len(), RUNS);
+}
+
+#[test]
+fn a_run_is_that_of_identify() {
+    let (folder, study) = with_study(STUDY);
+    let dir = folder.path("out");
+    done(&[&study, "--out", &dir]);
+    let (all, record) = (results(&dir), folder.path("a.csv"));
+    let of = |line: &&Value| {
+        line["noise"] == "none" && line["seed"] == 4 && line["scale"] == "peak" && line["population"] == 20
+    };
+    let some: Vec<&Value> = all.iter().filter(of).collect();
+    assert_eq!(some.len(), 4 * 2 * 2 * 2);
+    for line in some {
+        let word = |key: &str| line[key].as_str().unwrap().to_owned();
+        let generations = line["generations"].to_string();
+        let found = program::json(&[
+            "identify",
+            &record,
+            "--json",
+            "--method",
+            &word("method"),
+            "--polish",
+            &word("polish"),
+            "--criterion",
+            &word("criterion"),
+            "--scale",
+            "peak",
+            "--population",
+            "20",
+            "--generations",
+            &generations,
+            "--seed",
+            "4",
+            "--bounds",
+            "table2",
+            "--device",
+            "cpu",
+        ]);
+        for p in ["R", "L", "K", "B", "J"] {
+            assert_eq!(line["parameters"][p], found["parameters"][p]["value"], "{p} of {line}");
+            assert_eq!(line["std_error"][p], found["parameters"][p]["std_error"], "{p} of {line}");
+            assert_eq!(line["ci95"][p], found["parameters"][p]["ci95"], "{p} of {line}");
+        }
+        assert_eq!(
+            (&line["cost"], &line["evaluations"], &line["stop"]),
+            (&found["cost"], &found["evaluations"], &found["stop"])
+        );
+        for channel in ["current", "speed"] {
+            // From the sums of the refinement, where identify simulates once more: rounding.
+            let Some(fit) = line["fit_percent"][channel].as_f64() else { continue };
+            assert!((fit - found["fit_percent"][channel].as_f64().unwrap()).abs() < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn shards_and_threads_change_no_byte() {
+    let (folder, study) = with_study(STUDY);
+    let whole = folder.path("whole");
+    done(&[&study, "--out", &whole, "--threads", "1"]);
+    for (shards, threads) in [(1, "2"), (2, "1"), (7, "2")] {
+        let dir = folder.path(&format!("of{shards}"));
+        done(&["plan", &study, "--out", &dir]);
+        // The last first: their order is nothing.
+        for shard in (1..=shards).rev() {
+            done(&["run", &dir, "--shard", &format!("{shard}/{shards}"), "--threads", threads]);
+        }
+        done(&["merge", &dir]);
+        assert!(bytes(&dir) == bytes(&whole), "{shards} shards");
+        assert_eq!(ids(&dir).len(), RUNS, "none twice");
+    }
+}
+
+#[test]
+fn a_line_of_motors_is_divided_by_motors_and_limits_name_those_outside() {
+    let folder = Folder::new();
+    let motor = |n: usize| format!("R={},L=0.0078,K=0.0735,B=0.00068,J=0.000136", 0.8 + 0.02 * n as f64);
+    for n in 0..20 {
+        recording(&folder, &format!("m{n:02}.csv"), &motor(n), n as u64);
+    }
+    let study = folder.file(
+        "study.toml",
+        "recordings = [\"m*.csv\"]\nmethods = [\"sm\", \"auto\"]\npolish = [\"lm\"]\ndevice = \"cpu\"\n",
+    );
+    let (one, two) = (folder.path("one"), folder.path("two"));
+    done(&[&study, "--out", &one]);
+    done(&["plan", &study, "--out", &two]);
+    for shard in ["2/2", "1/2"] {
+        done(&["run", &two, "--shard", shard]);
+    }
+    let report = folder.path("report");
+    let merged = sweep(&["merge", &two, "--json", "--limits", "R=0.835:1.075", "--out", &report]);
+    assert_eq!(merged.0, 0, "{}", merged.2);
+    assert!(bytes(&one) == bytes(&two));
+    let mut z = Vec::new();
+    for line in results(&one) {
+        let n: usize = line["motor"].as_str().unwrap()[1..].parse().unwrap();
+        let (value, error) = (line["parameters"]["R"].as_f64().unwrap(), line["std_error"]["R"].as_f64().unwrap());
+        z.push((value - 0.8 - 0.02 * n as f64) / error);
+    }
+    // Both methods see the same noise, so that there are 20 independent values; 3.5 of a mean, 4 for a single one.
+    let mean = z.iter().sum::<f64>() / 40.0;
+    assert!(mean.abs() < 3.5 / 20_f64.sqrt() && z.iter().all(|z| z.abs() < 4.0), "{mean} {z:?}");
+    let document: Value = serde_json::from_str(&merged.1).unwrap();
+    let outside: Vec<&str> =
+        document["outside"].as_array().unwrap().iter().map(|o| o["motor"].as_str().unwrap()).collect();
+    let expected: BTreeSet<&str> = ["m00", "m01", "m14", "m15", "m16", "m17", "m18", "m19"].into();
+    assert_eq!(outside.iter().copied().collect::<BTreeSet<&str>>(), expected);
+    let page = std::fs::read_to_string(format!("{report}/report.html")).unwrap();
+    assert!(page.contains("m19") && page.contains("<svg"));
+}
+
+#[test]
+fn added_noise_is_drawn_by_the_seed_and_spreads_as_the_standard_errors_say() {
+    let folder = Folder::new();
+    program::ok(&[
+        "simulate",
+        "--parameters",
+        M2,
+        "--input",
+        "step:10.5@0.05",
+        "--duration",
+        "0.3",
+        "--out",
+        &folder.path("a.csv"),
+    ]);
+    let study = "recordings = [\"a.csv\"]\nmethods = [\"sm\", \"gwo\"]\npolish = [\"lm\"]\nseeds = \"1..80\"\nnoise = [\"40dB\"]\ndevice = \"cpu\"\n";
+    let study = folder.file("study.toml", study);
+    let dir = folder.path("out");
+    done(&[&study, "--out", &dir]);
+    let all = results(&dir);
+    let truth = [("R", 0.921042), ("L", 0.007759), ("K", 0.073472), ("B", 0.000678), ("J", 0.000136)];
+    for (p, truth) in truth {
+        let sm = all.iter().filter(|line| line["method"] == "sm");
+        let z: Vec<f64> =
+            sm.map(|l| (l["parameters"][p].as_f64().unwrap() - truth) / l["std_error"][p].as_f64().unwrap()).collect();
+        let mean = z.iter().sum::<f64>() / 80.0;
+        let rms = (z.iter().map(|z| z * z).sum::<f64>() / 80.0).sqrt();
+        // Standard errors of both over 80 seeds are 0.11 and 0.08: four of them.
+        assert!(mean.abs() < 0.45 && (rms - 1.0).abs() < 0.32, "{p}: {mean} {rms}");
+    }
+    // Both methods see the same noise and end in the same optimum.
+    for (sm, gwo) in all[..80].iter().zip(&all[80..]) {
+        assert_eq!(
+            (&sm["seed"], sm["method"].as_str(), gwo["method"].as_str()),
+            (&gwo["seed"], Some("sm"), Some("gwo"))
+        );
+        let of = |line: &Value| line["parameters"]["R"].as_f64().unwrap();
+        assert!((of(sm) / of(gwo) - 1.0).abs() < 1e-5, "{sm} {gwo}");
+    }
+}
+
+#[test]
+fn a_joint_fit_is_one_motor() {
+    let folder = Folder::new();
+    for seed in 1..=3 {
+        recording(&folder, &format!("r{seed}.csv"), M2, seed);
+    }
+    let study = "recordings = [{motor = \"m1\", files = [\"r1.csv\", \"r2.csv\"]}, \"r3.csv\"]\nmethods = [\"sm\", \"jaya\"]\npolish = [\"lm\"]\n";
+    let study = folder.file("study.toml", study);
+    let dir = folder.path("out");
+    done(&[&study, "--out", &dir, "--json"]);
+    let joint =
+        program::json(&["identify", &folder.path("r1.csv"), &folder.path("r2.csv"), "--json", "--method", "sm"]);
+    let first = &results(&dir)[0];
+    assert_eq!((&first["motor"], &first["parameters"]["J"]), (&"m1".into(), &joint["parameters"]["J"]["value"]));
+    assert_eq!(results(&dir)[2]["motor"], "r3");
+}
+
+/// Skipped without an adapter, unless that is forbidden.
+fn has_gpu() -> bool {
+    let devices = program::json(&["devices", "--json"]);
+    let has = devices["devices"].as_array().unwrap().iter().any(|device| device["kind"] == "gpu");
+    assert!(has || std::env::var_os("MOTORFIT_NO_SKIP").is_none(), "no adapter");
+    has
+}
+
+#[test]
+fn a_gpu_finds_the_same_in_any_shards() {
+    if !has_gpu() {
+        return;
+    }
+    let gpu = |precision: &str| {
+        let study = format!(
+            "recordings = [\"a.csv\"]\nmethods = [\"gwo\", \"jaya\"]\npopulation = [16]\ngenerations = [12]\nseeds = \"1..6\"\n\
+             bounds = \"table2\"\ndevice = \"gpu\"\nprecision = \"{precision}\"\n"
+        );
+        let (folder, study) = with_study(&study);
+        let (one, three) = (folder.path("one"), folder.path("three"));
+        done(&[&study, "--out", &one]);
+        done(&["plan", &study, "--out", &three]);
+        for shard in ["1/3", "2/3", "3/3"] {
+            done(&["run", &three, "--shard", shard]);
+        }
+        done(&["merge", &three]);
+        assert!(bytes(&one) == bytes(&three), "{precision}");
+        let all = results(&one);
+        assert!(all.iter().all(|line| line["device"] == "gpu" && line["precision"] == precision));
+        all
+    };
+    let study = "recordings = [\"a.csv\"]\nmethods = [\"gwo\", \"jaya\"]\npopulation = [16]\ngenerations = [12]\nseeds = \"1..6\"\nbounds = \"table2\"\ndevice = \"cpu\"\n";
+    let (folder, study) = with_study(study);
+    let dir = folder.path("out");
+    done(&[&study, "--out", &dir]);
+    gpu("f32");
+    // In f64 the searches go the same way, to rounding.
+    for (gpu, cpu) in gpu("f64").iter().zip(results(&dir)) {
+        let cost = |line: &Value| line["cost"].as_f64().unwrap();
+        assert!((cost(gpu) / cost(&cpu) - 1.0).abs() < 1e-6, "{gpu} {cpu}");
+    }
+}
+
+#[test]
+fn the_cpu_takes_over_by_request_and_the_results_say_so() {
+    let study = |fallback: &str| {
+        format!(
+            "recordings = [\"a.csv\"]\nmethods = [\"gwo\"]\npopulation = [8]\ngenerations = [5]\ndevice = \"gpu:no such\"\nprecision = \"f64\"\n{fallback}"
+        )
+    };
+    let (folder, with) = with_study(&study("fallback = \"cpu\"\n"));
+    let dir = folder.path("out");
+    let (code, _, err) = sweep(&[&with, "--out", &dir]);
+    assert_eq!(code, 0, "{err}");
+    assert!(err.contains("gpu_failed"), "{err}");
+    let line = &results(&dir)[0];
+    assert_eq!((&line["device"], &line["warnings"][0]), (&"cpu".into(), &"gpu_failed".into()));
+    let without = folder.file("without.toml", study(""));
+    let (code, _, err) = sweep(&[&without, "--out", &folder.path("other")]);
+    assert_eq!(code, 5, "{err}");
+}
