@@ -135,7 +135,9 @@ fn a_torn_line_is_done_again() {
 /// The template, with a queue that runs each task at once; the second task is killed the first time.
 #[test]
 fn the_slurm_template_runs_and_merges() {
-    let (folder, study) = with_study("recordings = [\"a.csv\"]\nmethods = [\"sm\", \"gwo\"]\npopulation = [8]\ngenerations = [5]\nseeds = \"1..9\"\ndevice = \"cpu\"\n");
+    let (folder, study) = with_study(
+        "recordings = [\"a.csv\"]\nmethods = [\"sm\", \"gwo\"]\npopulation = [8]\ngenerations = [5]\nseeds = \"1..9\"\ndevice = \"cpu\"\n",
+    );
     folder.file("sbatch", SBATCH);
     std::process::Command::new("chmod").args(["+x", &folder.path("sbatch")]).status().unwrap();
     let program = assert_cmd::cargo::cargo_bin!("motorfit");

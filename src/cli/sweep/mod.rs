@@ -7,14 +7,14 @@ use super::args::{Shown, SweepAction, SweepArgs};
 use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
 use super::{Outcome, cache, interrupt, problem};
+#[cfg(not(feature = "parquet"))]
+use motorfit::Error;
+use motorfit::Result;
 use motorfit::identify::{values, with_threads};
 use motorfit::report::json;
 use motorfit::report::sweep::{SweepDocument, shortened, sweep_page, sweep_tables};
 use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, Tally};
 use motorfit::text::{engineering, printable, significant};
-#[cfg(not(feature = "parquet"))]
-use motorfit::Error;
-use motorfit::Result;
 use progress::SweepReporter;
 use serde_json::{Value, json as value};
 use std::fmt::Write as _;
