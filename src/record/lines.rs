@@ -11,11 +11,16 @@ pub struct Lines {
 impl Lines {
     /// Adds the line of the next sample.
     pub fn push(&mut self, line: u64) {
+        self.extend(line, 1);
+    }
+
+    /// Adds the lines of the next samples, which follow each other.
+    pub(super) fn extend(&mut self, line: u64, count: usize) {
         let follows = self.stretches.last().is_some_and(|&(first, at)| at + (self.count - first) as u64 == line);
-        if !follows {
+        if !follows && count > 0 {
             self.stretches.push((self.count, line));
         }
-        self.count += 1;
+        self.count += count;
     }
 
     /// The line of a sample; `None` where samples have none.

@@ -315,7 +315,11 @@ fn check_shape(samples: &Samples) -> Result<()> {
 }
 
 fn check_values(quantity: Quantity, signal: &[f64], source: &Source) -> Result<()> {
-    let Some(n) = signal.iter().position(|v| v.is_nan() || v.abs() > VALUE_MAX) else { return Ok(()) };
+    let good = |value: &f64| value.abs() <= VALUE_MAX;
+    if signal.iter().fold(true, |all, value| all & good(value)) {
+        return Ok(());
+    }
+    let Some(n) = signal.iter().position(|value| !good(value)) else { return Ok(()) };
     let mut error = Error::data(
         format!("found {} {}, expected a finite value up to {VALUE_MAX:e}", signal[n], quantity.unit()),
         "Correct the value or its unit, or remove the row at the start or end of the recording.",

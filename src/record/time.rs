@@ -51,11 +51,16 @@ const PARTS: f64 = 1000.0;
 /// Steps of at least two times. `lines` are the lines of the file they are on, or empty.
 pub(super) fn steps(time_s: &[f64], lines: &Lines, keep_gaps: bool) -> Result<Steps> {
     let located = |error: Error, n: usize| lines.get(n).into_iter().fold(error, Error::at_line);
-    if let Some(n) = time_s.iter().position(|t| !t.is_finite()) {
+    if !time_s.iter().fold(true, |all, t| all & t.is_finite())
+        && let Some(n) = time_s.iter().position(|t| !t.is_finite())
+    {
         return Err(located(Error::data(format!("time is {}", time_s[n]), "Correct the time."), n));
     }
     let differences: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
-    if let Some(n) = differences.iter().position(|&step| step <= 0.0) {
+    let [shortest, longest] = extremes(&differences);
+    if shortest <= 0.0
+        && let Some(n) = differences.iter().position(|&step| step <= 0.0)
+    {
         let (what, was) = (if differences[n] < 0.0 { "goes back" } else { "is repeated" }, time_s[n]);
         let error = Error::data(
             format!("time {what}: found {} s after {was} s, expected a later time", time_s[n + 1]),
@@ -64,11 +69,12 @@ pub(super) fn steps(time_s: &[f64], lines: &Lines, keep_gaps: bool) -> Result<St
         );
         return Err(located(error, n + 1));
     }
-    let mut sorted = differences.clone();
-    let (_, &mut median, _) = sorted.select_nth_unstable_by(differences.len() / 2, f64::total_cmp);
-    // The digits of a file's decimals, not those of their difference.
-    let period_s = rounded(median, 10);
-    if !(PERIOD_MIN..=PERIOD_MAX).contains(&period_s) || time_s.iter().any(|t| t.abs() > TIME_MAX) {
+    // The digits of a file's decimals, not those of their difference; the same for all steps of a regular clock.
+    let period_s = match [shortest, longest].map(|step| rounded(step, 10)) {
+        [short, long] if short.to_bits() == long.to_bits() => short,
+        _ => rounded(median(&mut differences.clone()), 10),
+    };
+    if !(PERIOD_MIN..=PERIOD_MAX).contains(&period_s) || time_s[0] < -TIME_MAX || time_s[time_s.len() - 1] > TIME_MAX {
         return Err(Error::data(
             format!(
                 "times {period_s} s apart, from {} s to {} s, are none of a recording",
@@ -78,8 +84,11 @@ pub(super) fn steps(time_s: &[f64], lines: &Lines, keep_gaps: bool) -> Result<St
             "Correct the times, or name their unit: --columns time=HEADING:ms.",
         ));
     }
-    let longest = gap_limit(&differences, period_s);
-    if let Some(n) = differences.iter().position(|&step| step > longest).filter(|_| !keep_gaps) {
+    if longest > period_s * GAP
+        && !keep_gaps
+        && let limit = gap_limit(&differences, period_s)
+        && let Some(n) = differences.iter().position(|&step| step > limit)
+    {
         let missing = (differences[n] / period_s).round() - 1.0;
         let error = Error::data(
             format!(
@@ -95,14 +104,37 @@ pub(super) fn steps(time_s: &[f64], lines: &Lines, keep_gaps: bool) -> Result<St
         );
         return Err(located(error, n + 1));
     }
-    let jitter = differences.iter().fold(0.0, |worst: f64, step| worst.max((step / period_s - 1.0).abs()));
+    let jitter = [shortest, longest].map(|step| (step / period_s - 1.0).abs());
+    let jitter = jitter[0].max(jitter[1]);
+    if is_on_grid(time_s, period_s) {
+        return Ok(Steps { period_s, jitter, step_s: vec![period_s], step_index: Vec::new() });
+    }
     // Times as large as seconds since 1970 have coarse steps: their mean is finer than their median.
     #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
     let mean = rounded((time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() - 1) as f64, 10);
-    let is_close = (mean / period_s - 1.0).abs() < 1e-3 && !is_on_grid(time_s, period_s);
-    let period_s = if is_close && is_on_grid(time_s, mean) { mean } else { period_s };
+    if (mean / period_s - 1.0).abs() < 1e-3 && is_on_grid(time_s, mean) {
+        return Ok(Steps { period_s: mean, jitter, step_s: vec![mean], step_index: Vec::new() });
+    }
     let (step_s, step_index) = table(time_s, period_s)?;
     Ok(Steps { period_s, jitter, step_s, step_index })
+}
+
+/// The smallest and the largest value, in four lanes, so that it vectorizes.
+fn extremes(values: &[f64]) -> [f64; 2] {
+    let (mut low, mut high) = ([f64::INFINITY; 4], [f64::NEG_INFINITY; 4]);
+    let mut add = |lane: usize, value: f64| {
+        low[lane] = if value < low[lane] { value } else { low[lane] };
+        high[lane] = if value > high[lane] { value } else { high[lane] };
+    };
+    let (fours, rest) = values.as_chunks::<4>();
+    fours.iter().for_each(|four| four.iter().enumerate().for_each(|(lane, value)| add(lane, *value)));
+    rest.iter().for_each(|value| add(0, *value));
+    [low.into_iter().fold(f64::INFINITY, f64::min), high.into_iter().fold(f64::NEG_INFINITY, f64::max)]
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Steps longer than so many periods are gaps: samples are missing.
@@ -127,13 +159,10 @@ fn gap_limit(differences: &[f64], period_s: f64) -> f64 {
 /// The samples that follow gaps.
 pub(super) fn gaps(time_s: &[f64]) -> Vec<usize> {
     let differences: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
-    let mut sorted = differences.clone();
-    if sorted.is_empty() {
+    if differences.is_empty() {
         return Vec::new();
     }
-    let middle = sorted.len() / 2;
-    let (_, &mut median, _) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
-    let longest = gap_limit(&differences, median);
+    let longest = gap_limit(&differences, median(&mut differences.clone()));
     (1..time_s.len()).filter(|&n| differences[n - 1] > longest).collect()
 }
 
@@ -149,11 +178,8 @@ fn is_on_grid(time_s: &[f64], period_s: f64) -> bool {
     time_s.iter().enumerate().all(|(n, &t)| on_grid(n, t))
 }
 
-/// One step where all times lie on a regular grid; else the times, rounded to a thousandth of the period.
+/// The steps between times, rounded to a thousandth of the period.
 fn table(time_s: &[f64], period_s: f64) -> Result<(Vec<f64>, Vec<u16>)> {
-    if is_on_grid(time_s, period_s) {
-        return Ok((vec![period_s], Vec::new()));
-    }
     let tick = |t: f64| ((t - time_s[0]) / period_s * PARTS).round();
     let ticks: Vec<f64> = time_s.windows(2).map(|w| (tick(w[1]) - tick(w[0])).max(1.0)).collect();
     let mut distinct = ticks.clone();

@@ -33,13 +33,14 @@ pub(super) fn collect(lines: &mut impl Text, wish: &Wish<'_>) -> Result<Collecte
     // The last line may be cut off: what is wrong with it is said when it is known to be the last.
     let mut fault: Option<Error> = None;
     loop {
+        let tried = fault.is_none() && rows.add_ahead(lines);
         let next = lines.next_line()?;
         if let Some(error) = fault {
             let cut = next.is_none() && lines.is_open();
             return Err(if cut { cut_off(error) } else { error });
         }
         let Some(line) = next else { break };
-        fault = rows.add_line(line).err();
+        fault = rows.add_line(line, !tried).err();
     }
     rows.check_decimals()?;
     let Rows { mut signals, lines: places, blank, .. } = rows;
@@ -48,6 +49,7 @@ pub(super) fn collect(lines: &mut impl Text, wish: &Wish<'_>) -> Result<Collecte
         notes.push(format!("{blank} row{} of nan left out", if blank == 1 { "" } else { "s" }));
     }
     for (used, signal) in used.iter().zip(&mut signals) {
+        used.convert(signal);
         levels(used, signal, &places)?;
     }
     let taken = |at: &usize| used.iter().any(|u| u.at == *at);
@@ -107,13 +109,33 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Adds a line.
-    fn add_line(&mut self, line: Line<'_>) -> Result<()> {
-        let Some(quick) = self.quick.as_mut().and_then(|quick| quick.read(line.bytes).then_some(quick)) else {
+    /// Adds all plain rows that were read ahead; whether there were bytes to try.
+    fn add_ahead(&mut self, text: &mut impl Text) -> bool {
+        let Some(quick) = &mut self.quick else { return false };
+        let (line, ahead) = text.ahead();
+        let (mut at, mut count) = (0, 0);
+        while self.lines.len() + count < SAMPLES_MAX
+            && let Some(next) = quick.read_at(ahead, at)
+        {
+            for (signal, value) in self.signals.iter_mut().zip(&quick.row) {
+                signal.push(*value);
+            }
+            (at, count) = (next, count + 1);
+        }
+        let tried = !ahead.is_empty();
+        self.lines.extend(line, count);
+        text.pass(count as u64, at);
+        tried
+    }
+
+    /// Adds a line, one that may be a plain row.
+    fn add_line(&mut self, line: Line<'_>, plain: bool) -> Result<()> {
+        let quick = self.quick.as_mut().filter(|_| plain);
+        let Some(quick) = quick.and_then(|quick| quick.read(line.bytes).then_some(quick)) else {
             return self.add(line.number, &line.text()?);
         };
-        for ((signal, used), value) in self.signals.iter_mut().zip(self.used).zip(&quick.row) {
-            signal.push(used.si(*value));
+        for (signal, value) in self.signals.iter_mut().zip(&quick.row) {
+            signal.push(*value);
         }
         self.count(line.number)
     }
@@ -159,7 +181,7 @@ impl<'a> Rows<'a> {
                     .in_column(&used.column.heading));
                 }
             };
-            self.signals[n].push(used.si(value));
+            self.signals[n].push(value);
         }
         self.count(line)
     }

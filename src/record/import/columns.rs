@@ -54,12 +54,10 @@ pub(super) struct Used {
 }
 
 impl Used {
-    /// A cell's number in SI; a flag's as it stands.
-    #[inline]
-    pub(super) fn si(&self, cell: f64) -> f64 {
-        match self.formula {
-            Formula::Linear { scale, offset } => (cell * scale + offset) * self.factor,
-            Formula::Levels(_) => cell,
+    /// The numbers of its cells in SI; a flag's as they stand.
+    pub(super) fn convert(&self, signal: &mut [f64]) {
+        if let Formula::Linear { scale, offset } = self.formula {
+            signal.iter_mut().for_each(|value| *value = (*value * scale + offset) * self.factor);
         }
     }
 }

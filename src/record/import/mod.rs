@@ -5,6 +5,7 @@
 
 mod collect;
 mod columns;
+mod decimal;
 mod formats;
 mod formula;
 mod layout;

@@ -1,6 +1,6 @@
 //! Lines into cells, cells into numbers.
 
-use super::quick::number;
+use super::decimal::number;
 use crate::text::excerpt;
 use std::ops::Range;
 
@@ -52,10 +52,10 @@ fn bare(line: &str, cell: Range<usize>) -> Range<usize> {
 /// # Errors
 /// What was found and what was expected, in words.
 pub fn parse_number(cell: &str, decimal_comma: bool) -> Result<f64, String> {
-    if let Some((value, _)) = number(cell.as_bytes(), 0) {
-        return Ok(value);
+    match number(cell.as_bytes(), 0) {
+        Some(number) if number.end == cell.len() => Ok(number.value),
+        _ => parse_any(cell, decimal_comma),
     }
-    parse_any(cell, decimal_comma)
 }
 
 /// Any number, or what is wrong with it.

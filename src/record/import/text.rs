@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 use std::io::Read;
 
 /// The longest line that is read.
-const LINE_MAX: usize = 64 << 10;
+pub(super) const LINE_MAX: usize = 64 << 10;
 /// What is read at once.
 const PIECE: usize = 256 << 10;
 
@@ -41,6 +41,14 @@ impl<'a> Line<'a> {
 pub(super) trait Lines {
     /// The next line; `None` at the end.
     fn next_line(&mut self) -> Result<Option<Line<'_>>>;
+
+    /// The number of the next line, and what has been read already from there on, where line feeds end lines.
+    fn ahead(&self) -> (u64, &[u8]) {
+        (0, &[])
+    }
+
+    /// Passes over lines that were taken from there.
+    fn pass(&mut self, _lines: u64, _bytes: usize) {}
 
     /// Whether the last line had no end, so that it may be cut off; known at the end.
     fn is_open(&self) -> bool;
@@ -103,20 +111,9 @@ impl<R: Read> TextLines<R> {
         self.buffer.drain(..self.start);
         self.start = 0;
         let before = self.buffer.len();
-        self.buffer.resize(before + PIECE, 0);
-        let mut filled = before;
-        while filled < self.buffer.len() {
-            match self.reader.read(&mut self.buffer[filled..]) {
-                Ok(0) => {
-                    self.at_end = true;
-                    break;
-                }
-                Ok(count) => filled += count,
-                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-                Err(error) => return Err(unreadable(&error)),
-            }
-        }
-        self.buffer.truncate(filled);
+        // Memory behind what a small file fills is never touched.
+        let piece = self.reader.by_ref().take(PIECE as u64).read_to_end(&mut self.buffer);
+        self.at_end = piece.map_err(|e| unreadable(&e))? < PIECE;
         self.digest.update(&self.buffer[before..]);
         Ok(())
     }
@@ -156,6 +153,15 @@ impl<R: Read> Lines for TextLines<R> {
             return Err(too_long(bytes.len()).at_line(self.line));
         }
         Ok(Some(Line { number: self.line, bytes }))
+    }
+
+    fn ahead(&self) -> (u64, &[u8]) {
+        (self.line + 1, if self.end == b'\n' { &self.buffer[self.start..] } else { &[] })
+    }
+
+    fn pass(&mut self, lines: u64, bytes: usize) {
+        self.line += lines;
+        self.start += bytes;
     }
 
     fn is_open(&self) -> bool {
