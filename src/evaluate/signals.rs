@@ -1,6 +1,6 @@
 //! One recording, made ready to be evaluated: what does not depend on the candidate is done once, here.
 
-use crate::criterion::Criterion;
+use crate::criterion::{Criterion, noise_sigma, peak};
 use crate::motor::{Discretization, Drive};
 use crate::record::Record;
 use crate::{Error, ErrorKind, Result};
@@ -99,7 +99,10 @@ impl Signals {
             voltage: samples.voltage.clone(),
             lines: lines(record, method),
             torque: samples.torque.clone().unwrap_or_default(),
-            measured: (0..record.len()).map(|n| measured.map(|m| m.map_or(0.0, |m| m[n]))).collect(),
+            measured: match measured {
+                [Some(current), Some(speed)] => current.iter().zip(speed).map(|(i, w)| [*i, *w]).collect(),
+                _ => (0..record.len()).map(|n| measured.map(|m| m.map_or(0.0, |m| m[n]))).collect(),
+            },
             weight: Vec::new(),
             counting,
             independent: record.independent(),
@@ -215,7 +218,7 @@ impl Signals {
 
     fn set_spans(&mut self, method: Discretization) {
         let last = self.len() - 1;
-        for n in 0..=last {
+        let here = |n: usize| {
             let end = if method.uses_next_input() { self.voltage[(n + 1).min(last)] } else { 0.0 };
             let [start, ends] = &self.lines;
             let voltage = match (start.get(n), ends.get(n)) {
@@ -223,12 +226,19 @@ impl Signals {
                 _ => [self.voltage[n], end],
             };
             let torque = self.torque.get(n).copied().unwrap_or(0.0);
-            let here = Span { start: n, end: n + 1, step: self.step_of(n), voltage, torque };
-            match self.spans.last_mut() {
-                Some(span) if Span { start: n, end: n + 1, ..*span } == here => span.end = n + 1,
-                _ => self.spans.push(here),
+            Span { start: n, end: n + 1, step: self.step_of(n), voltage, torque }
+        };
+        let (mut spans, mut span) = (Vec::new(), here(0));
+        for next in (1..=last).map(here) {
+            if (Span { start: next.start, end: next.end, ..span }) == next {
+                span.end = next.end;
+            } else {
+                spans.push(span);
+                span = next;
             }
         }
+        spans.push(span);
+        self.spans = spans;
         let zero = |values: &[f64]| values.iter().all(|v| *v == 0.0);
         if self.starts_at_rest() {
             let quiet = |span: &Span| zero(&span.voltage) && span.torque == 0.0;
@@ -253,7 +263,7 @@ fn divisor(criterion: &Criterion, channel: usize, signal: &[f64]) -> Result<f64>
     let name = ["current", "speed"][channel];
     let divisor = criterion.divisor(channel, signal);
     // Below this a division would turn rounding noise into cost.
-    let smallest = 1e-12 * signal.iter().fold(f64::MIN_POSITIVE, |peak: f64, v| peak.max(v.abs()));
+    let smallest = 1e-12 * peak(signal).max(f64::MIN_POSITIVE);
     if divisor.is_finite() && divisor > smallest {
         return Ok(divisor);
     }
@@ -318,9 +328,9 @@ fn initial_state(measured: [Option<&[f64]>; 2], initial: Initial) -> ([f64; 2], 
     let first = measured.map(|m| m.map_or(0.0, |m| m[0]));
     let at_rest = || {
         measured.into_iter().flatten().all(|signal| {
-            let peak = signal.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()));
-            // Five σ of the noise, or one percent of what the signal reaches.
-            signal[0].abs() <= (0.01 * peak).max(5.0 * crate::criterion::noise_sigma(signal))
+            // One percent of what the signal reaches, or five σ of the noise.
+            let first = signal[0].abs();
+            first <= 0.01 * peak(signal) || first <= 5.0 * noise_sigma(signal)
         })
     };
     match initial {
