@@ -8,11 +8,12 @@
 
 use super::recover::{Sampled, recover};
 use super::refine::{first_sigma, plain};
-use super::triangle::{COLUMNS_MAX, Triangle, solve};
+use super::triangle::{BLOCK, Triangle, solve};
 use crate::evaluate::{Model, Signals};
 use crate::motor::{Discretization, Parameters};
 use crate::record::Record;
 use crate::{Error, ErrorKind, Result};
+use std::ops::Range;
 
 /// How Steiglitz–McBride works.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -127,6 +128,9 @@ const STEP_MAX: f64 = 1e-3;
 /// A column whose part that no other explains is this small is no excitation.
 const RANK: f64 = 1e-11;
 
+/// Columns of each channel: its last two values, and its own.
+const OWN: usize = 3;
+
 /// The signals of an iteration.
 struct Columns<'a> {
     signals: &'a Signals,
@@ -217,31 +221,30 @@ impl Columns<'_> {
     fn solve(&self, filter: [f64; 2]) -> std::result::Result<Solution, SmFailure> {
         let taps = 3 - self.first_tap;
         let common = taps + if self.torque { 2 } else { 0 } + if self.moving { 2 } else { 0 };
-        let mut triangles = [Triangle::new(common + 3), Triangle::new(common + 3)];
-        self.push(filter, common, &mut triangles);
-        let [current, speed] = triangles.map(Triangle::finish);
-        // What each channel says of the denominator, the numerators solved for.
-        let mut shared = Triangle::new(3);
-        for ((r, _), sigma) in [&current, &speed].into_iter().zip(self.sigma) {
-            for row in &r[common..common + 3] {
-                shared.push(&[row[common] / sigma, row[common + 1] / sigma, row[common + 2] / sigma]);
-            }
+        let own = [common, common + OWN];
+        let mut triangle = Triangle::of_two(common, OWN);
+        self.add(filter, &mut triangle);
+        let (all, norms) = triangle.finish();
+        if (0..common).any(|n| all[n][n].abs() <= RANK * norms[n] || norms[n].is_nan()) {
+            return Err(SmFailure::RankDeficient);
         }
-        let (r, norms) = shared.finish();
-        let weak = |(r, norms): &([[f64; COLUMNS_MAX]; COLUMNS_MAX], [f64; COLUMNS_MAX])| {
-            (0..common).any(|n| f64::abs(r[n][n]) <= RANK * norms[n] || norms[n].is_nan())
+        // What each channel says of the denominator, the numerators solved for.
+        let says = |column: usize| -> [f64; 2 * OWN] {
+            std::array::from_fn(|n| all[common + n][own[n / OWN] + column] / self.sigma[n / OWN])
         };
-        if weak(&current) || weak(&speed) || !(0..2).all(|n| r[n][n].abs() > 1e-3 * RANK * norms[n]) {
+        let mut shared = Triangle::new(OWN);
+        shared.add(&[&says(0), &says(1), &says(2)]);
+        let (r, norms) = shared.finish();
+        if !(0..2).all(|n| r[n][n].abs() > 1e-3 * RANK * norms[n]) {
             return Err(SmFailure::RankDeficient);
         }
         let lags = solve(&r, 2, &[r[0][2], r[1][2]]).ok_or(SmFailure::RankDeficient)?;
-        let numerator = |(r, _): &([[f64; COLUMNS_MAX]; COLUMNS_MAX], [f64; COLUMNS_MAX])| {
-            let right: Vec<f64> =
-                (0..common).map(|n| r[n][common + 2] - r[n][common] * lags[0] - r[n][common + 1] * lags[1]).collect();
-            solve(r, common, &right).map(|all: Vec<f64>| all[..taps].to_vec())
+        let numerator = |own: usize| {
+            let right = all.iter().map(|row| row[own + 2] - row[own] * lags[0] - row[own + 1] * lags[1]);
+            let right: Vec<f64> = right.take(common).collect();
+            solve(&all, common, &right).map(|all: Vec<f64>| all[..taps].to_vec())
         };
-        let numerators = [numerator(&current), numerator(&speed)];
-        let [Some(of_current), Some(of_speed)] = numerators else { return Err(SmFailure::RankDeficient) };
+        let [Some(of_current), Some(of_speed)] = own.map(numerator) else { return Err(SmFailure::RankDeficient) };
         Ok(Solution {
             denominator: [-lags[0], -lags[1]],
             numerators: [of_current, of_speed],
@@ -249,42 +252,41 @@ impl Columns<'_> {
         })
     }
 
-    /// Filters all samples and pushes the rows of both channels.
-    fn push(&self, [a1, a2]: [f64; 2], common: usize, triangles: &mut [Triangle; 2]) {
-        let Self { signals, first_tap, torque, moving, .. } = *self;
-        // Each filtered signal with its last two values: voltage, torque, an impulse at the start, current, speed.
-        let mut past = [[0.0; 2]; 5];
-        let mut row = [0.0; COLUMNS_MAX];
-        for n in 0..signals.len() {
-            let inputs = [
-                signals.voltage[n],
-                if torque { signals.torque[n] } else { 0.0 },
-                if n == 0 { 1.0 } else { 0.0 },
-                signals.measured[n][0],
-                signals.measured[n][1],
-            ];
-            let now: [f64; 5] = std::array::from_fn(|s| inputs[s] - a1 * past[s][0] - a2 * past[s][1]);
-            let mut place = 0;
-            let mut put = |value: f64| {
-                row[place] = value;
-                place += 1;
-            };
-            if first_tap == 0 {
-                put(now[0]);
+    /// Filters all samples and adds the rows of both channels.
+    fn add(&self, filter: [f64; 2], triangle: &mut Triangle) {
+        // The filtered signals, each with the last two values of the block before: voltage, torque, an impulse at the
+        // start, current, speed.
+        let mut filtered = [[0.0; BLOCK + 2]; 5];
+        for start in (0..self.signals.len()).step_by(BLOCK) {
+            let count = BLOCK.min(self.signals.len() - start);
+            self.filter(filter, start..start + count, &mut filtered);
+            let lag = |signal: usize, by: usize| &filtered[signal][2 - by..][..count];
+            let mut columns: Vec<&[f64]> = (self.first_tap..3).map(|tap| lag(0, tap)).collect();
+            if self.torque {
+                columns.extend([lag(1, 1), lag(1, 2)]);
             }
-            past[0].into_iter().for_each(&mut put);
-            if torque {
-                past[1].into_iter().for_each(&mut put);
+            if self.moving {
+                columns.extend([lag(2, 0), lag(2, 1)]);
             }
-            if moving {
-                [now[2], past[2][0]].into_iter().for_each(&mut put);
+            columns.extend([3, 4].into_iter().flat_map(|signal| [1, 2, 0].map(|by| lag(signal, by))));
+            triangle.add(&columns);
+            filtered.iter_mut().for_each(|signal| signal.copy_within(BLOCK.., 0));
+        }
+    }
+
+    /// Filters some samples behind the two that stand first.
+    fn filter(&self, [a1, a2]: [f64; 2], samples: Range<usize>, filtered: &mut [[f64; BLOCK + 2]; 5]) {
+        let Self { signals, torque, .. } = *self;
+        let mut past: [[f64; 2]; 5] = std::array::from_fn(|s| [filtered[s][1], filtered[s][0]]);
+        for (place, n) in samples.enumerate() {
+            let [current, speed] = signals.measured[n];
+            let load = if torque { signals.torque[n] } else { 0.0 };
+            let inputs = [signals.voltage[n], load, if n == 0 { 1.0 } else { 0.0 }, current, speed];
+            for (s, [one, two]) in past.iter_mut().enumerate() {
+                let now = (inputs[s] - a2 * *two) - a1 * *one;
+                filtered[s][place + 2] = now;
+                [*one, *two] = [now, *one];
             }
-            for channel in 0..2 {
-                let [one, two] = past[3 + channel];
-                row[common..common + 3].copy_from_slice(&[one, two, now[3 + channel]]);
-                triangles[channel].push(&row[..common + 3]);
-            }
-            past = std::array::from_fn(|s| [now[s], past[s][0]]);
         }
     }
 }

@@ -2,88 +2,117 @@
 //!
 //! Blocks of rows are folded into the triangle by Householder reflections (G. H. Golub, C. F. Van Loan, Matrix
 //! Computations, 5.2; T. Elden, H. Park 1994 for the streaming form). Memory does not grow with the rows.
+//!
+//! Limit: two passes over two columns for each pair of columns.
+
+use crate::evaluate::{Level, multiply_add};
+use multiversion::multiversion;
 
 /// Columns at most.
-pub(super) const COLUMNS_MAX: usize = 12;
-/// Rows folded in at once.
-const BLOCK: usize = 64;
+pub(super) const COLUMNS_MAX: usize = 13;
+/// Rows folded in at once: a block of eight columns fills half of a first cache.
+pub(super) const BLOCK: usize = 256;
 
-/// The triangle of the rows that were pushed so far.
+/// Upper triangle, row-major.
+pub(super) type Upper = [[f64; COLUMNS_MAX]; COLUMNS_MAX];
+
+/// The triangle of the rows that were added so far.
 pub(super) struct Triangle {
-    columns: usize,
-    /// Upper triangle, row-major.
-    r: [[f64; COLUMNS_MAX]; COLUMNS_MAX],
-    /// Rows that wait, column by column.
+    /// For each column one past the last that it is to explain.
+    ends: Vec<usize>,
+    r: Upper,
+    /// Rows on their way into it, column by column.
     block: Vec<[f64; BLOCK]>,
-    waiting: usize,
-    /// Sums of squares of each column.
-    squares: [f64; COLUMNS_MAX],
 }
 
 impl Triangle {
+    /// Of columns that explain all that come after them.
     pub(super) fn new(columns: usize) -> Self {
-        let r = [[0.0; COLUMNS_MAX]; COLUMNS_MAX];
-        Self { columns, r, block: vec![[0.0; BLOCK]; columns], waiting: 0, squares: [0.0; COLUMNS_MAX] }
+        Self::of_ends(vec![columns; columns])
     }
 
-    #[inline]
-    pub(super) fn push(&mut self, row: &[f64]) {
-        for (column, value) in self.block.iter_mut().zip(row) {
-            column[self.waiting] = *value;
-        }
-        self.waiting += 1;
-        if self.waiting == BLOCK {
-            self.fold();
-        }
+    /// Of `common` columns, which explain all others, and two groups of `own` columns that know nothing of each other:
+    /// two triangles in one.
+    pub(super) fn of_two(common: usize, own: usize) -> Self {
+        let columns = common + 2 * own;
+        Self::of_ends(
+            (0..columns).map(|n| if (common..common + own).contains(&n) { common + own } else { columns }).collect(),
+        )
     }
 
-    /// Folds the waiting rows in.
-    fn fold(&mut self) {
-        for column in &mut self.block {
-            column[self.waiting..].fill(0.0);
-        }
-        for (n, column) in self.block.iter().enumerate() {
-            self.squares[n] += dot(column, column);
-        }
-        for pivot in 0..self.columns {
-            let (before, rest) = self.block.split_at_mut(pivot + 1);
-            let own = &before[pivot];
-            let below = dot(own, own);
-            if below == 0.0 {
-                continue;
+    fn of_ends(ends: Vec<usize>) -> Self {
+        let block = vec![[0.0; BLOCK]; ends.len()];
+        Self { ends, r: [[0.0; COLUMNS_MAX]; COLUMNS_MAX], block }
+    }
+
+    /// Adds rows, given as columns.
+    pub(super) fn add(&mut self, columns: &[&[f64]]) {
+        let rows = columns.first().map_or(0, |column| column.len());
+        for start in (0..rows).step_by(BLOCK) {
+            let count = BLOCK.min(rows - start);
+            for (block, column) in self.block.iter_mut().zip(columns) {
+                block[..count].copy_from_slice(&column[start..start + count]);
+                block[count..].fill(0.0);
             }
-            let head = self.r[pivot][pivot];
-            let norm = (head * head + below).sqrt();
-            let turned = if head > 0.0 { -norm } else { norm };
-            // v = (head − turned, own); H = I − 2 v vᵀ / vᵀv.
-            let v0 = head - turned;
-            let scale = 2.0 / (v0 * v0 + below);
-            self.r[pivot][pivot] = turned;
-            for (column, other) in (pivot + 1..self.columns).zip(rest) {
-                let along = scale * (v0 * self.r[pivot][column] + dot(own, other));
-                self.r[pivot][column] -= along * v0;
-                for (value, own) in other.iter_mut().zip(own) {
-                    *value -= along * own;
-                }
+            match Level::best() {
+                Level::Avx512 => avx512(self),
+                Level::Avx2 => avx2(self),
+                Level::Portable => fold::<false>(self),
             }
         }
-        self.waiting = 0;
     }
 
-    /// R and the norm of each column, after the last row.
-    pub(super) fn finish(mut self) -> ([[f64; COLUMNS_MAX]; COLUMNS_MAX], [f64; COLUMNS_MAX]) {
-        self.fold();
-        (self.r, self.squares.map(f64::sqrt))
+    /// R and the norm of each column, which rotations leave as it was.
+    pub(super) fn finish(self) -> (Upper, [f64; COLUMNS_MAX]) {
+        let norm = |column: usize| self.r.iter().map(|row| row[column] * row[column]).sum::<f64>().sqrt();
+        (self.r, std::array::from_fn(norm))
     }
 }
 
-/// Sums in eight lanes, so that it vectorizes.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
+fn avx512(triangle: &mut Triangle) {
+    fold::<true>(triangle);
+}
+
+#[multiversion(targets("x86_64+avx2+fma"))]
+fn avx2(triangle: &mut Triangle) {
+    fold::<true>(triangle);
+}
+
+/// Folds the block in.
 #[inline(always)]
-fn dot(a: &[f64; BLOCK], b: &[f64; BLOCK]) -> f64 {
-    let mut sums = [0.0; 8];
-    for (a, b) in a.chunks_exact(8).zip(b.chunks_exact(8)) {
-        for lane in 0..8 {
-            sums[lane] += a[lane] * b[lane];
+fn fold<const FMA: bool>(Triangle { ends, r, block }: &mut Triangle) {
+    for (pivot, &end) in ends.iter().enumerate() {
+        let (before, rest) = block.split_at_mut(pivot + 1);
+        let own = &before[pivot];
+        let below = dot::<FMA>(own, own);
+        if below == 0.0 {
+            continue;
+        }
+        let head = r[pivot][pivot];
+        let norm = (head * head + below).sqrt();
+        let turned = if head > 0.0 { -norm } else { norm };
+        // v = (head − turned, own); H = I − 2 v vᵀ / vᵀv.
+        let v0 = head - turned;
+        let scale = 2.0 / (v0 * v0 + below);
+        r[pivot][pivot] = turned;
+        for (value, other) in r[pivot][pivot + 1..end].iter_mut().zip(rest) {
+            let along = scale * (v0 * *value + dot::<FMA>(own, other));
+            *value -= along * v0;
+            for (value, own) in other.iter_mut().zip(own) {
+                *value = multiply_add::<FMA>(-along, *own, *value);
+            }
+        }
+    }
+}
+
+/// Sums in sixteen lanes, so that it vectorizes and additions do not wait for each other.
+#[inline(always)]
+fn dot<const FMA: bool>(a: &[f64; BLOCK], b: &[f64; BLOCK]) -> f64 {
+    let mut sums = [0.0; 16];
+    for (a, b) in a.as_chunks::<16>().0.iter().zip(b.as_chunks::<16>().0) {
+        for lane in 0..16 {
+            sums[lane] = multiply_add::<FMA>(a[lane], b[lane], sums[lane]);
         }
     }
     sums.iter().sum()
@@ -107,13 +136,15 @@ mod tests {
     fn it_solves_an_ill_conditioned_fit() {
         // 1000 rows of a nearly dependent system with a known solution: normal equations would lose it (condition 1e8).
         let truth = [2.0, -3.0, 0.5];
-        let mut triangle = Triangle::new(4);
+        let mut columns = [const { Vec::new() }; 4];
         for n in 0..1000_u32 {
             let t = f64::from(n) / 1000.0;
             let row = [1.0, t, t + 1e-8 * (37.0 * t).sin()];
             let y: f64 = row.iter().zip(truth).map(|(a, x)| a * x).sum();
-            triangle.push(&[row[0], row[1], row[2], y]);
+            columns.iter_mut().zip(row.into_iter().chain([y])).for_each(|(column, value)| column.push(value));
         }
+        let mut triangle = Triangle::new(4);
+        triangle.add(&columns.each_ref().map(Vec::as_slice));
         let (r, norms) = triangle.finish();
         let right = [r[0][3], r[1][3], r[2][3]];
         let found = solve(&r, 3, &right).unwrap();
