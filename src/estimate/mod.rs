@@ -11,6 +11,8 @@ mod triangle;
 mod uncertainty;
 
 pub use reference::{Reference, ReferenceKind, global_reference, squares};
-pub use refine::{RefineOptions, Refined, refine};
-pub use steiglitz_mcbride::{Estimate, SmFailure, SmOptions, steiglitz_mcbride, try_steiglitz_mcbride};
+pub use refine::{RefineOptions, Refined, fit_problem, refine, refine_on};
+pub use steiglitz_mcbride::{
+    Estimate, SmFailure, SmOptions, steiglitz_mcbride, try_steiglitz_mcbride, try_steiglitz_mcbride_on,
+};
 pub use uncertainty::{Uncertainty, Whiteness, describe};

@@ -6,7 +6,7 @@
 
 use super::normal::{Fit, Normal, Sigma};
 use super::uncertainty::{Uncertainty, uncertainty};
-use crate::criterion::{Criterion, Norm, Scale, noise_sigma, rms};
+use crate::criterion::{Criterion, Norm, Scale, noise_sigma};
 use crate::evaluate::{Model, Problem, Signals};
 use crate::motor::{Parameters, Space};
 use crate::record::Record;
@@ -63,6 +63,8 @@ const EVALUATIONS_MAX: usize = 200;
 const STEP_MAX: f64 = 1e-6;
 /// And a round of weights before the last when shorter than this many.
 const STEP_MAX_ROUND: f64 = 1e-2;
+/// Damping below which the length of a step is that of what is left to go.
+const UNDAMPED: f64 = 1e-2;
 /// Rounds of weights, and the change of σ that ends them.
 const ROUNDS_MAX: usize = 30;
 const SIGMA_CHANGE: f64 = 1e-6;
@@ -79,16 +81,34 @@ const SMALLEST: f64 = 1e-150;
 /// `Usage` when `start` does not fit the space or is not positive and finite; `NotIdentified` when the motor diverges
 /// there, or nothing is measured.
 pub fn refine(records: &[Record], space: &Space, start: &[f64], options: &RefineOptions) -> Result<Refined> {
-    let problem = fit_problem(records, space, options.model)?;
-    if options.sigma.as_ref().is_some_and(|sigma| sigma.len() != records.len()) {
+    refine_on(&fit_problem(records, space, options.model)?, start, options.sigma.as_deref())
+}
+
+/// Like [`refine`], on a problem that [`fit_problem`] has made, so that many refinements need one.
+///
+/// # Errors
+/// As [`refine`], and `Usage` when the problem has another criterion.
+pub fn refine_on(problem: &Problem, start: &[f64], sigma: Option<&[[f64; 2]]>) -> Result<Refined> {
+    check_plain(problem)?;
+    if sigma.is_some_and(|sigma| sigma.len() != problem.signals().len()) {
         return Err(Error::usage("σ is not given for each recording", "Give one pair for each, in their order."));
     }
-    refine_problem(&problem, start, options.sigma.as_ref(), true)
+    refine_problem(problem, start, sigma, true)
 }
 
 /// The problem of a fit: every error counts alike until it is divided by σ.
-pub(super) fn fit_problem(records: &[Record], space: &Space, model: Model) -> Result<Problem> {
+///
+/// # Errors
+/// As [`Problem::new`].
+pub fn fit_problem(records: &[Record], space: &Space, model: Model) -> Result<Problem> {
     Problem::new(records, model, space.clone(), plain())
+}
+
+pub(super) fn check_plain(problem: &Problem) -> Result<()> {
+    if *problem.criterion() == plain() {
+        return Ok(());
+    }
+    Err(Error::usage("the problem weighs its errors, which an estimate does itself", "Make it with fit_problem."))
 }
 
 /// Sums of squares, each channel as it is.
@@ -104,7 +124,7 @@ pub(super) fn first_sigma(signals: &Signals) -> [f64; 2] {
             return 1.0;
         }
         let signal: Vec<f64> = signals.measured.iter().map(|y| y[channel]).collect();
-        noise_sigma(&signal).max(1e-4 * rms(&signal)).max(SMALLEST)
+        noise_sigma(&signal).max(1e-4 * signals.rms(channel)).max(SMALLEST)
     })
 }
 
@@ -112,7 +132,7 @@ pub(super) fn first_sigma(signals: &Signals) -> [f64; 2] {
 pub(super) fn refine_problem(
     problem: &Problem,
     start: &[f64],
-    sigma: Option<&Sigma>,
+    sigma: Option<&[[f64; 2]]>,
     thorough: bool,
 ) -> Result<Refined> {
     let fit = Fit::new(problem);
@@ -124,8 +144,11 @@ pub(super) fn refine_problem(
     let mut search = Search::new(
         &fit,
         start,
-        sigma.cloned().unwrap_or_else(|| problem.signals().iter().map(|s| first_sigma(s)).collect()),
+        sigma.map_or_else(|| problem.signals().iter().map(|s| first_sigma(s)).collect(), <[_]>::to_vec),
     )?;
+    if thorough && sigma.is_none() && search.is_near() {
+        search.reweight();
+    }
     let mut converged = search.run(if thorough && sigma.is_some() { STEP_MAX } else { STEP_MAX_ROUND });
     if thorough && sigma.is_none() {
         for _ in 0..ROUNDS_MAX {
@@ -194,6 +217,14 @@ impl<'a> Search<'a> {
             if smallest {
                 return true;
             }
+            // What a simulation could add is far below the noise. Where weights are to change, the step is left to the next
+            // ones, which begin from the sums known here.
+            if length < enough && self.damping < UNDAMPED {
+                if enough <= STEP_MAX {
+                    self.at = next;
+                }
+                return true;
+            }
             let normal = self.fit.normal(&next);
             self.evaluations += 1;
             let after = if normal.is_finite() { normal.cost(&self.sigma) } else { f64::INFINITY };
@@ -235,6 +266,12 @@ impl<'a> Search<'a> {
         if longest > TRUST { step * (TRUST / longest) } else { step }
     }
 
+    /// Whether the residuals are not far above the noise, so that they tell its σ.
+    fn is_near(&self) -> bool {
+        let residuals = self.residual_sigma();
+        residuals.iter().flatten().zip(self.sigma.iter().flatten()).all(|(found, noise)| *found < 2.0 * noise)
+    }
+
     /// σ of the residuals, corrected for what the unknowns took; returns its largest relative change.
     fn reweight(&mut self) -> f64 {
         let sigma = self.residual_sigma();
@@ -261,9 +298,10 @@ impl<'a> Search<'a> {
                 }
                 #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
                 let count = signals.count(channel) as f64;
-                let power: f64 = signals.measured.iter().map(|y| y[channel] * y[channel]).sum();
                 let sigma = (self.normal.squares(recording, channel) / (count * freedom).max(1.0)).sqrt();
-                sigma.max(SIGMA_MIN * (power / count).sqrt()).max(SMALLEST)
+                #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
+                let part = (signals.len() as f64 / count).sqrt();
+                sigma.max(SIGMA_MIN * part * signals.rms(channel)).max(SMALLEST)
             })
         };
         self.fit.problem.signals().iter().enumerate().map(of).collect()

@@ -7,9 +7,9 @@
 //! [`super::recover`].
 
 use super::recover::{Sampled, recover};
-use super::refine::{first_sigma, plain};
+use super::refine::{check_plain, first_sigma, plain};
 use super::triangle::{BLOCK, Triangle, solve};
-use crate::evaluate::{Model, Signals};
+use crate::evaluate::{Model, Problem, Signals};
 use crate::motor::{Discretization, Parameters};
 use crate::record::Record;
 use crate::{Error, ErrorKind, Result};
@@ -119,6 +119,23 @@ pub fn try_steiglitz_mcbride(record: &Record, options: &SmOptions) -> Result<std
     let Model { discretization, initial } = options.model;
     let signals = Signals::new(record, &criterion, initial, discretization)?;
     Ok(estimate(&signals, discretization, options.sigma))
+}
+
+/// Like [`try_steiglitz_mcbride`], on a recording of a problem that [`super::fit_problem`] has made, whatever its space.
+///
+/// # Errors
+/// `Usage` when the problem has another criterion or not so many recordings.
+pub fn try_steiglitz_mcbride_on(
+    problem: &Problem,
+    recording: usize,
+    sigma: Option<[f64; 2]>,
+) -> Result<std::result::Result<Estimate, SmFailure>> {
+    check_plain(problem)?;
+    let Some(signals) = problem.signals().get(recording) else {
+        let message = format!("recording {recording} of {}", problem.signals().len());
+        return Err(Error::usage(message, "Count recordings from 0."));
+    };
+    Ok(estimate(signals, problem.model().discretization, sigma))
 }
 
 /// Prefilters at most.

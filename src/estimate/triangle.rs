@@ -108,14 +108,15 @@ fn fold<const FMA: bool>(Triangle { ends, r, block }: &mut Triangle) {
 
 /// Sums in sixteen lanes, so that it vectorizes and additions do not wait for each other.
 #[inline(always)]
-fn dot<const FMA: bool>(a: &[f64; BLOCK], b: &[f64; BLOCK]) -> f64 {
+pub(super) fn dot<const FMA: bool>(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<16>(), b.as_chunks::<16>());
     let mut sums = [0.0; 16];
-    for (a, b) in a.as_chunks::<16>().0.iter().zip(b.as_chunks::<16>().0) {
+    for (a, b) in a.iter().zip(b) {
         for lane in 0..16 {
             sums[lane] = multiply_add::<FMA>(a[lane], b[lane], sums[lane]);
         }
     }
-    sums.iter().sum()
+    sums.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f64>()
 }
 
 /// Solves `R x = right` for the leading `size` columns of a triangle; `None` where it is singular.

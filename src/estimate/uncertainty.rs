@@ -5,9 +5,10 @@
 //! Cramér–Rao bound on their covariance.
 
 use super::normal::Fit;
-use crate::criterion::rms;
-use crate::evaluate::Signals;
-use crate::motor::{Axis, walk};
+use super::triangle::dot;
+use crate::evaluate::{Level, Signals};
+use crate::motor::{Axis, Discretization, Parameters, walk};
+use multiversion::multiversion;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// How sure an estimate is; one entry for each free parameter of the space, in its order.
@@ -153,20 +154,10 @@ fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> [Option<Whi
         if signals.independent < INDEPENDENT_MIN {
             continue;
         }
-        let mut residuals = [Vec::new(), Vec::new()];
-        let mut measured = signals.measured.iter().enumerate();
         let parameters = fit.problem.parameters(values, recording);
-        walk(&parameters, &signals.drive(), initial[recording], fit.problem.model().discretization, |x| {
-            if let Some((n, y)) = measured.next() {
-                for (channel, residuals) in
-                    residuals.iter_mut().enumerate().filter(|(channel, _)| signals.counts(*channel, n))
-                {
-                    residuals.push(y[channel] - x[channel]);
-                }
-            }
-        });
+        let residuals = residuals(signals, &parameters, initial[recording], fit.problem.model().discretization);
         for channel in (0..2).filter(|&channel| signals.has(channel)) {
-            let found = ljung_box(&residuals[channel], rms_of(signals, channel));
+            let found = ljung_box(&residuals[channel], signals.rms(channel));
             let is_worse = |w: &Whiteness| worst[channel].is_none_or(|of| w.statistic > of.statistic);
             if let Some(found) = found.filter(is_worse) {
                 worst[channel] = Some(found);
@@ -176,34 +167,65 @@ fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> [Option<Whi
     worst
 }
 
-fn rms_of(signals: &Signals, channel: usize) -> f64 {
-    rms(&signals.measured.iter().map(|y| y[channel]).collect::<Vec<_>>())
+/// Residuals of current and speed, those left out that do not count.
+fn residuals(signals: &Signals, parameters: &Parameters, initial: [f64; 2], method: Discretization) -> [Vec<f64>; 2] {
+    let mut residuals = [0, 1].map(|_| Vec::with_capacity(signals.len()));
+    let mut measured = signals.measured.iter();
+    walk(parameters, &signals.drive(), initial, method, |x| {
+        if let Some(y) = measured.next() {
+            residuals.iter_mut().zip(y).zip(x).for_each(|((residuals, y), x)| residuals.push(y - x));
+        }
+    });
+    for (channel, residuals) in
+        residuals.iter_mut().enumerate().filter(|(channel, _)| signals.count(*channel) < signals.len())
+    {
+        let mut sample = 0..;
+        residuals.retain(|_| sample.next().is_some_and(|n| signals.counts(channel, n)));
+    }
+    residuals
 }
 
 fn ljung_box(residuals: &[f64], size: f64) -> Option<Whiteness> {
-    // Rounding is not white, and says nothing.
-    if residuals.len() <= 2 * LAGS || rms(residuals) < ROUNDING * size {
-        return None;
-    }
     #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
     let count = |n: usize| n as f64;
     let n = count(residuals.len());
-    // All lags in one pass; the products that the first LAGS samples lack are in the rest.
-    let mut products = [0.0; LAGS + 1];
-    for window in residuals.windows(LAGS + 1) {
-        for (product, other) in products.iter_mut().zip(window) {
-            *product += window[0] * other;
-        }
+    if residuals.len() <= 2 * LAGS {
+        return None;
     }
-    let tail = &residuals[residuals.len() - LAGS..];
-    for (k, product) in products.iter_mut().enumerate() {
-        *product += tail.iter().zip(&tail[k.min(LAGS)..]).map(|(a, b)| a * b).sum::<f64>();
+    let products = match Level::best() {
+        Level::Avx512 => avx512(residuals),
+        Level::Avx2 => avx2(residuals),
+        Level::Portable => products::<false>(residuals),
+    };
+    // Rounding is not white, and says nothing.
+    if (products[0] / n).sqrt() < ROUNDING * size {
+        return None;
     }
     let correlations = products.map(|product| product / products[0]);
     let correlations = &correlations[1..];
     let sum: f64 = correlations.iter().enumerate().map(|(k, r)| r * r / (n - count(k + 1))).sum();
     let statistic = n * (n + 2.0) * sum;
     statistic.is_finite().then_some(Whiteness { statistic, lag1: correlations[0], is_white: statistic <= CHI2 })
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
+fn avx512(residuals: &[f64]) -> [f64; LAGS + 1] {
+    products::<true>(residuals)
+}
+
+#[multiversion(targets("x86_64+avx2+fma"))]
+fn avx2(residuals: &[f64]) -> [f64; LAGS + 1] {
+    products::<true>(residuals)
+}
+
+/// Sums of products with what comes so many samples later.
+#[inline(always)]
+fn products<const FMA: bool>(residuals: &[f64]) -> [f64; LAGS + 1] {
+    let mut sums = [0.0; LAGS + 1];
+    for (lag, sum) in sums.iter_mut().enumerate() {
+        *sum = dot::<FMA>(&residuals[..residuals.len() - lag], &residuals[lag..]);
+    }
+    sums
 }
 
 /// The parameters that take part in a direction, with their steps as small whole numbers where they are such.

@@ -51,6 +51,12 @@ impl Problem {
         Ok(Self { signals, model, space, criterion, samples })
     }
 
+    /// The same with other free and held parameters; the recordings are shared.
+    #[must_use]
+    pub fn with_space(&self, space: Space) -> Self {
+        Self { space, ..self.clone() }
+    }
+
     /// The same with other initial states for the recordings whose own is free.
     #[must_use]
     pub fn starting_from(mut self, initial: &[[f64; 2]]) -> Self {

@@ -62,6 +62,8 @@ pub struct Signals {
     pub(crate) torque: Vec<f64>,
     /// Measured current and speed; zeros for a channel that was not measured.
     pub(crate) measured: Vec<[f64; 2]>,
+    /// Sum of squares of each channel.
+    power: [f64; 2],
     /// Weights of the errors; empty when all are 1. A masked sample weighs 0.
     pub(crate) weight: Vec<[f64; 2]>,
     /// For each sample whether its current and its speed count; empty when all do.
@@ -103,6 +105,7 @@ impl Signals {
                 [Some(current), Some(speed)] => current.iter().zip(speed).map(|(i, w)| [*i, *w]).collect(),
                 _ => (0..record.len()).map(|n| measured.map(|m| m.map_or(0.0, |m| m[n]))).collect(),
             },
+            power: [0.0; 2],
             weight: Vec::new(),
             counting,
             independent: record.independent(),
@@ -120,6 +123,7 @@ impl Signals {
                 signals.factor[channel] = criterion.factor(divisor);
             }
         }
+        signals.power = power(&signals.measured);
         signals.set_weights(record, criterion);
         signals.set_spans(method);
         signals.set_rest(criterion);
@@ -167,6 +171,14 @@ impl Signals {
     #[must_use]
     pub fn has(&self, channel: usize) -> bool {
         self.factor[channel] > 0.0
+    }
+
+    /// Root mean square of a channel.
+    #[must_use]
+    pub(crate) fn rms(&self, channel: usize) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
+        let count = self.len() as f64;
+        (self.power[channel] / count).sqrt()
     }
 
     /// Whether a channel of a sample counts.
@@ -257,6 +269,20 @@ impl Signals {
             }
         }
     }
+}
+
+/// Sums of squares of both channels, four samples at a time, so that additions do not wait for each other.
+fn power(measured: &[[f64; 2]]) -> [f64; 2] {
+    let (fours, rest) = measured.as_chunks::<4>();
+    let mut sums = [[0.0; 2]; 4];
+    let mut add = |samples: &[[f64; 2]]| {
+        for (sum, y) in sums.iter_mut().zip(samples) {
+            *sum = [sum[0] + y[0] * y[0], sum[1] + y[1] * y[1]];
+        }
+    };
+    fours.iter().for_each(|four| add(four));
+    add(rest);
+    [0, 1].map(|channel| sums.iter().map(|sum| sum[channel]).sum())
 }
 
 fn divisor(criterion: &Criterion, channel: usize, signal: &[f64]) -> Result<f64> {
