@@ -68,12 +68,6 @@ impl Problem {
         self
     }
 
-    /// The same with another space.
-    #[must_use]
-    pub fn with_space(self, space: Space) -> Self {
-        Self { space, ..self }
-    }
-
     /// The recordings.
     #[must_use]
     pub fn signals(&self) -> &[Arc<Signals>] {

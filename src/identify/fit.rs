@@ -5,7 +5,7 @@ use super::spec::IdentifySpec;
 use super::{Polish, checks, refine_widening};
 use crate::Result;
 use crate::criterion::mean;
-use crate::estimate::{Refined, Uncertainty};
+use crate::estimate::{Refined, Uncertainty, fit_problem};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Parameters, Space};
 use crate::record::Record;
@@ -38,11 +38,19 @@ pub struct Fitted {
 /// # Errors
 /// As [`super::identify`] with that method.
 pub fn fit(records: &[Record], spec: &IdentifySpec) -> Result<Fitted> {
-    let estimate = steiglitz_mcbride(records, spec)??;
+    fit_on(&fit_problem(records, &spec.space, spec.model)?, records, spec)
+}
+
+/// Like [`fit`], on the problem of a fit that was made of the recordings ([`fit_problem`]).
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_on(plain: &Problem, records: &[Record], spec: &IdentifySpec) -> Result<Fitted> {
+    let estimate = steiglitz_mcbride(records, spec, plain)??;
     let space = around(spec, &estimate)?;
     let inside = |axis: &Axis| estimate.parameters.get(axis.parameter).clamp(axis.min, axis.max);
     let values: Vec<f64> = space.free().iter().map(inside).collect();
-    Ok(Fitted { iterations: estimate.iterations, ..polished(records, spec, &space, &values)? })
+    Ok(Fitted { iterations: estimate.iterations, ..polished_on(plain, records, (spec, &space), &values)? })
 }
 
 /// The spec's polish of what a search found in a space (one value per free axis).
@@ -50,6 +58,15 @@ pub fn fit(records: &[Record], spec: &IdentifySpec) -> Result<Fitted> {
 /// # Errors
 /// As [`super::identify`].
 pub fn polished(records: &[Record], spec: &IdentifySpec, space: &Space, values: &[f64]) -> Result<Fitted> {
+    polished_on(&fit_problem(records, space, spec.model)?, records, (spec, space), values)
+}
+
+fn polished_on(
+    plain: &Problem,
+    records: &[Record],
+    (spec, space): (&IdentifySpec, &Space),
+    values: &[f64],
+) -> Result<Fitted> {
     if spec.polish == Polish::None {
         return Ok(Fitted {
             parameters: space.parameters(values, 0),
@@ -63,7 +80,7 @@ pub fn polished(records: &[Record], spec: &IdentifySpec, space: &Space, values: 
             warnings: Vec::new(),
         });
     }
-    let (refined, space) = refine_widening(records, spec, space, values)?;
+    let (refined, space) = refine_widening(plain, spec, space, values)?;
     let mut warnings = Vec::new();
     checks::after(records, spec, &space, &refined, &mut warnings)?;
     let mut codes: Vec<&'static str> = warnings.iter().map(|warning| warning.code).collect();
@@ -94,7 +111,7 @@ pub fn search_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
     if spec.auto_bounds.is_empty() {
         return Ok(spec.space.clone());
     }
-    match steiglitz_mcbride(records, spec)? {
+    match steiglitz_mcbride(records, spec, &fit_problem(records, &spec.space, spec.model)?)? {
         Ok(estimate) => around(spec, &estimate),
         Err(_) => Ok(spec.space.clone()),
     }

@@ -3,10 +3,10 @@
 //! A drive that sets a new voltage at each sample holds it; a voltage that a sensor samples goes on in between. Taking
 //! the one for the other shifts the input by half a period. Both are tried, and the likelihood of the outputs tells.
 
+use super::Polish;
 use super::spec::{Identification, IdentifySpec};
 use super::warnings::{Place, Warning, warnings_of_records};
-use super::{Polish, refine};
-use crate::estimate::{RefineOptions, Refined};
+use crate::estimate::{RefineOptions, Refined, refine};
 use crate::evaluate::{Initial, Model};
 use crate::motor::{Axis, Discretization, Parameter, Scope, Space};
 use crate::record::{Quantity, Record};

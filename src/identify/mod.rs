@@ -22,7 +22,7 @@ mod warnings;
 
 pub use costs::Costs;
 pub use device::{DeviceSpec, OnLoss, PrecisionSpec};
-pub use fit::{Fitted, check, fit, polished, search_space};
+pub use fit::{Fitted, check, fit, fit_on, polished, search_space};
 pub use held::{Between, between_samples, suspicions};
 pub use lockstep::Lockstep;
 pub use method::{Method, Polish};
@@ -32,7 +32,7 @@ pub use spec::{Identification, IdentifySpec, Searched};
 pub use verify::{Status, Verification};
 pub use warnings::{Place, Warning, record_warnings, warnings_of_records};
 
-use crate::estimate::{Estimate, RefineOptions, Refined, SmFailure, refine};
+use crate::estimate::{Estimate, Refined, SmFailure, fit_problem, refine_on};
 use crate::evaluate::{Problem, Scalar};
 use crate::motor::{Axis, Space};
 use crate::optimize::Progress;
@@ -89,11 +89,12 @@ fn run(
     let started = Instant::now();
     let problem = Problem::new(records, spec.model, spec.space.clone(), spec.criterion)?;
     checks::before(records, spec, &problem)?;
-    let estimate = steiglitz_mcbride(records, spec)?;
-    let mut attempt = attempt(records, spec, &estimate, observe)?;
+    let plain = fit_problem(records, &spec.space, spec.model)?;
+    let estimate = steiglitz_mcbride(records, spec, &plain)?;
+    let mut attempt = attempt(records, spec, (&estimate, &plain), observe)?;
     if spec.method == Method::Auto && estimate.is_ok() && attempt.is_poor(records)? {
         // An estimate that fits nothing is none: a search may know better.
-        let other = self::attempt(records, spec, &Err(SmFailure::PoorFit), observe)?;
+        let other = self::attempt(records, spec, (&Err(SmFailure::PoorFit), &plain), observe)?;
         if other.refined.weighted(&attempt.refined.sigmas) < attempt.refined.weighted(&attempt.refined.sigmas) {
             attempt = other;
         }
@@ -111,7 +112,7 @@ fn run(
     let Verified { mut verification, better } = verify(&claim);
     if let (Method::Auto, Polish::LevenbergMarquardt, Some(better)) = (spec.method, spec.polish, better) {
         // What was asked for is the best there is, wherever it was found.
-        (attempt.refined, attempt.space) = refine_widening(records, spec, &attempt.space, &better.values)?;
+        (attempt.refined, attempt.space) = refine_widening(&plain, spec, &attempt.space, &better.values)?;
         (verification.status, verification.cost_gap) = (Status::Agrees, Some(0.0));
     }
     warnings.append(&mut attempt.found.warnings);
@@ -150,7 +151,7 @@ impl Attempt {
 fn attempt(
     records: &[Record],
     spec: &IdentifySpec,
-    estimate: &std::result::Result<Estimate, SmFailure>,
+    (estimate, plain): (&std::result::Result<Estimate, SmFailure>, &Problem),
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Attempt> {
     let space = match estimate {
@@ -159,7 +160,7 @@ fn attempt(
     };
     let problem = Arc::new(Problem::new(records, spec.model, space, spec.criterion)?);
     let found = first(spec, &problem, estimate, observe)?;
-    let (refined, space) = refine_widening(records, spec, problem.space(), &found.values)?;
+    let (refined, space) = refine_widening(plain, spec, problem.space(), &found.values)?;
     Ok(Attempt { found, problem, refined, space })
 }
 
@@ -169,9 +170,9 @@ fn attempt(
 /// # Errors
 /// As [`identify_with`].
 pub fn verify_at(records: &[Record], spec: &IdentifySpec, values: &[f64]) -> Result<Verification> {
-    let options = RefineOptions { model: spec.model, sigma: None };
-    let refined = refine(records, &spec.space, values, &options)?;
-    let estimate = steiglitz_mcbride(records, spec)?;
+    let plain = fit_problem(records, &spec.space, spec.model)?;
+    let refined = refine_on(&plain, values, None)?;
+    let estimate = steiglitz_mcbride(records, spec, &plain)?;
     let claim = Claim {
         records,
         space: &spec.space,
@@ -202,11 +203,10 @@ fn first(
 /// Times that the bounds that nobody gave are widened where the refinement ends at them.
 const WIDENINGS: usize = 4;
 
-/// The refinement from some values, and the space that it was refined in.
-fn refine_widening(records: &[Record], spec: &IdentifySpec, space: &Space, values: &[f64]) -> Result<(Refined, Space)> {
-    let options = RefineOptions { model: spec.model, sigma: None };
+/// The refinement from some values, and the space that it was refined in. `plain` is the problem of a fit.
+fn refine_widening(plain: &Problem, spec: &IdentifySpec, space: &Space, values: &[f64]) -> Result<(Refined, Space)> {
     let mut space = space.clone();
-    let mut refined = refine(records, &space, values, &options)?;
+    let mut refined = refine_on(&plain.with_space(space.clone()), values, None)?;
     let widens = spec.polish == Polish::LevenbergMarquardt && !spec.method.is_search();
     for _ in 0..if widens { WIDENINGS } else { 0 } {
         let wider = |(axis, side): (&Axis, &Option<&str>)| match side {
@@ -219,7 +219,7 @@ fn refine_widening(records: &[Record], spec: &IdentifySpec, space: &Space, value
             break;
         }
         space = Space::new(free, space.fixed().to_vec())?;
-        refined = refine(records, &space, &refined.values, &options)?;
+        refined = refine_on(&plain.with_space(space.clone()), &refined.values, None)?;
     }
     Ok((refined, space))
 }

@@ -6,7 +6,7 @@ use super::not_identified;
 use super::spec::IdentifySpec;
 use super::warnings::Warning;
 use crate::Result;
-use crate::estimate::{Estimate, SmFailure, SmOptions, try_steiglitz_mcbride};
+use crate::estimate::{Estimate, SmFailure, SmOptions, try_steiglitz_mcbride, try_steiglitz_mcbride_on};
 use crate::evaluate::{Problem, Scalar};
 use crate::motor::{Axis, Space};
 use crate::optimize::{Budget, Progress, Run, Setup, Stop, minimize};
@@ -29,17 +29,28 @@ pub(super) struct Found {
     pub warnings: Vec<Warning>,
 }
 
-/// The Steiglitz–McBride estimate of each recording, and of these the one that costs least on all.
+/// The Steiglitz–McBride estimate of each recording, and of these the one that costs least on all. `plain` is the
+/// problem of a fit to the recordings.
 pub(super) fn steiglitz_mcbride(
     records: &[Record],
     spec: &IdentifySpec,
+    plain: &Problem,
 ) -> Result<std::result::Result<Estimate, SmFailure>> {
     let options = SmOptions { model: spec.model, sigma: None };
+    // Where the voltage is a line over each step the fit has another method than this one.
+    let is_same = *plain.model() == spec.model;
+    let one = |(n, record): (usize, &Record)| match is_same {
+        true => try_steiglitz_mcbride_on(plain, n, None),
+        false => try_steiglitz_mcbride(record, &options),
+    };
+    if let [record] = records {
+        return one((0, record));
+    }
     let mut best: std::result::Result<Estimate, SmFailure> = Err(SmFailure::ChannelMissing);
     let mut lowest = f64::INFINITY;
     let problem = Problem::new(records, spec.model, Space::table2(), spec.criterion)?;
-    for record in records {
-        match (try_steiglitz_mcbride(record, &options)?, &best) {
+    for found in records.iter().enumerate().map(one) {
+        match (found?, &best) {
             (Ok(found), _) => {
                 let cost = Scalar::cost(&problem, &found.parameters.to_array());
                 if best.is_err() || cost < lowest {

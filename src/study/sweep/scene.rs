@@ -3,9 +3,10 @@
 use super::Sweep;
 use super::manifest::Motor;
 use crate::criterion::Noise;
+use crate::estimate::fit_problem;
 use crate::evaluate::{Problem, Scalar};
 use crate::experiment::{noise_of, with_noise};
-use crate::identify::{Fitted, IdentifySpec, check, fit, identify, search_space};
+use crate::identify::{Fitted, IdentifySpec, check, fit_on, identify, search_space};
 use crate::record::Record;
 use crate::{Error, Result};
 use sha2::{Digest as _, Sha256};
@@ -62,13 +63,15 @@ fn key(record: &Record, place: usize, noise: Noise, seed: u64) -> u64 {
 pub(super) struct Direct<'a> {
     sweep: &'a Sweep,
     records: Read,
+    /// The problem of all fits.
+    plain: Option<Result<Problem>>,
     fits: BTreeMap<&'static str, Result<Fitted>>,
     outcomes: BTreeMap<[&'static str; 4], Outcome>,
 }
 
 impl<'a> Direct<'a> {
     pub(super) fn new(sweep: &'a Sweep, records: Read) -> Self {
-        Self { sweep, records, fits: BTreeMap::new(), outcomes: BTreeMap::new() }
+        Self { sweep, records, plain: None, fits: BTreeMap::new(), outcomes: BTreeMap::new() }
     }
 
     /// What a run finds.
@@ -99,13 +102,15 @@ impl<'a> Direct<'a> {
     fn fitted(&mut self, records: &[Record], spec: &IdentifySpec) -> Result<Outcome> {
         let problem = Problem::new(records, spec.model, spec.space.clone(), spec.criterion)?;
         check(records, spec, &problem)?;
-        let fitted = self.fits.entry(spec.polish.name()).or_insert_with(|| fit(records, spec)).clone()?;
-        outcome(problem, &fitted).map(|outcome| Outcome { evaluations: fitted.iterations as u64, ..outcome })
+        let make = || fit_problem(records, &spec.space, spec.model);
+        let plain = self.plain.get_or_insert_with(make).as_ref().map_err(Clone::clone)?;
+        let fitted = self.fits.entry(spec.polish.name()).or_insert_with(|| fit_on(plain, records, spec)).clone()?;
+        outcome(&problem, &fitted).map(|outcome| Outcome { evaluations: fitted.iterations as u64, ..outcome })
     }
 }
 
 /// A fit at its cost on a problem of the same recordings.
-pub(super) fn outcome(problem: Problem, fitted: &Fitted) -> Result<Outcome> {
+pub(super) fn outcome(problem: &Problem, fitted: &Fitted) -> Result<Outcome> {
     let problem = problem.with_space(fitted.space.clone());
     let problem = match &fitted.initial {
         Some(initial) => problem.starting_from(initial),

@@ -261,7 +261,7 @@ impl Sweep {
                     Ok(Outcome::found(&parameters, cost, 0, Stop::BudgetSpent))
                 }
                 Some(best) => polished(&one.records, &spec, one.problem.space(), best.values)
-                    .and_then(|fitted| outcome(Problem::clone(&one.problem), &fitted)),
+                    .and_then(|fitted| outcome(&one.problem, &fitted)),
             };
             let mut outcome = match found {
                 Ok(outcome) => Outcome { evaluations: run.evaluations, stop: Stop::BudgetSpent, ..outcome },
