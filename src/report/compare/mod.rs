@@ -6,4 +6,5 @@ mod tables;
 
 pub use document::CompareDocument;
 pub use paper::paper_tables;
+pub(super) use tables::cell;
 pub use tables::{quartiles, setting_name, tables};

@@ -36,7 +36,7 @@ fn changed(method: &Method) -> Option<String> {
 }
 
 /// A number for a cell, a dash where there is none.
-pub(super) fn cell(value: f64, digits: usize) -> String {
+pub(in crate::report) fn cell(value: f64, digits: usize) -> String {
     if value.is_nan() {
         "\u{2013}".to_owned()
     } else if value.is_infinite() {

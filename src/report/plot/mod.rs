@@ -2,8 +2,12 @@
 //! knows the plotting library is here.
 
 mod heat;
+mod histogram;
+mod rows;
 
 pub use heat::{Map, correlation, heat_map};
+pub use histogram::{Histogram, histograms};
+pub use rows::box_rows;
 
 use kuva::backend::svg::SvgBackend;
 use kuva::plot::BoxPlot;
@@ -236,6 +240,12 @@ pub fn boxes(panels: &[Boxes], label: &str) -> String {
     let layouts = plots.iter().enumerate().map(layout).collect();
     let figure = Figure::new(1, panels.len()).with_plots(plots).with_layouts(layouts).with_cell_size(230.0, 360.0);
     SvgBackend::default().render_scene(&figure.render())
+}
+
+/// The next larger of 1, 2 and 5 times a power of ten.
+fn round_step(least: f64) -> f64 {
+    let power = 10.0_f64.powf(least.log10().floor());
+    [1.0, 2.0, 5.0].into_iter().map(|step| step * power).find(|step| *step >= least).unwrap_or(10.0 * power)
 }
 
 /// A drawing that says that there is nothing to draw.

@@ -1,26 +1,23 @@
-//! Sweeps.
-#![allow(missing_docs)]
-use crate::report::{Page, Reproduced, Table};
-use crate::study::sweep::{Limits, SweepSummary};
-pub struct SweepDocument;
-impl SweepDocument {
-    #[must_use]
-    pub fn of(s: &SweepSummary, _: &Limits) -> serde_json::Value {
-        serde_json::json!({"runs": s.runs, "missing": s.missing, "failed": s.failed})
-    }
-}
-#[must_use]
-pub fn sweep_tables(_: &SweepSummary, _: &Limits) -> Vec<Table> {
-    Vec::new()
-}
-#[must_use]
-pub fn shortened(t: &Table, _: usize) -> Table {
-    t.clone()
-}
-#[must_use]
-pub fn sweep_page(_: &SweepSummary, _: &Limits, _: &Reproduced) -> Page {
-    Page { title: String::new(), answer: String::new(), sections: Vec::new() }
-}
-pub fn write_parquet(_: &std::path::Path, _: &std::path::Path) -> crate::Result<()> {
-    Ok(())
-}
+//! A sweep as others read it.
+
+mod document;
+mod figures;
+mod line;
+mod page;
+#[cfg(feature = "parquet")]
+mod parquet;
+#[cfg(test)]
+mod sample;
+mod tables;
+mod terminal;
+#[cfg(test)]
+mod tests;
+mod words;
+
+pub use document::SweepDocument;
+pub use page::sweep_page;
+#[cfg(feature = "parquet")]
+pub use parquet::write_parquet;
+pub use tables::sweep_tables;
+pub use terminal::shortened;
+pub use words::{grouped, sweep_answer};

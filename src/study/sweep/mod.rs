@@ -69,7 +69,7 @@ impl Sweep {
 }
 
 /// A file that is replaced as a whole: beside, synced, renamed.
-fn replace(
+pub(crate) fn replace(
     path: &std::path::Path,
     write: impl FnOnce(&mut std::io::BufWriter<std::fs::File>) -> std::io::Result<()>,
 ) -> crate::Result<()> {

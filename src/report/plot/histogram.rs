@@ -1,0 +1,152 @@
+//! Histograms in panels, with limits as dashed lines.
+
+use super::{COLORS, nothing, round_step, small};
+use crate::study::statistics::{quantile, sorted};
+use kuva::backend::svg::SvgBackend;
+use kuva::plot::Histogram as Bars;
+use kuva::plot::annotations::ReferenceLine;
+use kuva::render::figure::Figure;
+use kuva::render::layout::Layout;
+use kuva::render::plots::Plot;
+
+/// Fewest and most bins.
+const BINS: [f64; 2] = [5.0, 60.0];
+/// How far beyond the quartiles values are drawn, in quartile ranges.
+const FENCE: f64 = 15.0;
+
+/// A panel: how often values are where.
+#[derive(Debug, Clone, Default)]
+pub struct Histogram {
+    /// What it shows.
+    pub title: String,
+    /// The axes, with units.
+    pub labels: [String; 2],
+    /// The values.
+    pub values: Vec<f64>,
+    /// Limits, lower and upper: dashed, and what lies outside is of another colour.
+    pub limits: Option<[f64; 2]>,
+}
+
+/// Where bins begin and end, and how many values they hold: all, and within limits.
+struct Bins {
+    edges: Vec<f64>,
+    all: Vec<f64>,
+    within: Vec<f64>,
+}
+
+impl Histogram {
+    /// From where to where values are drawn: a stray one does not squeeze the others.
+    fn range(&self) -> [f64; 2] {
+        let sorted = sorted(&self.values);
+        let [min, low, high, max] = [0.0, 0.25, 0.75, 1.0].map(|p| quantile(&sorted, p));
+        let reach = FENCE * (high - low);
+        if reach > 0.0 { [min.max(low - reach), max.min(high + reach)] } else { [min, max] }
+    }
+
+    /// How many values lie beyond what is drawn.
+    #[must_use]
+    pub fn beyond(&self) -> usize {
+        let [low, high] = self.range();
+        self.values.iter().filter(|v| !(low..=high).contains(*v)).count()
+    }
+
+    /// Bins by D. Freedman and P. Diaconis (1981); `None` where all values are the same.
+    fn bins(&self) -> Option<Bins> {
+        let [low, high] = self.range();
+        let span = high - low;
+        if span <= 1e-9 * low.abs() || !span.is_finite() {
+            return None;
+        }
+        let sorted = sorted(&self.values);
+        let quartiles = quantile(&sorted, 0.75) - quantile(&sorted, 0.25);
+        #[expect(clippy::cast_precision_loss, reason = "a count")]
+        let width = 2.0 * quartiles / (sorted.len() as f64).cbrt();
+        let count = (span / width).ceil().clamp(BINS[0], BINS[1]);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "60 at most")]
+        let (last, bin) = (count as u8 - 1, |value: f64| ((value - low) / span * count).floor() as usize);
+        let bin = |value: f64| bin(value).min(usize::from(last));
+        let edges: Vec<f64> = (0..=last + 1).map(|n| low + span * f64::from(n) / count).collect();
+        let (mut all, mut within) = (vec![0.0; edges.len() - 1], vec![0.0; edges.len() - 1]);
+        for &value in self.values.iter().filter(|v| (low..=high).contains(*v)) {
+            all[bin(value)] += 1.0;
+            let is_within = self.limits.is_none_or(|[low, high]| (low..=high).contains(&value));
+            within[bin(value)] += f64::from(u8::from(is_within));
+        }
+        Some(Bins { edges, all, within })
+    }
+
+    /// The bars; those within limits before the others.
+    fn plots(&self, bins: Bins) -> Vec<Plot> {
+        let bars = |counts, color| Plot::Histogram(Bars::from_bins(bins.edges.clone(), counts).with_color(color));
+        vec![bars(bins.all, COLORS[2]), bars(bins.within, COLORS[5])]
+    }
+
+    fn layout(&self, plots: &[Plot]) -> Layout {
+        let mut layout = Layout::auto_from_plots(plots)
+            .with_x_label(self.labels[0].clone())
+            .with_y_label(self.labels[1].clone())
+            .with_y_axis_min(0.0)
+            .with_ticks(4);
+        let [mut from, mut to] = self.range();
+        for limit in self.limits.into_iter().flatten().filter(|limit| limit.is_finite()) {
+            let line = ReferenceLine::vertical(limit).with_color(COLORS[2]).with_stroke_width(2.0);
+            layout = layout.with_reference_line(line);
+            [from, to] = [from.min(limit), to.max(limit)];
+        }
+        let step = round_step((to - from) / 4.0);
+        let [first, last] = [(from / step - 0.1).floor() * step, (to / step + 0.1).ceil() * step];
+        let layout = layout.with_x_axis_min(first).with_x_axis_max(last).with_x_tick_step(step);
+        small(if self.title.is_empty() { layout } else { layout.with_title(self.title.clone()) })
+    }
+}
+
+/// Histograms side by side in so many columns. Panels whose values are all the same are left out.
+#[must_use]
+pub fn histograms(panels: &[Histogram], columns: usize) -> String {
+    let (mut plots, mut layouts) = (Vec::new(), Vec::new());
+    for panel in panels {
+        if let Some(bins) = panel.bins() {
+            let bars = panel.plots(bins);
+            layouts.push(panel.layout(&bars));
+            plots.push(bars);
+        }
+    }
+    if plots.is_empty() {
+        return nothing("");
+    }
+    let columns = columns.min(plots.len());
+    let width = 1150.0 / f64::from(u8::try_from(columns).unwrap_or(1));
+    let figure = Figure::new(plots.len().div_ceil(columns), columns)
+        .with_plots(plots)
+        .with_layouts(layouts)
+        .with_cell_size(width, 290.0);
+    SvgBackend::default().render_scene(&figure.render())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_value_is_in_a_bin_or_beyond() {
+        let mut values: Vec<f64> = (0..1000).map(|n| 1.0 + 0.1 * (f64::from(n) * 0.7).sin()).collect();
+        values.extend([9.0, -9.0]);
+        let panel = Histogram { values, limits: Some([0.95, 1.05]), ..Histogram::default() };
+        let bins = panel.bins().unwrap();
+        let [all, within] = [&bins.all, &bins.within].map(|counts| counts.iter().sum::<f64>());
+        let inside = panel.values.iter().filter(|v| (0.95..=1.05).contains(*v)).count();
+        assert_eq!((all, within), (1000.0, f64::from(u32::try_from(inside).unwrap())));
+        assert_eq!(panel.beyond(), 2);
+        assert!(bins.edges.is_sorted() && (6..=61).contains(&bins.edges.len()), "{:?}", bins.edges);
+    }
+
+    #[test]
+    fn values_that_are_the_same_have_no_histogram() {
+        let panel = |values| Histogram { values, ..Histogram::default() };
+        assert!(panel(vec![0.5; 9]).bins().is_none() && panel(Vec::new()).bins().is_none());
+        assert!(histograms(&[panel(vec![0.5; 9])], 3).starts_with("<svg"));
+        // Half of them the same: no quartile range, and still bins.
+        let values = [vec![0.0; 90], vec![1.0, 2.0]].concat();
+        assert_eq!(panel(values).bins().unwrap().all.len(), 60);
+    }
+}

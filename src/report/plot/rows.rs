@@ -1,0 +1,52 @@
+//! Boxes one below the other, so that their names can be read.
+
+use super::{Boxes, COLORS, nothing, round_step};
+use crate::text::significant;
+use kuva::plot::BoxPlot;
+use kuva::render::layout::{Layout, TickFormat};
+use kuva::render::plots::Plot;
+use std::sync::Arc;
+
+/// Boxes (quartiles, Tukey's whiskers) of groups of values in rows, the first on top, on an axis that holds a range. On a
+/// logarithmic one, boxes and whiskers are those of the logarithms.
+#[must_use]
+pub fn box_rows(panel: &Boxes, label: &str, [low, high]: [f64; 2], is_log: bool) -> String {
+    let shown = |value: &f64| value.is_finite() && (!is_log || *value > 0.0);
+    let placed = |value: &f64| if is_log { value.log10() } else { *value };
+    let of = |(name, values): &(String, Vec<f64>)| {
+        (name.clone(), values.iter().filter(|v| shown(v)).map(placed).collect::<Vec<f64>>())
+    };
+    // Rows are counted from below.
+    let groups: Vec<_> = panel.groups.iter().map(of).filter(|(_, values)| !values.is_empty()).rev().collect();
+    if groups.is_empty() {
+        return nothing(&panel.title);
+    }
+    let names: Vec<String> = groups.iter().map(|(name, _)| name.clone()).collect();
+    let plot = groups.into_iter().fold(BoxPlot::new(), |plot, (name, values)| plot.with_group(name, values));
+    let plots = vec![Plot::Box(plot.with_color(COLORS[1]).with_width(0.6).with_horizontal(true))];
+    let margin = 0.03 * (placed(&high) - placed(&low));
+    let mut layout = Layout::auto_from_plots(&plots)
+        .with_x_label(label)
+        .with_y_categories(names.clone())
+        .with_x_axis_min(placed(&low) - margin)
+        .with_x_axis_max(placed(&high) + margin)
+        .with_width(1000.0);
+    if !panel.title.is_empty() {
+        layout = layout.with_title(panel.title.clone());
+    }
+    if is_log {
+        let power = |v: f64| {
+            let digits = if (v - v.round()).abs() < 1e-9 { 1 } else { 2 };
+            significant(10.0_f64.powf(v), digits)
+        };
+        layout = layout.with_x_tick_format(TickFormat::Custom(Arc::new(power)));
+        // Whole decades where there are some.
+        let decades = placed(&high) - placed(&low);
+        if decades >= 2.0 {
+            layout = layout.with_x_tick_step(round_step(decades / 6.0).max(1.0));
+        }
+    }
+    #[expect(clippy::cast_precision_loss, reason = "a count")]
+    let height = 110.0 + 34.0 * names.len().max(2) as f64;
+    super::svg(plots, layout.with_height(height))
+}

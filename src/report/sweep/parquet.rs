@@ -1,0 +1,299 @@
+//! The merged results as Parquet: a row a run, values flat, in groups of rows whose size memory is bounded by.
+
+use crate::motor::Parameter;
+use crate::study::sweep::{Failure, FitPercent, Of, Side, replace};
+use crate::{Error, Result};
+use parquet::basic::{Compression, ZstdLevel};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::parser::parse_message_type;
+use serde::Deserialize;
+use std::fs::File;
+use std::io::{BufRead as _, BufReader, Write};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Rows of a group.
+const GROUP: usize = 1 << 16;
+
+/// A line of the merged results.
+#[derive(Deserialize)]
+struct Row {
+    id: u64,
+    motor: String,
+    method: String,
+    polish: String,
+    population: u64,
+    generations: u64,
+    criterion: String,
+    scale: String,
+    noise: String,
+    seed: u64,
+    parameters: Option<Of<f64>>,
+    std_error: Option<Of<Option<f64>>>,
+    ci95: Option<Of<Option<[f64; 2]>>>,
+    at_bound: Option<Of<Option<Side>>>,
+    cost: Option<f64>,
+    fit_percent: Option<FitPercent>,
+    evaluations: u64,
+    stop: String,
+    device: String,
+    precision: String,
+    warnings: Vec<String>,
+    error: Option<Failure>,
+}
+
+/// How a column is read off a row.
+enum Column {
+    Whole(fn(&Row) -> u64),
+    Text(fn(&Row) -> String),
+    Reason(fn(&Row) -> Option<String>),
+    Real(Real),
+}
+
+/// How a number that may be missing is read.
+type Real = Box<dyn Fn(&Row) -> Option<f64>>;
+
+/// The columns by name.
+fn columns() -> Vec<(String, Column)> {
+    let text = |name: &str, of| (name.to_owned(), Column::Text(of));
+    let whole = |name: &str, of| (name.to_owned(), Column::Whole(of));
+    let each = |prefix: &str, of: fn(&Row) -> Option<[Option<f64>; 5]>| {
+        let one = |p: Parameter| {
+            let read = move |row: &Row| of(row)?[p as usize];
+            (format!("{prefix}{}", p.symbol()), Column::Real(Box::new(read)))
+        };
+        Parameter::ALL.map(one)
+    };
+    let real = |name: &str, of: fn(&Row) -> Option<f64>| (name.to_owned(), Column::Real(Box::new(of)));
+    let mut columns = vec![
+        whole("id", |row| row.id),
+        text("motor", |row| row.motor.clone()),
+        text("method", |row| row.method.clone()),
+        text("polish", |row| row.polish.clone()),
+        whole("population", |row| row.population),
+        whole("generations", |row| row.generations),
+        text("criterion", |row| row.criterion.clone()),
+        text("scale", |row| row.scale.clone()),
+        text("noise", |row| row.noise.clone()),
+        whole("seed", |row| row.seed),
+    ];
+    columns.extend(each("", |row| Some(row.parameters?.to_array().map(Some))));
+    columns.extend(each("std_error_", |row| Some(row.std_error?.to_array())));
+    columns.extend(each("ci95_low_", |row| Some(row.ci95?.to_array().map(|ends| Some(ends?[0])))));
+    columns.extend(each("ci95_high_", |row| Some(row.ci95?.to_array().map(|ends| Some(ends?[1])))));
+    columns.extend([
+        text("at_bound", Row::at_bound),
+        real("cost", |row| row.cost),
+        real("fit_current", |row| row.fit_percent?.current),
+        real("fit_speed", |row| row.fit_percent?.speed),
+        whole("evaluations", |row| row.evaluations),
+        text("stop", |row| row.stop.clone()),
+        text("device", |row| row.device.clone()),
+        text("precision", |row| row.precision.clone()),
+        text("warnings", |row| row.warnings.join(",")),
+        ("error".to_owned(), Column::Reason(|row| Some(row.error.as_ref()?.message.clone()))),
+    ]);
+    columns
+}
+
+impl Row {
+    /// Which parameters stand at a bound: `R:max,J:min`.
+    fn at_bound(&self) -> String {
+        let Some(sides) = &self.at_bound else { return String::new() };
+        let name = |(p, side): (Parameter, Option<Side>)| {
+            let side = if side? == Side::Min { "min" } else { "max" };
+            Some(format!("{}:{side}", p.symbol()))
+        };
+        Parameter::ALL.into_iter().zip(sides.to_array()).filter_map(name).collect::<Vec<_>>().join(",")
+    }
+}
+
+/// The columns in the words of the format; seeds take all 64 bits.
+fn schema(columns: &[(String, Column)]) -> String {
+    let one = |(name, column): &(String, Column)| match column {
+        Column::Whole(_) if name == "seed" => format!("REQUIRED INT64 {name} (INTEGER(64,false));"),
+        Column::Whole(_) => format!("REQUIRED INT64 {name};"),
+        Column::Text(_) => format!("REQUIRED BINARY {name} (UTF8);"),
+        Column::Reason(_) => format!("OPTIONAL BINARY {name} (UTF8);"),
+        Column::Real(_) => format!("OPTIONAL DOUBLE {name};"),
+    };
+    format!("message sweep {{ {} }}", columns.iter().map(one).collect::<String>())
+}
+
+/// Writes the merged results of a sweep as Parquet, beside and renamed.
+///
+/// # Errors
+/// `Data` when the results cannot be read or the file cannot be written.
+pub fn write_parquet(results: &Path, out: &Path) -> Result<()> {
+    let mut fault: Option<Error> = None;
+    let written = replace(out, |file| {
+        let made = table(results, file);
+        made.map_err(|error| match error {
+            Fault::Read(error) => {
+                fault = Some(error);
+                std::io::ErrorKind::Other.into()
+            }
+            Fault::Written(ParquetError::External(error)) => match error.downcast() {
+                Ok(error) => *error,
+                Err(error) => std::io::Error::other(error),
+            },
+            Fault::Written(error) => std::io::Error::other(error),
+        })
+    });
+    written.map_err(|error| fault.unwrap_or(error))
+}
+
+/// What can be wrong: with the results, or with the file that is made.
+enum Fault {
+    Read(Error),
+    Written(ParquetError),
+}
+
+impl From<ParquetError> for Fault {
+    fn from(error: ParquetError) -> Self {
+        Self::Written(error)
+    }
+}
+
+fn table<W: Write + Send>(results: &Path, file: &mut W) -> std::result::Result<(), Fault> {
+    let remedy = "Merge the sweep again.";
+    let unread = |error| Fault::Read(Error::data(format!("cannot be read: {error}"), remedy).in_file(results));
+    let columns = columns();
+    let schema = Arc::new(parse_message_type(&schema(&columns))?);
+    let properties = WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default()));
+    let mut writer = SerializedFileWriter::new(file, schema, Arc::new(properties.build()))?;
+    let mut lines = BufReader::with_capacity(1 << 18, File::open(results).map_err(unread)?).lines();
+    let (mut rows, mut number) = (Vec::with_capacity(GROUP), 0);
+    loop {
+        for line in lines.by_ref().take(GROUP) {
+            number += 1;
+            let damaged =
+                |_| Fault::Read(Error::data("is no line of results", remedy).in_file(results).at_line(number));
+            rows.push(serde_json::from_str::<Row>(&line.map_err(unread)?).map_err(damaged)?);
+        }
+        if rows.is_empty() {
+            break;
+        }
+        group(&mut writer, &columns, &rows)?;
+        rows.clear();
+    }
+    writer.close()?;
+    Ok(())
+}
+
+/// Writes a group of rows, column by column.
+fn group<W: Write + Send>(
+    writer: &mut SerializedFileWriter<W>,
+    columns: &[(String, Column)],
+    rows: &[Row],
+) -> std::result::Result<(), ParquetError> {
+    let mut group = writer.next_row_group()?;
+    let bytes = |text: String| ByteArray::from(text.into_bytes());
+    for (_, column) in columns {
+        let Some(mut place) = group.next_column()? else { break };
+        match column {
+            Column::Whole(of) => {
+                let values: Vec<i64> = rows.iter().map(|row| of(row).cast_signed()).collect();
+                place.typed::<Int64Type>().write_batch(&values, None, None)?;
+            }
+            Column::Text(of) => {
+                let values: Vec<ByteArray> = rows.iter().map(|row| bytes(of(row))).collect();
+                place.typed::<ByteArrayType>().write_batch(&values, None, None)?;
+            }
+            Column::Reason(of) => {
+                let (values, levels) = present(rows, |row| of(row).map(bytes));
+                place.typed::<ByteArrayType>().write_batch(&values, Some(&levels), None)?;
+            }
+            Column::Real(of) => {
+                let (values, levels) = present(rows, of);
+                place.typed::<DoubleType>().write_batch(&values, Some(&levels), None)?;
+            }
+        }
+        place.close()?;
+    }
+    group.close()?;
+    Ok(())
+}
+
+/// The values that are there, and for each row whether it has one.
+fn present<T>(rows: &[Row], of: impl Fn(&Row) -> Option<T>) -> (Vec<T>, Vec<i16>) {
+    let cells: Vec<Option<T>> = rows.iter().map(of).collect();
+    let levels = cells.iter().map(|cell| i16::from(cell.is_some())).collect();
+    (cells.into_iter().flatten().collect(), levels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use parquet::file::reader::{FileReader as _, SerializedFileReader};
+    use parquet::record::Field;
+
+    fn line(id: u64) -> String {
+        let found = serde_json::json!({
+            "id": id, "motor": format!("m\u{e4} \"{id}\""), "method": "gwo", "polish": "lm", "population": 100,
+            "generations": 50, "criterion": "nrmse", "scale": "std", "noise": "none", "seed": u64::MAX - id,
+            "parameters": {"R": 0.1 + 1e-9 * id as f64, "L": 0.2, "K": 0.3, "B": 0.4, "J": 1.0 / 3.0},
+            "std_error": {"R": 0.01, "L": null, "K": 0.03, "B": 0.04, "J": 0.05},
+            "ci95": {"R": [0.09, 0.11], "L": null, "K": [0.2, 0.4], "B": [0.3, 0.5], "J": [0.25, 0.5]},
+            "at_bound": {"R": "max", "L": null, "K": null, "B": null, "J": "min"},
+            "cost": 0.0256, "fit_percent": {"current": 98.5, "speed": null}, "evaluations": 5000,
+            "stop": "budget_spent", "device": "cpu", "precision": "f64", "warnings": ["a", "b"], "error": null,
+        });
+        let failed = serde_json::json!({
+            "id": id, "motor": "bad", "method": "sm", "polish": "none", "population": 1, "generations": 1,
+            "criterion": "nrmse", "scale": "std", "noise": "none", "seed": 1, "parameters": null, "std_error": null,
+            "ci95": null, "at_bound": null, "cost": null, "fit_percent": null, "evaluations": 0, "stop": "failed",
+            "device": "cpu", "precision": "f64", "warnings": [],
+            "error": {"kind": "data", "message": "no such file", "remedy": "…"},
+        });
+        if id % 7 == 3 { failed.to_string() } else { found.to_string() }
+    }
+
+    #[test]
+    fn what_is_written_is_read_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let (results, out) = (folder.path().join("results.jsonl"), folder.path().join("results.parquet"));
+        let rows = GROUP as u64 + 5;
+        std::fs::write(&results, (0..rows).map(|id| line(id) + "\n").collect::<String>()).unwrap();
+        write_parquet(&results, &out).unwrap();
+        if let Ok(kept) = std::env::var("SWEEP_PARQUET") {
+            std::fs::copy(&out, kept).unwrap();
+        }
+        let reader = SerializedFileReader::new(File::open(&out).unwrap()).unwrap();
+        assert_eq!((reader.num_row_groups(), reader.metadata().file_metadata().num_rows()), (2, rows as i64));
+        let columns = columns();
+        for (id, read) in (0..rows).zip(reader.get_row_iter(None).unwrap()) {
+            let row: Row = serde_json::from_str(&line(id)).unwrap();
+            let (read, mut cells) = (read.unwrap(), 0);
+            for ((name, field), (expected, column)) in read.get_column_iter().zip(&columns) {
+                let text = |text: Option<String>| text.map_or(Field::Null, Field::Str);
+                let cell = match column {
+                    Column::Whole(of) if name == "seed" => Field::ULong(of(&row)),
+                    Column::Whole(of) => Field::Long(of(&row).cast_signed()),
+                    Column::Text(of) => text(Some(of(&row))),
+                    Column::Reason(of) => text(of(&row)),
+                    Column::Real(of) => of(&row).map_or(Field::Null, Field::Double),
+                };
+                assert_eq!((name, field), (expected, &cell), "run {id}");
+                cells += 1;
+            }
+            assert_eq!(cells, 40);
+        }
+    }
+
+    #[test]
+    fn a_damaged_line_is_named_and_nothing_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let (results, out) = (folder.path().join("results.jsonl"), folder.path().join("results.parquet"));
+        std::fs::write(&results, line(0) + "\n{\"id\":1}\n").unwrap();
+        let error = write_parquet(&results, &out).unwrap_err();
+        assert_eq!(error.line(), Some(2), "{error}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        std::fs::write(&results, "").unwrap();
+        write_parquet(&results, &out).unwrap();
+        assert!(write_parquet(&folder.path().join("none"), &out).is_err() && out.exists());
+    }
+}

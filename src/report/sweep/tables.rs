@@ -1,0 +1,155 @@
+//! Tables of a sweep: costs and parameters by factor, the worst runs, runs without a result.
+
+use super::line::line_tables;
+use super::words::{Unit, block_name, factors, grouped, heads, label, level, levels, lowest, many, noise, plural};
+use crate::motor::Parameter;
+use crate::report::Table;
+use crate::report::compare::cell as number;
+use crate::study::sweep::{Cell, Limits, Quantiles, SweepSummary};
+use crate::text::{engineering, significant};
+
+/// All tables of a sweep: the motors where there are several, each block, runs without a result.
+#[must_use]
+pub fn sweep_tables(summary: &SweepSummary, limits: &Limits) -> Vec<Table> {
+    let mut tables = line_tables(summary, limits);
+    for n in 0..summary.blocks.len() {
+        tables.extend(block_tables(summary, n));
+    }
+    tables.extend(failed(summary));
+    tables
+}
+
+/// The tables of a block.
+pub(super) fn block_tables(summary: &SweepSummary, n: usize) -> Vec<Table> {
+    let mut tables = vec![costs(summary, n)];
+    // Those of motors that were run once are told by the table of motors.
+    let is_told = summary.motors > 1 && summary.blocks.len() == 1 && summary.blocks[n].cells.len() == 1;
+    tables.extend(parameters(summary, n).filter(|_| !is_told));
+    tables.extend(worst(summary, n));
+    tables
+}
+
+/// A name for files and links; of several blocks each has its number.
+pub(super) fn id(summary: &SweepSummary, name: &str, n: usize) -> String {
+    if summary.blocks.len() > 1 { format!("block{}-{name}", n + 1) } else { name.to_owned() }
+}
+
+/// Costs by factor.
+fn costs(summary: &SweepSummary, n: usize) -> Table {
+    let block = &summary.blocks[n];
+    let has_failed = block.cells.iter().any(|cell| cell.failed > 0);
+    let mut heads = heads(summary);
+    heads.push("runs");
+    heads.extend(has_failed.then_some("failed"));
+    heads.extend(["5 %", "25 %", "median", "75 %", "95 %", "a run"]);
+    let mut table = Table::new(id(summary, "cost", n), format!("Cost ({})", block_name(block)), &heads);
+    for cell in &block.cells {
+        let q = Quantiles::of(&cell.costs);
+        let mut row = levels(summary, cell);
+        row.push(grouped(cell.runs));
+        row.extend(has_failed.then(|| grouped(cell.failed)));
+        row.extend([q.q05, q.q25, q.median, q.q75, q.q95].map(|value| number(value, 3)));
+        row.push(seconds(cell));
+        table.row(row);
+    }
+    if let Some((best, median)) = lowest(block).filter(|_| block.cells.len() > 1) {
+        table.note(format!("{} has the lowest median: {}.", label(summary, best), significant(median, 3)));
+    }
+    if summary.stride > 1 {
+        table.note(format!("Quantiles are of one run in {}.", grouped(summary.stride)));
+    }
+    table
+}
+
+/// The mean time of a run.
+fn seconds(cell: &Cell) -> String {
+    #[expect(clippy::cast_precision_loss, reason = "a count")]
+    let mean = cell.seconds / cell.runs as f64;
+    if mean > 0.0 { engineering(mean, "s", 3) } else { "\u{2013}".to_owned() }
+}
+
+/// Parameters by factor; `None` without any.
+fn parameters(summary: &SweepSummary, n: usize) -> Option<Table> {
+    let block = &summary.blocks[n];
+    let quantiles = |p: Parameter| -> Vec<Quantiles> {
+        block.cells.iter().map(|cell| Quantiles::of(&cell.parameters[p as usize])).collect()
+    };
+    let all = Parameter::ALL.map(quantiles);
+    let first = block.cells.iter().position(|cell| !cell.parameters[0].is_empty())?;
+    let units = Parameter::ALL.map(|p| Unit::of(p, all[p as usize][first].median));
+    let symbols = units.each_ref().map(Unit::head);
+    let mut heads = heads(summary);
+    heads.extend(symbols.iter().map(String::as_str));
+    let title = format!("Parameters ({})", block_name(block));
+    let mut table = Table::new(id(summary, "parameters", n), title, &heads);
+    for (place, cell) in block.cells.iter().enumerate() {
+        let values = Parameter::ALL.map(|p| {
+            let q = &all[p as usize][place];
+            if q.median.is_nan() { "\u{2013}".to_owned() } else { spread(&units[p as usize], q) }
+        });
+        table.row(levels(summary, cell).into_iter().chain(values).collect());
+    }
+    let over = if summary.motors > 1 { "runs and motors" } else { "runs" };
+    table.note(format!("Median over {over} ± half of the quartile range, in percent of the median."));
+    Some(table)
+}
+
+/// A median, and half of the quartile range in percent of it.
+fn spread(unit: &Unit, q: &Quantiles) -> String {
+    let percent = (50.0 * (q.q75 - q.q25) / q.median).abs();
+    let percent = match percent {
+        p if p >= 10.0 => format!("{p:.0}"),
+        p if p >= 0.01 => significant(p, 2),
+        p if p > 0.0 => "<0.01".to_owned(),
+        _ => "0".to_owned(),
+    };
+    format!("{} ±{percent}%", unit.write(q.median, 4))
+}
+
+/// The runs with the highest costs; `None` where there is nothing to tell apart.
+fn worst(summary: &SweepSummary, n: usize) -> Option<Table> {
+    let block = &summary.blocks[n];
+    let runs: u64 = block.cells.iter().map(|cell| cell.runs).sum();
+    if runs < 2 || block.worst.is_empty() {
+        return None;
+    }
+    let others: Vec<&str> = factors(summary).into_iter().filter(|name| *name != "method").collect();
+    let title = format!("Runs with the highest costs ({})", block_name(block));
+    let motor = (summary.motors > 1).then_some("motor");
+    let mut heads = vec!["run"];
+    heads.extend(motor);
+    heads.push("method");
+    heads.extend(&others);
+    heads.extend(["seed", "cost"]);
+    let mut table = Table::new(id(summary, "worst", n), title, &heads);
+    for run in &block.worst {
+        let f = &run.job.factors;
+        let mut row = vec![run.job.id.to_string()];
+        row.extend(motor.map(|_| run.motor.clone()));
+        row.push(f.method.name().to_owned());
+        row.extend(others.iter().map(|name| level(name, f, noise(block, f.noise))));
+        row.extend([f.seed.to_string(), number(run.outcome.cost.unwrap_or(f64::NAN), 4)]);
+        table.row(row);
+    }
+    Some(table)
+}
+
+/// Runs without a result; `None` where there are none.
+pub(super) fn failed(summary: &SweepSummary) -> Option<Table> {
+    if summary.failed == 0 {
+        return None;
+    }
+    let title = format!(
+        "{} {} without a result",
+        grouped(summary.failed),
+        plural(summary.failed, "run that ended", "runs that ended")
+    );
+    let mut table = Table::new("failed", title, &["run", "motor", "why"]);
+    for run in &summary.failures {
+        table.row(vec![run.id.to_string(), run.motor.clone(), run.message.clone()]);
+    }
+    if summary.failed > summary.failures.len() as u64 {
+        table.note(format!("The first {}; all are in results.jsonl.", many(summary.failures.len())));
+    }
+    Some(table)
+}

@@ -1,0 +1,122 @@
+//! Proves: the tables, the page and the document of made-up sweeps say what was put in.
+
+use super::sample::{how, line, product};
+use super::{SweepDocument, grouped, shortened, sweep_answer, sweep_page, sweep_tables};
+use crate::report::Table;
+use crate::study::sweep::Limits;
+
+fn table<'a>(tables: &'a [Table], id: &str) -> &'a Table {
+    tables.iter().find(|table| table.id == id).unwrap()
+}
+
+#[test]
+fn tables_are_whole_and_fit_the_terminal_when_shortened() {
+    let (line, limits) = line();
+    for (summary, limits) in [(&line, &limits), (&product(12), &Limits::default()), (&product(60), &limits)] {
+        for table in sweep_tables(summary, limits) {
+            assert!(table.rows.iter().all(|row| row.len() == table.heads.len()), "{}", table.id);
+            let text = shortened(&table, 20).text(80);
+            println!("{text}");
+            assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+            assert!(text.lines().count() <= 20 + 8, "{text}");
+        }
+    }
+    let many = sweep_tables(&product(60), &Limits::default());
+    let short = shortened(table(&many, "cost"), 20);
+    assert_eq!((table(&many, "cost").rows.len(), short.rows.len()), (60, 20));
+    assert!(short.notes.iter().any(|note| note.starts_with("40 more")), "{:?}", short.notes);
+}
+
+#[test]
+fn what_is_outside_is_named_the_farthest_first() {
+    let (summary, limits) = line();
+    let tables = sweep_tables(&summary, &limits);
+    let outside = table(&tables, "outside");
+    let motors: Vec<&str> = outside.rows.iter().map(|row| row[0].rsplit('-').next().unwrap()).collect();
+    assert_eq!(motors[0], "0080", "an inductance of two and a half times the usual");
+    let mut sorted = motors.clone();
+    sorted.sort_unstable();
+    assert_eq!(sorted, ["0017", "0080", "0081", "0200", "0299"]);
+    assert!(outside.rows[0][1].starts_with("L [mH]") && outside.rows[0][4].starts_with("≤ 8.5349"), "{outside:?}");
+    let limits_table = table(&tables, "limits");
+    let counts = |n: usize| -> usize { limits_table.rows.iter().map(|row| row[n].parse::<usize>().unwrap()).sum() };
+    assert_eq!((counts(3), counts(5)), (4 * 300 - 5, 5));
+    assert!(counts(4) <= counts(3));
+    assert_eq!(sweep_answer(&summary, &limits), "300 of 302 motors identified; 5 are outside the limits.");
+    assert!(sweep_answer(&summary, &Limits::default()).ends_with("identified."));
+    let document = SweepDocument::of(&summary, &limits);
+    assert_eq!(document["outside"].as_array().unwrap().len(), 5);
+    assert_eq!((&document["outside"][0]["id"], &document["outside"][0]["parameter"]), (&80.into(), &"L".into()));
+    assert_eq!(document["motors"]["parameters"]["R"]["outside"], 2);
+    assert!(document["motors"]["parameters"]["B"]["outside"].is_null(), "without limits nothing is outside");
+}
+
+#[test]
+fn cells_come_in_the_order_of_the_study_with_their_quantiles() {
+    let summary = product(12);
+    let tables = sweep_tables(&summary, &Limits::default());
+    let cost = table(&tables, "cost");
+    assert_eq!(cost.heads[..3], ["method", "noise", "runs"]);
+    assert_eq!(cost.rows[0][..3], ["gwo", "none", "200"]);
+    assert_eq!(cost.rows[11][..2], ["random", "80dB"]);
+    let document = SweepDocument::of(&summary, &Limits::default());
+    let cells = document["blocks"][0]["cells"].as_array().unwrap();
+    assert_eq!((cells.len(), &cells[4]["noise"]), (12, &"85dB".into()));
+    let q = &cells[7]["cost"];
+    let order = ["min", "q05", "q25", "median", "q75", "q95", "max"].map(|name| q[name].as_f64().unwrap());
+    assert!(order.is_sorted(), "{order:?}");
+    assert!(table(&tables, "cost").notes[0].contains("gwo, noise none"), "{:?}", cost.notes);
+}
+
+#[test]
+fn the_page_escapes_what_comes_from_files_and_warns() {
+    let (mut summary, limits) = line();
+    let evil = "<img src=x onerror=alert(1)>\u{202e}";
+    summary.results[80].motor = evil.to_owned();
+    summary.blocks[0].worst[0].motor = evil.to_owned();
+    summary.failures[0].message = evil.to_owned();
+    summary.blocks[0].cells[0].noise = evil.to_owned();
+    summary.varied = vec!["noise"];
+    summary.name = evil.to_owned();
+    (summary.missing, summary.taken_over) = (1, 2);
+    let page = sweep_page(&summary, &limits, &how()).html();
+    assert!(!page.contains("<img") && !page.contains('\u{202e}') && page.contains("&lt;img"));
+    assert!(page.matches("class=\"warning\"").count() == 3, "failed, missing, taken over");
+    let mut cells = product(2);
+    cells.blocks[0].cells[1].noise = evil.to_owned();
+    let page = sweep_page(&cells, &Limits::default(), &how()).html();
+    assert!(!page.contains("<img") && !page.contains('\u{202e}') && page.contains("&lt;img"));
+}
+
+#[test]
+fn a_sweep_without_results_is_a_page_too() {
+    let (mut summary, limits) = line();
+    summary.results.clear();
+    let cell = &mut summary.blocks[0].cells[0];
+    (cell.costs, cell.parameters, cell.failed) = (Vec::new(), Default::default(), 300);
+    (summary.failed, summary.blocks[0].worst) = (302, Vec::new());
+    assert_eq!(sweep_answer(&summary, &limits), "0 of 302 motors identified.");
+    assert!(sweep_page(&summary, &limits, &how()).html().contains("302 of 302 runs have no result"));
+    assert!(SweepDocument::of(&summary, &limits)["blocks"][0]["cells"][0]["cost"]["median"].is_null());
+    summary.blocks.clear();
+    assert!(!sweep_page(&summary, &limits, &how()).html().contains("NaN"));
+}
+
+#[test]
+fn counts_are_grouped() {
+    assert_eq!([0, 999, 1000, 1_234_567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
+}
+
+#[test]
+fn pages_are_rendered() {
+    let Ok(folder) = std::env::var("SWEEP_PAGES") else { return };
+    let (summary, limits) = line();
+    let pages = [
+        ("sweep", sweep_page(&summary, &limits, &how())),
+        ("cells", sweep_page(&product(12), &Limits::default(), &how())),
+        ("many", sweep_page(&product(40), &limits, &how())),
+    ];
+    for (name, page) in pages {
+        std::fs::write(format!("{folder}/{name}.html"), page.html()).unwrap();
+    }
+}

@@ -1,0 +1,173 @@
+//! How blocks, cells, units and counts of a sweep are written, and its answer in one sentence.
+
+use crate::motor::Parameter;
+use crate::study::statistics::{quantile, sorted};
+use crate::study::sweep::{Cell, Factors, Limits, SweepBlock, SweepSummary};
+use crate::text::{printable, significant};
+
+/// A count with its thousands set apart.
+#[must_use]
+pub fn grouped(count: u64) -> String {
+    let digits = count.to_string();
+    let mut text = String::new();
+    for (n, digit) in digits.chars().enumerate() {
+        if n > 0 && (digits.len() - n).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// The same of what is counted in memory.
+pub(super) fn many(count: usize) -> String {
+    grouped(count as u64)
+}
+
+/// A word in the number that fits.
+pub(super) fn plural<'a>(count: u64, one: &'a str, more: &'a str) -> &'a str {
+    if count == 1 { one } else { more }
+}
+
+/// The factors that tell cells apart: those with several levels, or else the method.
+pub(super) fn factors(summary: &SweepSummary) -> Vec<&'static str> {
+    if summary.varied.is_empty() { vec!["method"] } else { summary.varied.clone() }
+}
+
+/// Their headings in tables.
+pub(super) fn heads(summary: &SweepSummary) -> Vec<&'static str> {
+    let head = |name| match name {
+        "population" => "agents",
+        name => name,
+    };
+    factors(summary).into_iter().map(head).collect()
+}
+
+/// The level of a factor.
+pub(super) fn level(name: &str, factors: &Factors, noise: &str) -> String {
+    match name {
+        "method" => factors.method.name().to_owned(),
+        "polish" => factors.polish.name().to_owned(),
+        "population" => factors.population.to_string(),
+        "generations" => factors.generations.to_string(),
+        _ => noise.to_owned(),
+    }
+}
+
+/// The levels of the factors that tell cells apart.
+pub(super) fn levels(summary: &SweepSummary, cell: &Cell) -> Vec<String> {
+    factors(summary).into_iter().map(|name| level(name, &cell.factors, &cell.noise)).collect()
+}
+
+/// A cell in words: `gwo, 100 agents, noise 40dB`.
+pub(super) fn label(summary: &SweepSummary, cell: &Cell) -> String {
+    let word = |name| {
+        let level = level(name, &cell.factors, &cell.noise);
+        match name {
+            "population" => format!("{level} agents"),
+            "method" => level,
+            "generations" => format!("{level} generations"),
+            name => format!("{name} {level}"),
+        }
+    };
+    printable(&factors(summary).into_iter().map(word).collect::<Vec<_>>().join(", "))
+}
+
+/// The criterion and scale of a block.
+pub(super) fn block_name(block: &SweepBlock) -> String {
+    let factors = block.cells.first().map(|cell| cell.factors);
+    factors.map_or_else(String::new, |f| format!("{}, scale {}", f.criterion.name(), f.scale.name()))
+}
+
+/// The name of an added noise.
+pub(super) fn noise(block: &SweepBlock, place: usize) -> &str {
+    block.cells.iter().find(|cell| cell.factors.noise == place).map_or("", |cell| &cell.noise)
+}
+
+/// A unit with the prefix that suits a value.
+pub(super) struct Unit {
+    parameter: Parameter,
+    exponent: i32,
+}
+
+impl Unit {
+    /// For a typical value.
+    pub fn of(parameter: Parameter, typical: f64) -> Self {
+        let size = typical.abs();
+        let fits = |(least, exponent): (f64, i32)| (size >= least).then_some(exponent);
+        let exponent = [(0.1, 0), (1e-3, -3), (1e-6, -6), (1e-9, -9)].into_iter().find_map(fits).unwrap_or(0);
+        Self { parameter, exponent }
+    }
+
+    /// For values: their median.
+    pub fn for_all(parameter: Parameter, values: &[f64]) -> Self {
+        Self::of(parameter, quantile(&sorted(values), 0.5))
+    }
+
+    /// A value in the unit.
+    pub fn scale(&self, value: f64) -> f64 {
+        value * 10.0_f64.powi(-self.exponent)
+    }
+
+    /// A value in the unit, written; a dash where there is none.
+    pub fn write(&self, value: f64, digits: usize) -> String {
+        if value.is_nan() { "\u{2013}".to_owned() } else { significant(self.scale(value), digits) }
+    }
+
+    /// A limit in the unit, as it was given.
+    pub fn limit(&self, value: f64) -> String {
+        let text = significant(self.scale(value), 6);
+        if text.contains('.') && !text.contains('e') {
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        } else {
+            text
+        }
+    }
+
+    /// Symbol and unit: `L [mH]`.
+    pub fn head(&self) -> String {
+        let unit = ["ohm", "H", "V s/rad", "N m s/rad", "kg m\u{b2}"][self.parameter as usize];
+        let prefix = match (self.exponent, self.parameter) {
+            // A kilogram has its prefix already.
+            (-3, Parameter::J) => "10\u{207b}\u{b3} ",
+            (-6, Parameter::J) => "10\u{207b}\u{2076} ",
+            (-9, Parameter::J) => "10\u{207b}\u{2079} ",
+            (-3, _) => "m",
+            (-6, _) => "\u{b5}",
+            (-9, _) => "n",
+            _ => "",
+        };
+        format!("{} [{prefix}{unit}]", self.parameter.symbol())
+    }
+}
+
+/// The answer in one sentence, or two.
+#[must_use]
+pub fn sweep_answer(summary: &SweepSummary, limits: &Limits) -> String {
+    let found = if summary.motors > 1 {
+        format!("{} of {} motors identified", many(summary.results.len()), many(summary.motors))
+    } else {
+        let done = summary.runs - summary.missing - summary.failed;
+        format!("{} of {} runs of one motor have a result", grouped(done), grouped(summary.runs))
+    };
+    let outside = summary.outside(limits).len();
+    let verdict = match (limits.is_empty() || summary.results.is_empty(), outside) {
+        (true, _) => String::new(),
+        (_, 0) if summary.motors > 1 => "; all of them are within the limits".to_owned(),
+        (_, 0) => "; it is within the limits".to_owned(),
+        (_, _) if summary.motors == 1 => "; it is outside the limits".to_owned(),
+        (_, n) => format!("; {} {} outside the limits", many(n), plural(n as u64, "is", "are")),
+    };
+    let best = summary.blocks.first().and_then(|block| lowest(block).filter(|_| block.cells.len() > 1));
+    let best = best.map_or_else(String::new, |(cell, median)| {
+        format!(" {} has the lowest median cost ({}).", label(summary, cell), significant(median, 3))
+    });
+    format!("{found}{verdict}.{best}")
+}
+
+/// The cell with the lowest median cost, of those with the first noise, and its median.
+pub(super) fn lowest(block: &SweepBlock) -> Option<(&Cell, f64)> {
+    let noise = block.cells.first()?.factors.noise;
+    let cells = block.cells.iter().filter(|cell| cell.factors.noise == noise && !cell.costs.is_empty());
+    cells.map(|cell| (cell, quantile(&sorted(&cell.costs), 0.5))).min_by(|a, b| a.1.total_cmp(&b.1))
+}
