@@ -13,9 +13,10 @@ mod support;
 
 use motorfit::criterion::{Criterion, Noise, Norm, Scale};
 use motorfit::estimate::{
-    RefineOptions, Refined, SmFailure, SmOptions, global_reference, refine, steiglitz_mcbride, try_steiglitz_mcbride,
+    RefineOptions, Refined, SmFailure, SmOptions, fit_problem, global_reference, refine, refine_on, steiglitz_mcbride,
+    try_steiglitz_mcbride, try_steiglitz_mcbride_on,
 };
-use motorfit::evaluate::{Initial, Model};
+use motorfit::evaluate::{Initial, Model, Problem};
 use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
 use motorfit::identify::{IdentifySpec, Method, Polish, Status, identify, verify_at};
 use motorfit::motor::{Discretization, Parameter, Parameters, Space};
@@ -359,6 +360,23 @@ fn a_search_in_the_swapped_basin_is_stuck() {
     // Parameters from elsewhere are judged alike.
     let swapped = verify_at(&[m2_record()], &spec(1), &[1.0, 0.1, 0.0735, 1e-3, 1e-5]).unwrap();
     assert_eq!(swapped.status, Status::SearchStuck);
+}
+
+#[test]
+fn one_problem_serves_both_estimates() {
+    let clean = m2_record();
+    let record = with_noise(&clean, noise_of(&clean, Noise::Decibels(30.0)), 1).unwrap();
+    let records = std::slice::from_ref(&record);
+    let problem = fit_problem(records, &Space::table2(), Model::default()).unwrap();
+    let estimate = steiglitz_mcbride(&record, &SmOptions::default()).unwrap();
+    assert_eq!(try_steiglitz_mcbride_on(&problem, 0, None).unwrap(), Ok(estimate));
+    let (space, start) = (wide(estimate.parameters.to_array()), estimate.parameters.to_array());
+    let on_it = refine_on(&problem.with_space(space.clone()), &start, None).unwrap();
+    assert_eq!(on_it, refined(&record, &space, start, None));
+    assert!(try_steiglitz_mcbride_on(&problem, 1, None).is_err());
+    assert!(refine_on(&problem, &start, Some(&[])).is_err());
+    let other = Problem::new(records, Model::default(), space, Criterion::default()).unwrap();
+    assert!(refine_on(&other, &start, None).is_err() && try_steiglitz_mcbride_on(&other, 0, None).is_err());
 }
 
 #[test]
