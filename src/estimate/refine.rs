@@ -6,7 +6,7 @@
 
 use super::normal::{Fit, Normal, Sigma};
 use super::uncertainty::{Uncertainty, uncertainty};
-use crate::criterion::{Criterion, Norm, Scale, noise_sigma};
+use crate::criterion::{Criterion, Norm, Scale};
 use crate::evaluate::{Model, Problem, Signals};
 use crate::motor::{Parameters, Space};
 use crate::record::Record;
@@ -123,8 +123,7 @@ pub(super) fn first_sigma(signals: &Signals) -> [f64; 2] {
         if !signals.has(channel) {
             return 1.0;
         }
-        let signal: Vec<f64> = signals.measured.iter().map(|y| y[channel]).collect();
-        noise_sigma(&signal).max(1e-4 * signals.rms(channel)).max(SMALLEST)
+        signals.noise(channel).max(1e-4 * signals.rms(channel)).max(SMALLEST)
     })
 }
 

@@ -4,6 +4,7 @@ use crate::criterion::{Criterion, noise_sigma, peak};
 use crate::motor::{Discretization, Drive};
 use crate::record::Record;
 use crate::{Error, ErrorKind, Result};
+use std::sync::OnceLock;
 
 /// The state `[i, ω]` in which the simulation starts.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -64,6 +65,8 @@ pub struct Signals {
     pub(crate) measured: Vec<[f64; 2]>,
     /// Sum of squares of each channel.
     power: [f64; 2],
+    /// σ of the noise that each channel itself shows, once it was asked for.
+    noise: OnceLock<[f64; 2]>,
     /// Weights of the errors; empty when all are 1. A masked sample weighs 0.
     pub(crate) weight: Vec<[f64; 2]>,
     /// For each sample whether its current and its speed count; empty when all do.
@@ -106,6 +109,7 @@ impl Signals {
                 _ => (0..record.len()).map(|n| measured.map(|m| m.map_or(0.0, |m| m[n]))).collect(),
             },
             power: [0.0; 2],
+            noise: OnceLock::new(),
             weight: Vec::new(),
             counting,
             independent: record.independent(),
@@ -179,6 +183,13 @@ impl Signals {
         #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
         let count = self.len() as f64;
         (self.power[channel] / count).sqrt()
+    }
+
+    /// σ of the noise that a channel itself shows.
+    #[must_use]
+    pub(crate) fn noise(&self, channel: usize) -> f64 {
+        let of = |channel: usize| noise_sigma(&self.measured.iter().map(|y| y[channel]).collect::<Vec<_>>());
+        self.noise.get_or_init(|| [0, 1].map(of))[channel]
     }
 
     /// Whether a channel of a sample counts.
