@@ -7,18 +7,36 @@ use std::collections::BTreeSet;
 use std::process::{Child, Stdio};
 use std::time::Duration;
 
-/// Long enough to be killed a hundred times: searches and fits, some with noise.
+/// Several pieces of searches and fits, some with noise.
 const STUDY: &str = r#"
-recordings = ["a.csv"]
+recordings = ["long.csv"]
 methods = ["gwo", "sm", "jaya"]
 polish = ["none", "lm"]
 population = [40]
 generations = [60]
-seeds = "1..400"
+seeds = "1..90"
 noise = ["none", "40dB"]
 bounds = "table2"
 device = "cpu"
 "#;
+const RUNS: usize = 3 * 2 * 90 * 2;
+
+/// The study on 3001 samples.
+fn with_long_study() -> (Folder, String) {
+    let (folder, study) = with_study(STUDY);
+    program::ok(&[
+        "simulate",
+        "--parameters",
+        M2,
+        "--input",
+        "step:10.5@1",
+        "--noise",
+        "40dB",
+        "--out",
+        &folder.path("long.csv"),
+    ]);
+    (folder, study)
+}
 
 fn start(dir: &str, shard: &str) -> Child {
     let mut command = motorfit();
@@ -28,36 +46,41 @@ fn start(dir: &str, shard: &str) -> Child {
 
 #[test]
 fn a_hundred_kills_lose_nothing() {
-    let (folder, study) = with_study(STUDY);
-    let (whole, killed) = (folder.path("whole"), folder.path("killed"));
+    let (folder, study) = with_long_study();
+    let whole = folder.path("whole");
     let begun = std::time::Instant::now();
     done(&[&study, "--out", &whole]);
     let seconds = begun.elapsed().as_secs_f64();
-    done(&["plan", &study, "--out", &killed]);
     let mut numbers = Xoshiro256PlusPlus::seed_from_u64(1);
-    let mut progressed = BTreeSet::new();
-    for kill in 0..100 {
-        // Two shards in turn; every instant from the first on, start-up included.
-        let mut child = start(&killed, if kill % 2 == 0 { "1/2" } else { "2/2" });
-        std::thread::sleep(Duration::from_secs_f64(numbers.random_range(0.0..0.02 + seconds / 60.0)));
-        child.kill().unwrap();
-        child.wait().unwrap();
-        progressed.insert(ids(&killed).len());
+    let (mut kills, mut sweeps, mut in_the_middle) = (0, 0, 0);
+    while kills < 100 {
+        let dir = folder.path(&format!("killed{sweeps}"));
+        done(&["plan", &study, "--out", &dir]);
+        while kills < 100 && ids(&dir).len() < RUNS {
+            // Two shards in turn; every instant from the first on, start-up included.
+            let mut child = start(&dir, if kills % 2 == 0 { "1/2" } else { "2/2" });
+            std::thread::sleep(Duration::from_secs_f64(numbers.random_range(0.0..0.02 + seconds / 4.0)));
+            child.kill().unwrap();
+            child.wait().unwrap();
+            kills += 1;
+            in_the_middle += usize::from((1..RUNS).contains(&ids(&dir).len()));
+        }
+        for shard in ["1/2", "2/2"] {
+            done(&["run", &dir, "--shard", shard]);
+        }
+        done(&["merge", &dir]);
+        assert!(bytes(&dir) == bytes(&whole), "after {kills} kills");
+        let all = ids(&dir);
+        assert_eq!(all.len(), all.iter().collect::<BTreeSet<_>>().len(), "none was done twice");
+        assert_eq!(all.len(), RUNS);
+        sweeps += 1;
     }
-    assert!(progressed.len() > 10, "kills came in the middle of the work: {progressed:?}");
-    for shard in ["1/2", "2/2"] {
-        done(&["run", &killed, "--shard", shard]);
-    }
-    done(&["merge", &killed]);
-    assert!(bytes(&killed) == bytes(&whole));
-    let all = ids(&killed);
-    assert_eq!(all.len(), all.iter().collect::<BTreeSet<_>>().len(), "none was done twice");
-    assert_eq!(all.len(), results(&whole).len());
+    assert!(in_the_middle > 50, "{in_the_middle} kills came in the middle of the work, in {sweeps} sweeps");
 }
 
 #[test]
 fn an_interruption_keeps_what_is_finished() {
-    let (folder, study) = with_study(STUDY);
+    let (folder, study) = with_long_study();
     let dir = folder.path("out");
     done(&["plan", &study, "--out", &dir]);
     let child = start(&dir, "1/1");
@@ -83,13 +106,13 @@ fn an_interruption_keeps_what_is_finished() {
     assert_eq!(results(&dir).len(), kept);
     done(&["run", &dir]);
     done(&["merge", &dir]);
-    assert_eq!(results(&dir).len(), 400 * 3 * 2 * 2);
-    assert_eq!(ids(&dir).len(), 400 * 3 * 2 * 2);
+    assert_eq!(results(&dir).len(), RUNS);
+    assert_eq!(ids(&dir).len(), RUNS);
 }
 
 #[test]
 fn a_second_run_of_a_shard_is_kept_out() {
-    let (folder, study) = with_study(STUDY);
+    let (folder, study) = with_long_study();
     let dir = folder.path("out");
     done(&["plan", &study, "--out", &dir]);
     let mut first = start(&dir, "1/2");

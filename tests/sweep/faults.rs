@@ -21,7 +21,14 @@ fn a_broken_recording_costs_its_own_runs() {
     folder.file("m1.csv", "time_s,voltage_V,current_A,speed_rad_s\n0,1,x,3\n");
     // A motor that nothing drives.
     let rows: String = (0..300)
-        .map(|n| format!("{},0,{},{}\n", f64::from(n) * 0.001, 0.01 * f64::from(n % 7 - 3), 0.1 * f64::from(n % 3 - 1)))
+        .map(|n| {
+            format!(
+                "{},0,{},{}\n",
+                f64::from(n) * 0.001,
+                0.01 * f64::from((n + 3) % 7 - 3),
+                0.1 * f64::from((n + 1) % 3 - 1)
+            )
+        })
         .collect();
     folder.file("m2.csv", format!("time_s,voltage_V,current_A,speed_rad_s\n{rows}"));
     let dir = folder.path("out");
