@@ -9,6 +9,7 @@ use crate::estimate::{Refined, Uncertainty, fit_problem};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Parameters, Space};
 use crate::record::Record;
+use std::borrow::Cow;
 
 /// Parameters with how sure they are.
 #[derive(Debug, Clone, PartialEq)]
@@ -132,8 +133,12 @@ fn fit_percent(records: &[Record], refined: &Refined) -> [Option<f64>; 2] {
         for record in records {
             let Some(measured) = record.measured()[channel] else { continue };
             let counting = record.counting();
-            let counts = |n: &usize| counting.get(*n).is_none_or(|counts| counts[channel]);
-            let kept: Vec<f64> = (0..measured.len()).filter(counts).map(|n| measured[n]).collect();
+            let kept: Cow<'_, [f64]> = match counting.is_empty() {
+                true => Cow::Borrowed(measured),
+                false => {
+                    measured.iter().zip(&counting).filter(|(_, counts)| counts[channel]).map(|(y, _)| *y).collect()
+                }
+            };
             let mean = mean(&kept);
             about += kept.iter().map(|y| (y - mean) * (y - mean)).sum::<f64>();
         }

@@ -12,7 +12,7 @@ use motorfit::Error;
 use motorfit::Result;
 use motorfit::identify::{values, with_threads};
 use motorfit::report::json;
-use motorfit::report::sweep::{SweepDocument, shortened, sweep_page, sweep_tables};
+use motorfit::report::sweep::{SweepDocument, shortened, sweep_answer, sweep_page, sweep_tables};
 use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, Tally};
 use motorfit::text::{engineering, printable, significant};
 use progress::SweepReporter;
@@ -205,7 +205,8 @@ fn merge(sweep: &Sweep, shown: &Shown, (report, as_json): (Option<&PathBuf>, boo
     if as_json {
         data(&document)?;
     } else {
-        let mut text = format!("{STRONG}{}{STRONG:#}: {} runs\n", printable(&summary.name), summary.runs);
+        let answer = printable(&sweep_answer(&summary, &limits));
+        let mut text = format!("{STRONG}{}{STRONG:#}: {answer}\n", printable(&summary.name));
         for table in &tables {
             let _ = write!(text, "\n{}", shortened(table, ROWS).text(WIDTH));
         }

@@ -1,12 +1,12 @@
 //! Histograms in panels, with limits as dashed lines.
 
-use super::{COLORS, nothing, round_step, small};
+use super::{COLORS, nothing, small};
 use crate::study::statistics::{quantile, sorted};
 use kuva::backend::svg::SvgBackend;
 use kuva::plot::Histogram as Bars;
 use kuva::plot::annotations::ReferenceLine;
 use kuva::render::figure::Figure;
-use kuva::render::layout::Layout;
+use kuva::render::layout::{Layout, TickFormat};
 use kuva::render::plots::Plot;
 
 /// Fewest and most bins.
@@ -38,9 +38,10 @@ impl Histogram {
     /// From where to where values are drawn: a stray one does not squeeze the others.
     fn range(&self) -> [f64; 2] {
         let sorted = sorted(&self.values);
-        let [min, low, high, max] = [0.0, 0.25, 0.75, 1.0].map(|p| quantile(&sorted, p));
-        let reach = FENCE * (high - low);
-        if reach > 0.0 { [min.max(low - reach), max.min(high + reach)] } else { [min, max] }
+        let [low, high] = [0.25, 0.75].map(|p| quantile(&sorted, p));
+        let reach = if high > low { FENCE * (high - low) } else { f64::INFINITY };
+        let near = || sorted.iter().copied().filter(|v| (low - reach..=high + reach).contains(v));
+        [near().next().unwrap_or(f64::NAN), near().next_back().unwrap_or(f64::NAN)]
     }
 
     /// How many values lie beyond what is drawn.
@@ -77,8 +78,11 @@ impl Histogram {
 
     /// The bars; those within limits before the others.
     fn plots(&self, bins: Bins) -> Vec<Plot> {
+        // Where nothing is outside, nothing of the other colour shines through.
+        let behind = bins.all.iter().zip(&bins.within).map(|(all, within)| if all > within { *all } else { 0.0 });
+        let behind = behind.collect();
         let bars = |counts, color| Plot::Histogram(Bars::from_bins(bins.edges.clone(), counts).with_color(color));
-        vec![bars(bins.all, COLORS[2]), bars(bins.within, COLORS[5])]
+        vec![bars(behind, COLORS[2]), bars(bins.within, COLORS[5])]
     }
 
     fn layout(&self, plots: &[Plot]) -> Layout {
@@ -96,7 +100,24 @@ impl Histogram {
         let step = round_step((to - from) / 4.0);
         let [first, last] = [(from / step - 0.1).floor() * step, (to / step + 0.1).ceil() * step];
         let layout = layout.with_x_axis_min(first).with_x_axis_max(last).with_x_tick_step(step);
+        let layout = layout.with_x_tick_format(decimals(step));
         small(if self.title.is_empty() { layout } else { layout.with_title(self.title.clone()) })
+    }
+}
+
+/// The next larger of 1, 2 and 5 times a power of ten.
+fn round_step(least: f64) -> f64 {
+    let power = 10.0_f64.powf(least.log10().floor());
+    [1.0, 2.0, 5.0].into_iter().map(|step| step * power).find(|step| *step >= least).unwrap_or(10.0 * power)
+}
+
+/// As many decimals as a step has; of tiny ones an exponent.
+fn decimals(step: f64) -> TickFormat {
+    match step.log10().floor() {
+        power if power >= 0.0 => TickFormat::Fixed(0),
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "5 at most")]
+        power if power >= -5.0 => TickFormat::Fixed(-power as usize),
+        _ => TickFormat::Auto,
     }
 }
 

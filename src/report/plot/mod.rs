@@ -242,12 +242,6 @@ pub fn boxes(panels: &[Boxes], label: &str) -> String {
     SvgBackend::default().render_scene(&figure.render())
 }
 
-/// The next larger of 1, 2 and 5 times a power of ten.
-fn round_step(least: f64) -> f64 {
-    let power = 10.0_f64.powf(least.log10().floor());
-    [1.0, 2.0, 5.0].into_iter().map(|step| step * power).find(|step| *step >= least).unwrap_or(10.0 * power)
-}
-
 /// A drawing that says that there is nothing to draw.
 fn nothing(title: &str) -> String {
     let mut escaped = String::new();

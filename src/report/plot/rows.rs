@@ -1,6 +1,6 @@
 //! Boxes one below the other, so that their names can be read.
 
-use super::{Boxes, COLORS, nothing, round_step};
+use super::{Boxes, COLORS, nothing};
 use crate::text::significant;
 use kuva::plot::BoxPlot;
 use kuva::render::layout::{Layout, TickFormat};
@@ -43,7 +43,7 @@ pub fn box_rows(panel: &Boxes, label: &str, [low, high]: [f64; 2], is_log: bool)
         // Whole decades where there are some.
         let decades = placed(&high) - placed(&low);
         if decades >= 2.0 {
-            layout = layout.with_x_tick_step(round_step(decades / 6.0).max(1.0));
+            layout = layout.with_x_tick_step((decades / 6.0).ceil());
         }
     }
     #[expect(clippy::cast_precision_loss, reason = "a count")]

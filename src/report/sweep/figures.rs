@@ -30,7 +30,7 @@ pub(super) fn motors(summary: &SweepSummary, limits: &Limits) -> Option<Figure> 
     let panels = Parameter::ALL.map(panel);
     let mut caption = format!("The parameters of {} motors.", many(summary.results.len()));
     if !limits.is_empty() {
-        caption.push_str(" Dashed: the limits; motors outside of them are of their colour.");
+        caption.push_str(" Dashed: the limits; motors outside of them are of the same colour.");
     }
     let beyond: usize = panels.iter().map(Histogram::beyond).sum();
     if beyond > 0 {

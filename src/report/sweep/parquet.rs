@@ -259,9 +259,6 @@ mod tests {
         let rows = GROUP as u64 + 5;
         std::fs::write(&results, (0..rows).map(|id| line(id) + "\n").collect::<String>()).unwrap();
         write_parquet(&results, &out).unwrap();
-        if let Ok(kept) = std::env::var("SWEEP_PARQUET") {
-            std::fs::copy(&out, kept).unwrap();
-        }
         let reader = SerializedFileReader::new(File::open(&out).unwrap()).unwrap();
         assert_eq!((reader.num_row_groups(), reader.metadata().file_metadata().num_rows()), (2, rows as i64));
         let columns = columns();

@@ -53,7 +53,7 @@ fn costs(summary: &SweepSummary, n: usize) -> Table {
         table.row(row);
     }
     if let Some((best, median)) = lowest(block).filter(|_| block.cells.len() > 1) {
-        table.note(format!("{} has the lowest median: {}.", label(summary, best), significant(median, 3)));
+        table.note(format!("Lowest median: {} ({}).", label(summary, best), significant(median, 3)));
     }
     if summary.stride > 1 {
         table.note(format!("Quantiles are of one run in {}.", grouped(summary.stride)));

@@ -16,7 +16,6 @@ fn tables_are_whole_and_fit_the_terminal_when_shortened() {
         for table in sweep_tables(summary, limits) {
             assert!(table.rows.iter().all(|row| row.len() == table.heads.len()), "{}", table.id);
             let text = shortened(&table, 20).text(80);
-            println!("{text}");
             assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
             assert!(text.lines().count() <= 20 + 8, "{text}");
         }
@@ -105,18 +104,4 @@ fn a_sweep_without_results_is_a_page_too() {
 #[test]
 fn counts_are_grouped() {
     assert_eq!([0, 999, 1000, 1_234_567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
-}
-
-#[test]
-fn pages_are_rendered() {
-    let Ok(folder) = std::env::var("SWEEP_PAGES") else { return };
-    let (summary, limits) = line();
-    let pages = [
-        ("sweep", sweep_page(&summary, &limits, &how())),
-        ("cells", sweep_page(&product(12), &Limits::default(), &how())),
-        ("many", sweep_page(&product(40), &limits, &how())),
-    ];
-    for (name, page) in pages {
-        std::fs::write(format!("{folder}/{name}.html"), page.html()).unwrap();
-    }
 }

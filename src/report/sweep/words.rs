@@ -160,7 +160,7 @@ pub fn sweep_answer(summary: &SweepSummary, limits: &Limits) -> String {
     };
     let best = summary.blocks.first().and_then(|block| lowest(block).filter(|_| block.cells.len() > 1));
     let best = best.map_or_else(String::new, |(cell, median)| {
-        format!(" {} has the lowest median cost ({}).", label(summary, cell), significant(median, 3))
+        format!(" Lowest median cost: {} ({}).", label(summary, cell), significant(median, 3))
     });
     format!("{found}{verdict}.{best}")
 }
