@@ -177,7 +177,7 @@ mod tests {
             let exponent = exponents[usize::try_from((next() % 24).saturating_sub(18)).unwrap()];
             check(&format!("{sign}{}.{}{exponent}", &digits[..point], &digits[point..]));
             // What programs write: as many digits as tell the number from its neighbours.
-            let value = f64::from_bits((next() << 31 | next()) % (1 << 52) | (1023 - next() % 64) << 52);
+            let value = f64::from_bits(((next() << 31 | next()) % (1 << 52)) | ((1023 - next() % 64) << 52));
             check(&format!("{value}"));
             check(&format!("{value:.18e}"));
         }
