@@ -71,9 +71,10 @@ impl<'a> Fit<'a> {
         DVector::from_iterator(self.unknowns, values.iter().map(|v| v.ln()).chain(states))
     }
 
-    /// The values of the free parameters.
+    /// The values of the free parameters: the way through the logarithm must not lead out of the bounds.
     pub(super) fn values(&self, unknowns: &DVector<f64>) -> Vec<f64> {
-        unknowns.iter().take(self.problem.space().free().len()).map(|v| v.exp()).collect()
+        let axes = self.problem.space().free();
+        axes.iter().zip(unknowns.iter()).map(|(axis, v)| v.exp().max(axis.min).min(axis.max)).collect()
     }
 
     /// The initial state of every recording.

@@ -1,7 +1,7 @@
 //! What the recordings cannot give: said before the fit where the recordings show it, after it where only the fit does.
 
 use super::search::setup;
-use super::spec::{Identification, IdentifySpec};
+use super::spec::IdentifySpec;
 use super::warnings::Warning;
 use super::{Method, Polish, not_identified, warnings};
 use crate::estimate::{Refined, describe};
@@ -99,14 +99,14 @@ fn unknown(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<Stri
 }
 
 /// Whether the result is one: a simulation that explains nothing in any channel is none.
-pub(super) fn fit(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Result<()> {
+pub(super) fn fit(records: &[Record], spec: &IdentifySpec, fit_percent: [Option<f64>; 2]) -> Result<()> {
     if spec.polish == Polish::None {
         return Ok(());
     }
-    if warnings::poor_fit(found.fit_percent).is_some() {
+    if warnings::poor_fit(fit_percent).is_some() {
         reversed_sign(records)?;
     }
-    if found.fit_percent.iter().flatten().all(|percent| *percent <= 0.0) {
+    if fit_percent.iter().flatten().all(|percent| *percent <= 0.0) {
         return Err(not_identified(
             "the motor does not explain the recordings: no fit is better than the mean",
             "Check columns, units and signs.",

@@ -1,8 +1,8 @@
 //! A fit without the search of the whole box and without diagnoses: what a batch of thousands needs of each.
 
 use super::search::{around, steiglitz_mcbride};
-use super::spec::IdentifySpec;
-use super::{Polish, checks, refine_widening};
+use super::spec::{IdentifySpec, side};
+use super::{Polish, checks, figures, refine_widening, warnings};
 use crate::Result;
 use crate::criterion::mean;
 use crate::estimate::{Refined, Uncertainty, fit_problem};
@@ -26,7 +26,7 @@ pub struct Fitted {
     pub uncertainty: Option<Uncertainty>,
     /// The bound, `min` or `max`, that each free parameter stands at.
     pub at_bound: Vec<Option<&'static str>>,
-    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed; `None` without a polish, or for a channel not measured.
+    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed; `None` for a channel not measured.
     pub fit_percent: [Option<f64>; 2],
     /// Iterations of Steiglitz–McBride; 0 for a search's result.
     pub iterations: usize,
@@ -69,22 +69,27 @@ fn polished_on(
     values: &[f64],
 ) -> Result<Fitted> {
     if spec.polish == Polish::None {
+        let fit_percent = figures::of(records, &plain.with_space(space.clone()), values).0;
         return Ok(Fitted {
             parameters: space.parameters(values, 0),
             values: values.to_vec(),
-            at_bound: vec![None; values.len()],
+            at_bound: sides(space, values),
             space: space.clone(),
             initial: None,
             uncertainty: None,
-            fit_percent: [None; 2],
+            fit_percent,
             iterations: 0,
-            warnings: Vec::new(),
+            warnings: codes(&sides(space, values), fit_percent),
         });
     }
     let (refined, space) = refine_widening(plain, spec, space, values)?;
     let mut warnings = Vec::new();
     checks::after(records, spec, &space, &refined, &mut warnings)?;
-    let mut codes: Vec<&'static str> = warnings.iter().map(|warning| warning.code).collect();
+    let fit_percent = fit_percent(records, &refined);
+    checks::fit(records, spec, fit_percent)?;
+    let at_bound = sides(&space, &refined.values);
+    let mut codes: Vec<&'static str> =
+        warnings.iter().map(|warning| warning.code).chain(codes(&at_bound, fit_percent)).collect();
     if !refined.converged {
         codes.push("not_converged");
     }
@@ -93,15 +98,26 @@ fn polished_on(
     }
     Ok(Fitted {
         parameters: refined.parameters,
-        fit_percent: fit_percent(records, &refined),
+        fit_percent,
         space,
         initial: Some(refined.initial),
         values: refined.values,
-        at_bound: refined.at_bound,
+        at_bound,
         uncertainty: Some(refined.uncertainty),
         iterations: 0,
         warnings: codes,
     })
+}
+
+/// The bounds that values stand at.
+fn sides(space: &Space, values: &[f64]) -> Vec<Option<&'static str>> {
+    space.free().iter().zip(values).map(|(axis, value)| side(axis, *value)).collect()
+}
+
+/// Codes of what bounds and fit say.
+fn codes(at_bound: &[Option<&'static str>], fit_percent: [Option<f64>; 2]) -> Vec<&'static str> {
+    let bound = at_bound.iter().any(Option::is_some).then_some("at_bound");
+    bound.into_iter().chain(warnings::poor_fit(fit_percent).map(|warning| warning.code)).collect()
 }
 
 /// The space of a search: bounds that follow the Steiglitz–McBride estimate do so where there is one.

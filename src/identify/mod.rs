@@ -118,7 +118,7 @@ fn run(
     warnings.append(&mut attempt.found.warnings);
     checks::after(records, spec, &attempt.space, &attempt.refined, &mut warnings)?;
     let mut result = Identification { verification, ..assemble(records, spec, attempt)? };
-    checks::fit(records, spec, &result)?;
+    checks::fit(records, spec, result.fit_percent)?;
     warnings.extend(warnings::of_result(&result, &estimate));
     warnings.extend(held::of_result(records, spec, &result));
     warnings.extend(held::coarse(records, &result));

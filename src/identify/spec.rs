@@ -8,7 +8,7 @@ use super::warnings::Warning;
 use crate::criterion::Criterion;
 use crate::estimate::Uncertainty;
 use crate::evaluate::Model;
-use crate::motor::{Parameter, Parameters, Scope, Space};
+use crate::motor::{Axis, Parameter, Parameters, Scope, Space};
 use crate::optimize::Stop;
 
 /// What is to be done.
@@ -123,15 +123,20 @@ impl Identification {
     /// itself.
     #[must_use]
     pub fn at_bound(&self, parameter: Parameter) -> Option<&'static str> {
-        let shared = |a: &&crate::motor::Axis| a.parameter == parameter && a.scope == Scope::Shared;
+        let shared = |a: &&Axis| a.parameter == parameter && a.scope == Scope::Shared;
         let axis = self.space.free().iter().find(shared)?;
-        let (value, near) = (self.parameters.get(parameter), 1e-4 * (axis.max - axis.min));
-        if value - axis.min <= near && value <= 1.01 * axis.min {
-            Some("min")
-        } else if axis.max - value <= near && value >= 0.99 * axis.max {
-            Some("max")
-        } else {
-            None
-        }
+        side(axis, self.parameters.get(parameter))
+    }
+}
+
+/// The bound that a value stands at, as [`Identification::at_bound`] has it.
+pub(super) fn side(axis: &Axis, value: f64) -> Option<&'static str> {
+    let near = 1e-4 * (axis.max - axis.min);
+    if value - axis.min <= near && value <= 1.01 * axis.min {
+        Some("min")
+    } else if axis.max - value <= near && value >= 0.99 * axis.max {
+        Some("max")
+    } else {
+        None
     }
 }

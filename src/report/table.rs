@@ -64,7 +64,8 @@ impl Table {
     /// As CSV with a heading.
     #[must_use]
     pub fn csv(&self) -> String {
-        let line = |cells: &[String]| cells.iter().map(|cell| quoted(cell)).collect::<Vec<_>>().join(",") + "\n";
+        let line =
+            |cells: &[String]| cells.iter().map(|cell| quoted(&printable(cell))).collect::<Vec<_>>().join(",") + "\n";
         line(&self.heads) + &self.rows.iter().map(|row| line(row)).collect::<String>()
     }
 }

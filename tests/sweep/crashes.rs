@@ -145,14 +145,51 @@ fn a_torn_line_is_done_again() {
         assert!(bytes(&torn) == bytes(&whole), "cut at {cut}");
         assert_eq!(ids(&torn).len(), 8);
     }
-    // Damage in the middle costs that run, and is said.
-    let mut damaged = all.clone();
-    damaged[all.len() / 2] = 0;
-    std::fs::write(&log, &damaged).unwrap();
-    let (code, _, err) = sweep(&[&study, "--out", &torn]);
-    assert_eq!(code, 0, "{err}");
-    assert!(err.contains("damaged"), "{err}");
-    assert!(bytes(&torn) == bytes(&whole));
+    // Damage in the middle costs that run, and is said: a byte that is no text, a digit, a key.
+    let (text, middle) = (String::from_utf8(all.clone()).unwrap(), all.len() / 2);
+    let mut zero = all.clone();
+    zero[middle] = 0;
+    let digit = text.replacen("\"cost\":0.0", "\"cost\":0.1", 1).into_bytes();
+    let key = text.replacen("\"stop\":\"budget", "\"stoq\":\"budget", 1).into_bytes();
+    for damaged in [zero, digit, key] {
+        assert!(damaged != all);
+        std::fs::write(&log, &damaged).unwrap();
+        let (code, _, err) = sweep(&[&study, "--out", &torn]);
+        assert_eq!(code, 0, "{err}");
+        assert!(err.contains("damaged"), "{err}");
+        assert!(bytes(&torn) == bytes(&whole));
+        // Once is enough: what is mended is not spoken of again.
+        let (code, _, err) = sweep(&[&study, "--out", &torn]);
+        assert!(code == 0 && !err.contains("damaged"), "{err}");
+    }
+}
+
+#[test]
+fn searches_of_auto_are_kept_as_they_come() {
+    // Irregular samples: Steiglitz–McBride cannot serve, and every run searches.
+    let (folder, study) = with_study(
+        "recordings = [\"odd.csv\"]\nmethods = [\"auto\"]\nseeds = \"1..60\"\npopulation = [400]\ngenerations = [400]\ngaps = \"keep\"\n",
+    );
+    let rows = std::fs::read_to_string(folder.path("a.csv")).unwrap();
+    let odd: String = rows.lines().enumerate().filter(|(n, _)| n % 7 != 3).map(|(_, row)| format!("{row}\n")).collect();
+    folder.file("odd.csv", odd);
+    let dir = folder.path("out");
+    done(&["plan", &study, "--out", &dir]);
+    let mut child = start(&dir, "1/1");
+    while ids_if_any(&dir).is_empty() {
+        assert!(child.try_wait().unwrap().is_none(), "nothing was kept until the end");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let kept = ids(&dir).len();
+    assert!(kept < 60, "{kept} of 60");
+    done(&["run", &dir]);
+    assert_eq!(ids(&dir).len(), 60);
+}
+
+fn ids_if_any(dir: &str) -> Vec<u64> {
+    if std::path::Path::new(&format!("{dir}/results-1-of-1.jsonl")).exists() { ids(dir) } else { Vec::new() }
 }
 
 /// The template, with a queue that runs each task at once; the second task is killed the first time.

@@ -62,11 +62,22 @@ fn a_broken_recording_costs_its_own_runs() {
         motors
     };
     assert_eq!(failed(&dir), ["m1", "m2", "m3", "m4"]);
-    // What is mended is done; what the recording does not tell stays so.
+    // What is mended is done, once; what the recording does not tell stays so, and is said by every run.
     recording(&folder, "m3.csv", M2, 3);
     recording(&folder, "m4.csv", M2, 4);
-    let (code, _, _) = sweep(&["run", &dir]);
+    let (code, _, _) = sweep(&["run", &dir, "--shard", "1/2"]);
     assert_eq!(code, 4);
+    let (code, _, _) = sweep(&["run", &dir, "--shard", "2/2"]);
+    assert_eq!(code, 4);
+    let lines = ids(&dir).len();
+    let (code, out, _) = sweep(&["run", &dir, "--json"]);
+    assert_eq!(code, 4);
+    let tally: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(
+        (&tally["failed"], &tally["failures"][0]["motor"], &tally["finished"]),
+        (&8.into(), &"m1".into(), &4.into())
+    );
+    assert_eq!(ids(&dir).len(), lines + 4, "only the broken recording is tried again");
     let _ = sweep(&["merge", &dir]);
     assert_eq!(failed(&dir), ["m1", "m2"]);
     // The same from a whole, uninterrupted run.
@@ -93,7 +104,7 @@ fn a_changed_study_or_recording_is_noticed() {
     recording(&folder, "m2.csv", M2, 2);
     folder.file("study.toml", LINE);
     let (_, _, err) = sweep(&[&study, "--out", &dir]);
-    assert!(err.contains("3 motors instead of 2"), "{err}");
+    assert!(err.contains("the motor m2 is new"), "{err}");
     // A manifest that somebody wrote in belongs to no results.
     let manifest = std::fs::read_to_string(format!("{dir}/manifest.json")).unwrap();
     std::fs::write(format!("{dir}/manifest.json"), manifest.replace("study.toml", "studi.toml")).unwrap();
@@ -129,6 +140,86 @@ fn results_of_another_study_are_not_mixed_in() {
     }
     std::fs::write(format!("{one}/results-2-of-3.jsonl"), "no results\n").unwrap();
     assert!(sweep(&["run", &one]).2.contains("is no results file"));
+}
+
+#[test]
+fn every_broken_recording_is_named() {
+    let (folder, _) = line_of_motors(1);
+    folder.file("m1.csv", "x");
+    folder.file("m2.csv", "y");
+    let study = folder.file(
+        "study.toml",
+        "recordings = [\"m*.csv\"]\nmethods = [\"sm\"]\nnoise = \"40dB\"\nseeds = \"1..300\"\ndevice = \"cpu\"\n",
+    );
+    let (code, out, err) = sweep(&[&study, "--out", &folder.path("out")]);
+    assert_eq!(code, 4);
+    for motor in ["m1", "m2"] {
+        assert!(
+            err.contains(&format!("and 299 more runs ({motor})")) && out.contains(&format!("  {motor}")),
+            "{err}{out}"
+        );
+    }
+}
+
+#[test]
+fn a_study_that_moves_goes_on_where_it_was() {
+    let (folder, _) = line_of_motors(2);
+    let (old, new, dir) = (folder.path("old"), folder.path("new"), folder.path("out"));
+    std::fs::create_dir(&old).unwrap();
+    for name in ["m0.csv", "m1.csv", "study.toml"] {
+        std::fs::rename(folder.path(name), format!("{old}/{name}")).unwrap();
+    }
+    done(&["plan", &format!("{old}/study.toml"), "--out", &dir]);
+    std::fs::rename(&old, &new).unwrap();
+    done(&[&format!("{new}/study.toml"), "--out", &dir]);
+    assert_eq!(results(&dir).len(), 8);
+}
+
+#[test]
+fn nothing_but_parquet_is_overwritten_and_places_are_checked_before_the_work() {
+    let (folder, study) = line_of_motors(1);
+    let dir = folder.path("out");
+    folder.file("occupied.txt", "mine");
+    std::fs::create_dir(folder.path("full")).unwrap();
+    folder.file("full/mine.txt", "mine");
+    for (flag, place) in
+        [("--parquet", folder.path("m0.csv")), ("--parquet", study.clone()), ("--report", folder.path("full"))]
+    {
+        let (code, _, err) = sweep(&[&study, "--out", &dir, flag, &place]);
+        assert_eq!(code, 3, "{err}");
+        assert!(err.contains("left as it is"), "{err}");
+        assert!(!std::path::Path::new(&dir).exists(), "before anything is done");
+    }
+    done(&[&study, "--out", &dir, "--parquet", &folder.path("all.parquet")]);
+    done(&["merge", &dir, "--parquet", &folder.path("all.parquet")]);
+    for name in ["manifest.json", "results-1-of-1.jsonl", "results.jsonl"] {
+        let (code, _, err) = sweep(&["merge", &dir, "--parquet", &format!("{dir}/{name}")]);
+        assert_eq!(code, 3, "{err}");
+    }
+    done(&["merge", &dir]);
+}
+
+#[test]
+fn nothing_goes_missing_from_a_pattern() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let (folder, study) = line_of_motors(2);
+    let odd = folder.0.path().join(std::ffi::OsStr::from_bytes(b"m\xff.csv"));
+    std::fs::copy(folder.path("m0.csv"), &odd).unwrap();
+    let (code, _, err) = sweep(&[&study, "--out", &folder.path("out")]);
+    assert_eq!(code, 3, "{err}");
+    assert!(err.contains("not UTF-8"), "{err}");
+    std::fs::remove_file(odd).unwrap();
+    for (list, part) in
+        [("[\".\"]", "is no file"), ("[\"\"]", "is no file"), ("[\"m0.csv\", \"./m0.csv\"]", "named twice")]
+    {
+        let study = folder.file("odd.toml", format!("recordings = {list}\nmethods = [\"sm\"]\n"));
+        let (code, _, err) = sweep(&["plan", &study, "--out", &folder.path("out")]);
+        assert!((2..=3).contains(&code) && err.contains(part), "{list}: {err}");
+    }
+    // What a plan that was killed left is no obstacle.
+    std::fs::create_dir(folder.path("left")).unwrap();
+    folder.file("left/.manifest.json.4242", "{");
+    done(&["plan", &study, "--out", &folder.path("left")]);
 }
 
 #[test]

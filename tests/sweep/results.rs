@@ -91,10 +91,13 @@ fn a_run_is_that_of_identify() {
             (&line["cost"], &line["evaluations"], &line["stop"]),
             (&found["cost"], &found["evaluations"], &found["stop"])
         );
+        for p in ["R", "L", "K", "B", "J"] {
+            assert_eq!(line["at_bound"][p], found["parameters"][p]["at_bound"], "{p} of {line}");
+        }
         for channel in ["current", "speed"] {
-            // From the sums of the refinement, where identify simulates once more: rounding.
-            let Some(fit) = line["fit_percent"][channel].as_f64() else { continue };
-            assert!((fit - found["fit_percent"][channel].as_f64().unwrap()).abs() < 1e-6);
+            // After a polish from the sums of the refinement, where identify simulates once more: rounding.
+            let [fit, other] = [&line, &&found].map(|of| of["fit_percent"][channel].as_f64().unwrap());
+            assert!((fit - other).abs() < if line["polish"] == "none" { f64::MIN_POSITIVE } else { 1e-6 });
         }
     }
 }
@@ -269,7 +272,8 @@ fn the_cpu_takes_over_by_request_and_the_results_say_so() {
     assert_eq!(code, 0, "{err}");
     assert!(err.contains("gpu_failed"), "{err}");
     let line = &results(&dir)[0];
-    assert_eq!((&line["device"], &line["warnings"][0]), (&"cpu".into(), &"gpu_failed".into()));
+    assert_eq!(line["device"], "cpu");
+    assert!(line["warnings"].as_array().unwrap().contains(&"gpu_failed".into()), "{line}");
     let without = folder.file("without.toml", study(""));
     let (code, _, err) = sweep(&[&without, "--out", &folder.path("other")]);
     assert_eq!(code, 5, "{err}");

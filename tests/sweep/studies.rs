@@ -22,7 +22,7 @@ fn wrong_studies() {
         ("polish = [\"ml\"]", "polish: \"ml\" is unknown|Did you mean \"lm\"?", 2),
         ("criterion = [\"nmse\"]", "criterion: \"nmse\" is unknown|Did you mean", 2),
         ("scale = [\"standard\"]", "scale: \"standard\" is unknown|none, peak, std or noise", 2),
-        ("noise = [\"loud\"]", "line 4: --noise", 2),
+        ("noise = [\"loud\"]", "line 4: noise", 2),
         ("noise = [40]", "noise: found 40, expected \"40dB\"", 2),
         ("bounds = \"table3\"", "bounds: \"table3\" is unknown|table2", 2),
         ("bounds = {R = [1.0, 0.1]}", "line 4: the bounds of R, 1:0.1, are reversed", 2),
@@ -32,7 +32,7 @@ fn wrong_studies() {
         ("fix = {R = \"a\"}", "fix: found \"a\", expected a number", 2),
         ("fix = {R = -1.0}", "line 4: R cannot be held at -1", 2),
         ("fix = {R = 0.92}", "Steiglitz–McBride estimates all five", 2),
-        ("device = \"tpu\"", "line 4: --device: \"tpu\" is no device", 2),
+        ("device = \"tpu\"", "line 4: device: \"tpu\" is no device", 2),
         ("device = \"cpu\"\nprecision = \"f32\"", "f32 is for GPUs", 2),
         ("device = \"cpu\"\nfallback = \"cpu\"", "line 5: fallback has no effect", 2),
         ("precision = \"f16\"", "precision: \"f16\" is unknown", 2),
@@ -41,7 +41,7 @@ fn wrong_studies() {
         ("set = [\"gwo.a-start=3\"]", "set: \"gwo\" is not among the methods", 2),
         ("set = [\"sm.a=3\"]", "is no setting of this method", 2),
         ("rate = -5", "rate is -5", 2),
-        ("crop = \"a\"", "line 4: --crop: \"a\" is not FROM:TO", 2),
+        ("crop = \"a\"", "line 4: crop: \"a\" is not FROM:TO", 2),
         ("columns = \"x=y\"", "line 4: ", 2),
         ("gaps = \"fill\"", "gaps: \"fill\" is unknown|error, keep or split", 2),
         ("drop_repeats = 1", "drop_repeats: found 1, expected true or false", 2),
@@ -53,7 +53,7 @@ fn wrong_studies() {
         let study = folder.file("wrong.toml", format!("{GOOD}{line}\n"));
         let (found, out, err) = sweep(&["plan", &study, "--out", &folder.path("wrong")]);
         assert_eq!((found, out.as_str()), (code, ""), "{line}: {err}");
-        assert!(err.contains("wrong.toml") || line.contains("f32"), "{line}: {err}");
+        assert!(err.contains("wrong.toml"), "{line}: {err}");
         assert!(err.contains("help: "), "{line}: {err}");
         for part in expected.split('|') {
             assert!(err.contains(part), "{line}: {err} lacks {part}");

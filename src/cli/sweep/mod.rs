@@ -7,19 +7,18 @@ use super::args::{Shown, SweepAction, SweepArgs};
 use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
 use super::{Outcome, cache, interrupt, problem};
-#[cfg(not(feature = "parquet"))]
-use motorfit::Error;
-use motorfit::Result;
 use motorfit::identify::{values, with_threads};
 use motorfit::report::json;
 use motorfit::report::sweep::{SweepDocument, shortened, sweep_answer, sweep_page, sweep_tables};
-use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, Tally};
+use motorfit::study::sweep::{FailedRun, Limits, Merged, Shard, Sweep, SweepStatus, Tally};
 use motorfit::text::{engineering, printable, significant};
+use motorfit::{Error, Result};
 use progress::SweepReporter;
 use serde_json::{Value, json as value};
 use std::fmt::Write as _;
+use std::io::Read as _;
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Columns that a terminal has at least, and rows of a table that are shown there.
 const WIDTH: usize = 80;
@@ -45,7 +44,7 @@ pub(super) fn run(args: &SweepArgs, style: &Style) -> Result<Outcome> {
             Ok(Outcome::Done)
         }
         Some(SweepAction::Merge { dir, shown, out, json: as_json }) => {
-            merge(&Sweep::open(dir)?, shown, (out.as_ref(), *as_json), style)
+            merge(&Sweep::open(dir)?, Show::new(shown, out.as_deref(), *as_json)?, style)
         }
         None => all(args, style),
     }
@@ -55,15 +54,18 @@ pub(super) fn run(args: &SweepArgs, style: &Style) -> Result<Outcome> {
 fn all(args: &SweepArgs, style: &Style) -> Result<Outcome> {
     // Clap has seen to both.
     let (Some(study), Some(out)) = (&args.study, &args.out) else { return Ok(Outcome::Done) };
-    limits(&args.shown)?;
+    let show = Show::new(&args.shown, args.report.as_deref(), args.json)?;
     let (sweep, again) = Sweep::plan(study, out, cache::paces(style))?;
     style.note(planned(&sweep, out, again).trim_end());
     let tally = shard_run(&sweep, Shard::ALL, args.threads.threads, style)?;
     style.note(tally_text(Shard::ALL, &tally).trim_end());
     if tally.interrupted || tally.lost > 0 {
+        if args.json {
+            data(&json(&tally_document(Shard::ALL, &tally)))?;
+        }
         return Ok(ended(&tally));
     }
-    merge(&sweep, &args.shown, (args.report.as_ref(), args.json), style)
+    merge(&sweep, show, style)
 }
 
 fn planned(sweep: &Sweep, folder: &Path, again: bool) -> String {
@@ -94,11 +96,12 @@ fn shard_run(sweep: &Sweep, shard: Shard, threads: Option<usize>, style: &Style)
     drop(reporter);
     let tally = tally?;
     style.warnings(&tally.warnings);
-    for failure in &tally.failures {
-        style.complaint(&format!("run {} ({}): {}", failure.id, failure.motor, failure.message));
+    for failed in &tally.failures.named {
+        let runs = if failed.runs == 1 { String::new() } else { format!(" and {} more runs", failed.runs - 1) };
+        style.complaint(&format!("run {}{runs} ({}): {}", failed.id, failed.motor, failed.message));
     }
-    if tally.failed > tally.failures.len() as u64 {
-        style.complaint(&format!("{} more runs failed", tally.failed - tally.failures.len() as u64));
+    if tally.failures.others > 0 {
+        style.complaint(&format!("{} more runs have no result", tally.failures.others));
     }
     if let Some(fault) = &tally.fault {
         style.error(fault);
@@ -142,13 +145,13 @@ fn tally_text(shard: Shard, tally: &Tally) -> String {
 }
 
 fn tally_document(shard: Shard, tally: &Tally) -> Value {
+    let failed = |f: &FailedRun| value!({"id": f.id, "runs": f.runs, "motor": f.motor, "message": f.message});
     value!({
         "motorfit": env!("CARGO_PKG_VERSION"),
         "shard": {"index": shard.index, "count": shard.count},
         "runs": tally.total, "before": tally.before, "finished": tally.finished, "failed": tally.failed,
         "lost": tally.lost,
-        "failures": tally.failures.iter()
-            .map(|f| value!({"id": f.id, "motor": f.motor, "message": f.message})).collect::<Value>(),
+        "failures": tally.failures.named.iter().map(failed).collect::<Value>(),
         "device": tally.device.as_ref().map(|(name, precision)| value!({"name": name, "precision": precision})),
         "stop": if tally.interrupted { "interrupted" } else { "done" },
         "seconds": tally.seconds,
@@ -178,16 +181,47 @@ fn status_document(status: &SweepStatus) -> Value {
     })
 }
 
-fn limits(shown: &Shown) -> Result<Limits> {
-    Limits::new(values::ranges(&shown.limits, "--limits")?)
+/// What is made of the results: checked before the work.
+struct Show<'a> {
+    limits: Limits,
+    out: Option<Out>,
+    parquet: Option<&'a Path>,
+    json: bool,
 }
 
-fn merge(sweep: &Sweep, shown: &Shown, (report, as_json): (Option<&PathBuf>, bool), style: &Style) -> Result<Outcome> {
-    let limits = limits(shown)?;
-    let out = report.map(|folder| Out::take(folder)).transpose()?;
+impl<'a> Show<'a> {
+    fn new(shown: &'a Shown, report: Option<&Path>, json: bool) -> Result<Self> {
+        let parquet = shown.parquet.as_deref();
+        if let Some(path) = parquet {
+            check_parquet(path)?;
+        }
+        let limits = Limits::new(values::ranges(&shown.limits, "--limits")?)?;
+        Ok(Self { limits, out: report.map(Out::take).transpose()?, parquet, json })
+    }
+}
+
+/// Only Parquet is overwritten by Parquet: never a manifest, results or a recording.
+fn check_parquet(path: &Path) -> Result<()> {
+    if cfg!(not(feature = "parquet")) {
+        return Err(Error::usage(
+            "this build writes no Parquet",
+            "Build with the feature parquet; results.jsonl has the same.",
+        ));
+    }
+    let mut head = [0; 4];
+    let file = std::fs::File::open(path);
+    if path.exists() && !file.is_ok_and(|mut file| file.read_exact(&mut head).is_ok() && head == *b"PAR1") {
+        let message = "is there and is no Parquet: it is left as it is";
+        return Err(Error::data(message, "Name a new file with --parquet.").in_file(path));
+    }
+    Ok(())
+}
+
+fn merge(sweep: &Sweep, show: Show<'_>, style: &Style) -> Result<Outcome> {
+    let Show { limits, out, parquet: wanted, json: as_json } = show;
     let Merged { results, summary, damaged } = sweep.merge()?;
-    if damaged > 0 {
-        style.complaint(&format!("{damaged} damaged lines of results: run the sweep again, and merge"));
+    if damaged > 0 && summary.missing > 0 {
+        style.complaint(&format!("{damaged} lines of results are damaged"));
     }
     if summary.missing > 0 {
         style.complaint(&format!(
@@ -195,7 +229,7 @@ fn merge(sweep: &Sweep, shown: &Shown, (report, as_json): (Option<&PathBuf>, boo
             summary.missing, summary.runs
         ));
     }
-    if let Some(path) = &shown.parquet {
+    if let Some(path) = wanted {
         parquet(&results, path)?;
         style.note(&format!("wrote {}", path.display()));
     }
@@ -216,7 +250,6 @@ fn merge(sweep: &Sweep, shown: &Shown, (report, as_json): (Option<&PathBuf>, boo
         let how = out::reproduced(vec![
             ("study", sweep.manifest().path.clone()),
             ("sweep", sweep.folder().display().to_string()),
-            ("device", format!("{}, {}", summary.device[0], summary.device[1])),
         ]);
         let mut files = vec![("report.html".to_owned(), sweep_page(&summary, &limits, &how).html())];
         files.push(("result.json".to_owned(), document));
@@ -233,5 +266,5 @@ fn parquet(results: &Path, out: &Path) -> Result<()> {
 
 #[cfg(not(feature = "parquet"))]
 fn parquet(_: &Path, _: &Path) -> Result<()> {
-    Err(Error::usage("this build writes no Parquet", "Build with the feature parquet; results.jsonl has the same."))
+    Ok(())
 }

@@ -35,8 +35,14 @@ struct Bins {
 }
 
 impl Histogram {
-    /// From where to where values are drawn: a stray one does not squeeze the others.
+    /// From where to where values are drawn: a stray one does not squeeze the others, and one alone has some room.
     fn range(&self) -> [f64; 2] {
+        let [low, high] = self.reach();
+        let room = if high - low <= 1e-9 * low.abs() { 0.01 * low.abs().max(1e-9) } else { 0.0 };
+        [low - room, high + room]
+    }
+
+    fn reach(&self) -> [f64; 2] {
         let sorted = sorted(&self.values);
         let [low, high] = [0.25, 0.75].map(|p| quantile(&sorted, p));
         let reach = if high > low { FENCE * (high - low) } else { f64::INFINITY };
@@ -51,11 +57,11 @@ impl Histogram {
         self.values.iter().filter(|v| !(low..=high).contains(*v)).count()
     }
 
-    /// Bins by D. Freedman and P. Diaconis (1981); `None` where all values are the same.
+    /// Bins by D. Freedman and P. Diaconis (1981); `None` of no values.
     fn bins(&self) -> Option<Bins> {
         let [low, high] = self.range();
         let span = high - low;
-        if span <= 1e-9 * low.abs() || !span.is_finite() {
+        if !span.is_finite() {
             return None;
         }
         let sorted = sorted(&self.values);
@@ -106,13 +112,13 @@ impl Histogram {
 }
 
 /// The next larger of 1, 2 and 5 times a power of ten.
-fn round_step(least: f64) -> f64 {
+pub(super) fn round_step(least: f64) -> f64 {
     let power = 10.0_f64.powf(least.log10().floor());
     [1.0, 2.0, 5.0].into_iter().map(|step| step * power).find(|step| *step >= least).unwrap_or(10.0 * power)
 }
 
 /// As many decimals as a step has; of tiny ones an exponent.
-fn decimals(step: f64) -> TickFormat {
+pub(super) fn decimals(step: f64) -> TickFormat {
     match step.log10().floor() {
         power if power >= 0.0 => TickFormat::Fixed(0),
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "5 at most")]
@@ -121,7 +127,7 @@ fn decimals(step: f64) -> TickFormat {
     }
 }
 
-/// Histograms side by side in so many columns. Panels whose values are all the same are left out.
+/// Histograms side by side in so many columns. Panels without values are left out.
 #[must_use]
 pub fn histograms(panels: &[Histogram], columns: usize) -> String {
     let (mut plots, mut layouts) = (Vec::new(), Vec::new());

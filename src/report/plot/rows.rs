@@ -1,5 +1,6 @@
 //! Boxes one below the other, so that their names can be read.
 
+use super::histogram::{decimals, round_step};
 use super::{Boxes, COLORS, nothing};
 use crate::text::significant;
 use kuva::plot::BoxPlot;
@@ -45,6 +46,9 @@ pub fn box_rows(panel: &Boxes, label: &str, [low, high]: [f64; 2], is_log: bool)
         if decades >= 2.0 {
             layout = layout.with_x_tick_step((decades / 6.0).ceil());
         }
+    } else {
+        let step = round_step((high - low).max(1e-9 * high.abs()).max(f64::MIN_POSITIVE) / 6.0);
+        layout = layout.with_x_tick_step(step).with_x_tick_format(decimals(step));
     }
     #[expect(clippy::cast_precision_loss, reason = "a count")]
     let height = 110.0 + 34.0 * names.len().max(2) as f64;

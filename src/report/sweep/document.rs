@@ -13,8 +13,7 @@ impl SweepDocument {
     /// Everything that was found.
     #[must_use]
     pub fn of(summary: &SweepSummary, limits: &Limits) -> Value {
-        let failure =
-            |run: &crate::study::sweep::FailedRun| value!({"id": run.id, "motor": run.motor, "message": run.message});
+        let failure = |run: &crate::study::sweep::FailedRun| value!({"id": run.id, "runs": run.runs, "motor": run.motor, "message": run.message});
         let motors = spreads(summary, limits);
         let motors = motors.iter().map(|s| (s.parameter.symbol().to_owned(), spread(s, !limits.is_empty())));
         let bounds = |p: Parameter| Some((p.symbol().to_owned(), value!(limits.of(p)?)));
@@ -24,7 +23,7 @@ impl SweepDocument {
             "runs": summary.runs,
             "missing": summary.missing,
             "failed": summary.failed,
-            "failures": summary.failures.iter().map(failure).collect::<Value>(),
+            "failures": summary.failures.named.iter().map(failure).collect::<Value>(),
             "taken_over": summary.taken_over,
             "device": {"kind": summary.device[0], "precision": summary.device[1]},
             "varied": summary.varied,

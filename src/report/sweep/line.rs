@@ -34,7 +34,7 @@ pub(super) fn spreads(summary: &SweepSummary, limits: &Limits) -> [Spread; 5] {
             std_error: quantile(&sorted(&errors), 0.5),
             limits: bounds,
             outside: summary.results.len() - inside().count(),
-            unsure: intervals().next().map(|_| intervals().filter(|ends| !ends.iter().all(|v| within(*v))).count()),
+            unsure: (!errors.is_empty()).then(|| intervals().filter(|ends| !ends.iter().all(|v| within(*v))).count()),
         }
     })
 }
@@ -87,7 +87,8 @@ pub(super) fn line_tables(summary: &SweepSummary, limits: &Limits) -> Vec<Table>
 
 fn motors(summary: &SweepSummary, spreads: &[Spread; 5], units: &[Unit; 5]) -> Table {
     let heads = ["parameter", "min", "5 %", "median", "95 %", "max", "std. error"];
-    let title = format!("Parameters of {} motors", many(summary.results.len()));
+    let count = summary.results.len();
+    let title = format!("Parameters of {} {}", many(count), plural(count as u64, "motor", "motors"));
     let mut table = Table::new("motors", title, &heads);
     for (spread, unit) in spreads.iter().zip(units) {
         let q = Quantiles::of(&spread.values);

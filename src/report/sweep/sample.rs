@@ -4,7 +4,7 @@ use crate::criterion::{Norm, Scale};
 use crate::identify::{Method, Polish};
 use crate::motor::{Parameter, Parameters};
 use crate::report::Reproduced;
-use crate::study::sweep::{Cell, Factors, FailedRun, Job, Limits, NamedRun, Outcome, SweepBlock, SweepSummary};
+use crate::study::sweep::{Cell, Factors, Failures, Job, Limits, NamedRun, Outcome, SweepBlock, SweepSummary};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde_json::json;
@@ -47,7 +47,7 @@ fn summary(name: &str, blocks: Vec<SweepBlock>, runs: u64) -> SweepSummary {
         runs,
         missing: 0,
         failed: 0,
-        failures: Vec::new(),
+        failures: Failures::default(),
         taken_over: 0,
         stride: 1,
         blocks,
@@ -55,6 +55,7 @@ fn summary(name: &str, blocks: Vec<SweepBlock>, runs: u64) -> SweepSummary {
         results: Vec::new(),
         varied: Vec::new(),
         device: ["cpu".to_owned(), "f64".to_owned()],
+        places: Vec::new(),
     }
 }
 
@@ -84,14 +85,11 @@ pub(super) fn line() -> (SweepSummary, Limits) {
     let results: Vec<NamedRun> = (0..300).map(motor).collect();
     let block =
         SweepBlock { cells: vec![cell(results[0].job.factors, "none", &results)], worst: worst(results.clone()) };
-    let failure =
-        |id, message: &str| FailedRun { id, motor: format!("line/2024-06/motor-{id:04}"), message: message.to_owned() };
     let mut summary = summary("line", vec![block], 302);
     summary.failed = 2;
-    summary.failures = vec![
-        failure(300, "motor-0300.csv, line 1: has no column for the speed, expected one such as speed_rad_s"),
-        failure(301, "the motor does not move: nothing can be identified"),
-    ];
+    let no_speed = "motor-0300.csv, line 1: has no column for the speed, expected one such as speed_rad_s";
+    summary.failures.add(300, "line/2024-06/motor-0300", no_speed);
+    summary.failures.add(301, "line/2024-06/motor-0301", "the motor does not move: nothing can be identified");
     summary.motors = 302;
     summary.results = results;
     let m2 = Parameters::M2;

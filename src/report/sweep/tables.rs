@@ -1,7 +1,7 @@
 //! Tables of a sweep: costs and parameters by factor, the worst runs, runs without a result.
 
 use super::line::line_tables;
-use super::words::{Unit, block_name, factors, grouped, heads, label, level, levels, lowest, many, noise, plural};
+use super::words::{Unit, block_name, factors, grouped, heads, label, level, levels, lowest, noise, plural, under};
 use crate::motor::Parameter;
 use crate::report::Table;
 use crate::report::compare::cell as number;
@@ -53,7 +53,8 @@ fn costs(summary: &SweepSummary, n: usize) -> Table {
         table.row(row);
     }
     if let Some((best, median)) = lowest(block).filter(|_| block.cells.len() > 1) {
-        table.note(format!("Lowest median: {} ({}).", label(summary, best), significant(median, 3)));
+        let under = under(summary, block);
+        table.note(format!("Lowest median{under}: {} ({}).", label(summary, best), significant(median, 3)));
     }
     if summary.stride > 1 {
         table.note(format!("Quantiles are of one run in {}.", grouped(summary.stride)));
@@ -144,12 +145,13 @@ pub(super) fn failed(summary: &SweepSummary) -> Option<Table> {
         grouped(summary.failed),
         plural(summary.failed, "run that ended", "runs that ended")
     );
-    let mut table = Table::new("failed", title, &["run", "motor", "why"]);
-    for run in &summary.failures {
-        table.row(vec![run.id.to_string(), run.motor.clone(), run.message.clone()]);
+    let mut table = Table::new("failed", title, &["motor", "runs", "first", "why"]);
+    for failed in &summary.failures.named {
+        let (runs, first) = (grouped(failed.runs), failed.id.to_string());
+        table.row(vec![failed.motor.clone(), runs, first, failed.message.clone()]);
     }
-    if summary.failed > summary.failures.len() as u64 {
-        table.note(format!("The first {}; all are in results.jsonl.", many(summary.failures.len())));
+    if summary.failures.others > 0 {
+        table.note(format!("And {} more; all are in results.jsonl.", grouped(summary.failures.others)));
     }
     Some(table)
 }

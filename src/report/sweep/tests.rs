@@ -73,7 +73,7 @@ fn the_page_escapes_what_comes_from_files_and_warns() {
     let evil = "<img src=x onerror=alert(1)>\u{202e}";
     summary.results[80].motor = evil.to_owned();
     summary.blocks[0].worst[0].motor = evil.to_owned();
-    summary.failures[0].message = evil.to_owned();
+    summary.failures.named[0].message = evil.to_owned();
     summary.blocks[0].cells[0].noise = evil.to_owned();
     summary.varied = vec!["noise"];
     summary.name = evil.to_owned();

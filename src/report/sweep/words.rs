@@ -160,9 +160,16 @@ pub fn sweep_answer(summary: &SweepSummary, limits: &Limits) -> String {
     };
     let best = summary.blocks.first().and_then(|block| lowest(block).filter(|_| block.cells.len() > 1));
     let best = best.map_or_else(String::new, |(cell, median)| {
-        format!(" Lowest median cost: {} ({}).", label(summary, cell), significant(median, 3))
+        let under = summary.blocks.first().map_or_else(String::new, |block| under(summary, block));
+        format!(" Lowest median cost{under}: {} ({}).", label(summary, cell), significant(median, 3))
     });
     format!("{found}{verdict}.{best}")
+}
+
+/// Where noise is varied: that costs are compared under its first level alone.
+pub(super) fn under(summary: &SweepSummary, block: &SweepBlock) -> String {
+    let first = block.cells.first().filter(|_| summary.varied.contains(&"noise"));
+    first.map_or_else(String::new, |cell| format!(" under noise {}", printable(&cell.noise)))
 }
 
 /// The cell with the lowest median cost, of those with the first noise, and its median.

@@ -5,6 +5,7 @@ use super::manifest::Job;
 use super::run::{End, Finished, Running};
 use super::scene::{Direct, Read};
 use crate::Result;
+use crate::identify::Method;
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -24,10 +25,13 @@ pub(super) struct Unit {
 }
 
 /// Runs of a piece; with them, its lines and its recordings are bounded.
-const RUNS: usize = 4096;
+pub(super) const RUNS: usize = 4096;
 /// Motors of a piece for each thread, and bytes of their files: so many that threads seldom wait for the last.
 const MOTORS: usize = 64;
 const BYTES: u64 = 64 << 20;
+
+/// Candidate-steps of a piece of `auto`, if all of its runs had to search: some tenths of a second.
+const STEPS: u64 = 1_000_000_000;
 
 /// The units of a sweep for some of its methods, one after the other, as far as they are due.
 pub(super) struct Units {
@@ -38,11 +42,13 @@ pub(super) struct Units {
     /// Levels of noise, and which of them add any.
     noisy: Vec<bool>,
     next: [u64; 3],
+    /// Runs of a unit whose seeds have the same recordings.
+    most: usize,
 }
 
 impl Units {
     /// Of the combinations that `takes` says of.
-    pub(super) fn new(running: &Running<'_>, takes: impl Fn(&Job) -> bool) -> Self {
+    pub(super) fn new(running: &Running<'_>, most: usize, takes: impl Fn(&Job) -> bool) -> Self {
         let runs = &running.sweep.runs;
         let of = |places: &[u64; 7]| {
             let mut all = [0; 8];
@@ -55,6 +61,7 @@ impl Units {
             seeds: running.sweep.study().seeds.count(),
             noisy: running.sweep.study().noise.iter().map(|n| n.noise.is_some()).collect(),
             next: [0; 3],
+            most,
         }
     }
 
@@ -72,7 +79,7 @@ impl Units {
             }
             let place = usize::try_from(noise).unwrap_or(usize::MAX);
             // Without noise all seeds have the same recordings.
-            let slice = if self.noisy[place] { 1 } else { (RUNS / self.combinations.len()).max(1) as u64 };
+            let slice = if self.noisy[place] { 1 } else { (self.most / self.combinations.len()).max(1) as u64 };
             let end = (seed + slice).min(self.seeds);
             self.next = match (end == self.seeds, place + 1 == self.noisy.len()) {
                 (false, _) => [self.next[0], noise, end],
@@ -98,36 +105,15 @@ impl Units {
 }
 
 impl Running<'_> {
-    /// Runs of Steiglitz–McBride and of `auto`.
-    pub(super) fn direct(&mut self) -> Result<Option<End>> {
-        let mut units = Units::new(self, |job| !job.factors.method.is_search());
+    /// Runs of Steiglitz–McBride, or of `auto`, each of which may have to search.
+    pub(super) fn direct(&mut self, auto: bool) -> Result<Option<End>> {
+        let takes = |job: &Job| !job.factors.method.is_search() && (job.factors.method == Method::Auto) == auto;
+        let mut units = Units::new(self, if auto { 1 } else { RUNS }, takes);
         let mut next = units.next(self);
         // A motor with many drawings of noise is read once.
         let mut kept: Option<(usize, Read)> = None;
-        while let Some(unit) = next.take() {
-            let mut items: Vec<(usize, Vec<Unit>)> = Vec::new();
-            let (mut runs, mut count, mut bytes) = (0, 0, 0);
-            next = Some(unit);
-            while let Some(unit) = next.take_if(|unit| {
-                let full = runs + unit.ids.len() > RUNS || count >= MOTORS * rayon::current_num_threads();
-                !full && bytes <= BYTES
-                    || items.is_empty()
-                    || (!full && items.last().is_some_and(|(motor, _)| *motor == unit.scene.motor))
-            }) {
-                (runs, count) = (runs + unit.ids.len(), count + 1);
-                match items.last_mut().filter(|(motor, _)| *motor == unit.scene.motor) {
-                    Some((_, units)) => units.push(unit),
-                    None => {
-                        bytes += self.sweep.manifest.motors[unit.scene.motor]
-                            .files
-                            .iter()
-                            .map(|file| file.bytes)
-                            .sum::<u64>();
-                        items.push((unit.scene.motor, vec![unit]));
-                    }
-                }
-                next = units.next(self);
-            }
+        while next.is_some() {
+            let items = self.items(&mut units, &mut next, auto);
             let (finished, last) = self.sweep.stream(items, kept.take());
             kept = last;
             if let Some(end) = self.keep(finished) {
@@ -135,6 +121,38 @@ impl Running<'_> {
             }
         }
         Ok(None)
+    }
+
+    /// The units of the next piece, by motor.
+    fn items(&self, units: &mut Units, next: &mut Option<Unit>, auto: bool) -> Vec<(usize, Vec<Unit>)> {
+        let mut items: Vec<(usize, Vec<Unit>)> = Vec::new();
+        let threads = rayon::current_num_threads();
+        let (mut runs, mut count, mut bytes, mut steps) = (0, 0, 0, 0);
+        while let Some(unit) = next.take_if(|unit| {
+            let is_same = items.last().is_some_and(|(motor, _)| *motor == unit.scene.motor);
+            let full = runs + unit.ids.len() > RUNS || count >= MOTORS * threads || (bytes > BYTES && !is_same);
+            items.is_empty() || (!full && (steps <= STEPS || count < threads))
+        }) {
+            (runs, count) = (runs + unit.ids.len(), count + 1);
+            if auto {
+                let agents = |id: &u64| {
+                    let f = self.sweep.runs.job(*id).factors;
+                    (f.population as u64).saturating_mul(f.generations as u64)
+                };
+                let candidates = unit.ids.iter().map(agents).fold(0, u64::saturating_add);
+                steps = candidates.saturating_mul(self.samples(unit.scene.motor)).saturating_add(steps);
+            }
+            match items.last_mut().filter(|(motor, _)| *motor == unit.scene.motor) {
+                Some((_, units)) => units.push(unit),
+                None => {
+                    let files = &self.sweep.manifest.motors[unit.scene.motor].files;
+                    bytes += files.iter().map(|file| file.bytes).sum::<u64>();
+                    items.push((unit.scene.motor, vec![unit]));
+                }
+            }
+            *next = units.next(self);
+        }
+        items
     }
 }
 

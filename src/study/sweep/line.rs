@@ -1,12 +1,13 @@
 //! A finished run as a line of JSON, and back.
 
-use super::manifest::Job;
+use super::manifest::{Job, hexadecimal};
 use super::study::Study;
 use crate::identify::Fitted;
 use crate::motor::{Parameter, Parameters};
 use crate::text::is_unsafe;
 use crate::{Error, ErrorKind};
 use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
 
 /// A value for each parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -53,7 +54,7 @@ pub struct Outcome {
     pub at_bound: Option<Of<Option<Side>>>,
     /// The cost in the run's criterion, by the oracle.
     pub cost: Option<f64>,
-    /// How much of the signals is explained; `None` without a polish.
+    /// How much of the signals is explained.
     pub fit_percent: Option<FitPercent>,
     /// Candidates evaluated, or iterations of Steiglitz–McBride.
     pub evaluations: u64,
@@ -182,9 +183,9 @@ impl Outcome {
         if let Some(uncertainty) = &fitted.uncertainty {
             self.std_error = Some(Of::new(Parameter::ALL.map(|p| uncertainty.std_error[place(p)?])));
             self.ci95 = Some(Of::new(Parameter::ALL.map(|p| uncertainty.ci95[place(p)?])));
-            let [current, speed] = fitted.fit_percent;
-            self.fit_percent = Some(FitPercent { current, speed });
         }
+        let [current, speed] = fitted.fit_percent;
+        self.fit_percent = Some(FitPercent { current, speed });
         self.warnings = fitted.warnings.iter().map(|code| (*code).to_owned()).collect();
         self
     }
@@ -260,14 +261,28 @@ pub(super) fn line(study: &Study, job: &Job, motor: &str, outcome: &Outcome, sec
         }
     }
     text.pop();
-    text + TIMING + &format!("{{\"seconds\":{seconds:.9}}}}}\n")
+    let timing = Timing { seconds, check: check(&text) };
+    text + TIMING + &serde_json::to_string(&timing).unwrap_or_default() + "}\n"
 }
 
-/// A line without its time, and its time.
-pub(super) fn split(line: &str) -> Option<(String, &str)> {
+/// What stands behind a result in the file of a shard.
+#[derive(Serialize, Deserialize)]
+struct Timing {
+    seconds: f64,
+    /// Tells a damaged line.
+    check: String,
+}
+
+fn check(text: &str) -> String {
+    hexadecimal(&Sha256::digest(text).as_slice()[..4])
+}
+
+/// A line without its time, and its time; `None` for one that is damaged.
+pub(super) fn split(line: &str) -> Option<(String, f64)> {
     let at = line.rfind(TIMING)?;
-    let timing = line[at + TIMING.len()..].strip_suffix('}')?;
-    Some((format!("{}}}", &line[..at]), timing))
+    let (text, timing) = (&line[..at], line[at + TIMING.len()..].strip_suffix('}')?);
+    let timing: Timing = serde_json::from_str(timing).ok()?;
+    (timing.check == check(text)).then(|| (format!("{text}}}"), timing.seconds))
 }
 
 #[cfg(test)]
@@ -285,11 +300,19 @@ mod tests {
         let line = line(&study, &runs.job(0), motor, &outcome, 0.5);
         assert!(line.ends_with("}\n") && line.matches('\n').count() == 1 && !line.contains('\u{202e}'));
         let (result, timing) = split(line.trim_end()).unwrap();
-        assert_eq!(timing, "{\"seconds\":0.500000000}");
+        assert!((timing - 0.5).abs() < 1e-12);
         let value: serde_json::Value = serde_json::from_str(&result).unwrap();
         assert_eq!(value["motor"], motor);
         assert!(value.get("timing").is_none());
         let row: Row = serde_json::from_str(line.trim_end()).unwrap();
         assert_eq!((row.id, row.outcome), (0, outcome));
+        // Any other letter anywhere is noticed, also where the line stays good JSON.
+        for at in 0..line.len() - 1 {
+            let mut bytes = line.clone().into_bytes();
+            bytes[at] = if bytes[at] == b'7' { b'8' } else { b'7' };
+            let Ok(text) = String::from_utf8(bytes) else { continue };
+            let same = split(text.trim_end()).is_some_and(|(other, _)| other != result);
+            assert!(!same, "{text}");
+        }
     }
 }

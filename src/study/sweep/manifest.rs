@@ -1,5 +1,6 @@
 //! What a sweep is, pinned: the study's text, the recordings with their digests, the device. It never changes.
 
+use super::store::unreadable;
 use super::study::{Entry, Factors, Study};
 use crate::record::Reading;
 use crate::text::excerpt;
@@ -217,11 +218,14 @@ impl Manifest {
         if self.study != other.study {
             return "the study's text has changed".to_owned();
         }
+        let names = |manifest: &Self| manifest.motors.iter().map(|m| m.motor.clone()).collect::<BTreeSet<String>>();
+        let (old, new) = (names(self), names(other));
+        if let Some(name) = old.symmetric_difference(&new).next() {
+            let word = if old.contains(name) { "gone" } else { "new" };
+            return format!("the motor {} is {word}", excerpt(name));
+        }
         if let Some((old, _)) = self.motors.iter().zip(&other.motors).find(|(a, b)| a != b) {
             return format!("the recording of {} has changed", excerpt(&old.motor));
-        }
-        if self.motors.len() != other.motors.len() {
-            return format!("{} motors instead of {}", other.motors.len(), self.motors.len());
         }
         format!(
             "the device is {} {} instead of {} {}",
@@ -267,7 +271,8 @@ fn motors(study: &Study, folder: &Path, path: &Path) -> Result<Vec<Motor>> {
     }
     let mut seen = BTreeSet::new();
     for file in found.iter().flat_map(|(_, files)| files) {
-        if !seen.insert(file.as_str()) {
+        let whole = folder.join(file);
+        if !seen.insert(whole.canonicalize().unwrap_or(whole)) {
             let message = format!("recordings: {} is named twice", excerpt(file));
             return Err(Error::usage(message, "Name each recording once.").in_file(path));
         }
@@ -298,7 +303,12 @@ fn names(found: &[(Option<String>, Vec<String>)]) -> Vec<String> {
 /// The files of a pattern, sorted; of a plain path the path itself.
 fn files(pattern: &str, folder: &Path, path: &Path) -> Result<Vec<String>> {
     let wrong = |message: String, remedy: &str| Error::data(message, remedy).in_file(path);
-    if folder.join(pattern).exists() {
+    let literal = folder.join(pattern);
+    if literal.exists() {
+        if !literal.is_file() {
+            let message = format!("recordings: \"{}\" is no file", excerpt(pattern));
+            return Err(wrong(message, "Name files, as in \"line/*.csv\"."));
+        }
         return Ok(vec![pattern.to_owned()]);
     }
     let joined = Reading::files(Path::new(pattern));
@@ -310,14 +320,37 @@ fn files(pattern: &str, folder: &Path, path: &Path) -> Result<Vec<String>> {
     let paths = glob::glob(&escaped.to_string_lossy()).map_err(|e| {
         wrong(format!("recordings: \"{}\" is no pattern: {}", excerpt(pattern), e.msg), "Use * and ? for names.")
     })?;
-    let relative = |path: PathBuf| path.strip_prefix(folder).unwrap_or(&path).to_string_lossy().into_owned();
-    let mut files: Vec<String> = paths.flatten().filter(|path| !path.is_dir()).map(relative).collect();
+    let mut files = Vec::new();
+    for found in paths {
+        // What cannot be looked into must not go missing unseen.
+        let found = found.map_err(|e| unreadable(e.path(), e.error()))?;
+        if found.is_file() {
+            files.push(found.strip_prefix(folder).unwrap_or(&found).to_string_lossy().into_owned());
+        }
+    }
     files.sort();
+    check_names(folder, pattern, &files)?;
     if files.is_empty() {
         let message = format!("recordings: \"{}\" is not there", excerpt(pattern));
         return Err(wrong(message, "Paths start at the study's folder."));
     }
     Ok(files)
+}
+
+/// Names that are no UTF-8 match no pattern: such a file beside those found is an error, not left out unseen.
+fn check_names(folder: &Path, pattern: &str, files: &[String]) -> Result<()> {
+    let parent = |file: &str| folder.join(file).parent().map(Path::to_path_buf);
+    let folders: BTreeSet<PathBuf> = files.iter().filter_map(|file| parent(file)).chain(parent(pattern)).collect();
+    let last = pattern.rsplit('/').next().and_then(|name| glob::Pattern::new(name).ok());
+    for entry in folders.iter().filter_map(|folder| std::fs::read_dir(folder).ok()).flatten().flatten() {
+        let name = entry.file_name();
+        let shown = name.to_string_lossy();
+        if name.to_str().is_none() && last.as_ref().is_some_and(|last| last.matches(&shown)) {
+            let message = "has a name that is not UTF-8, so that no pattern finds it";
+            return Err(Error::data(message, "Rename it.").in_file(&entry.path()));
+        }
+    }
+    Ok(())
 }
 
 /// A file with its digest.

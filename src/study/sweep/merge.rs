@@ -12,6 +12,8 @@ use std::path::{Path, PathBuf};
 /// The merged results.
 pub(super) const RESULTS: &str = "results.jsonl";
 const TIMINGS: &str = "timings.jsonl";
+/// No merge takes so long.
+const LEFTOVER: std::time::Duration = std::time::Duration::from_secs(3600);
 
 /// What a merge made.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,6 +98,7 @@ impl Sweep {
     /// # Errors
     /// `Data` when files cannot be read or written, or results are of another study.
     pub fn merge(&self) -> Result<Merged> {
+        remove_leftovers(&self.folder);
         let found = files(&self.folder, &self.digest)?;
         let index = Index::new(self, &found)?;
         let mut readers = found
@@ -107,10 +110,10 @@ impl Sweep {
         let mut fault: Option<Error> = None;
         replace(&results, |sorted| {
             let made = replace(&timings, |times| {
-                let read = self.sorted(&index, &mut readers, &mut summary, &mut |result, id, timing| {
+                let read = self.sorted(&index, &mut readers, &mut summary, &mut |result, id, seconds| {
                     sorted.write_all(result.as_bytes())?;
                     sorted.write_all(b"\n")?;
-                    writeln!(times, "{{\"id\":{id},{}", timing.trim_start_matches('{'))
+                    writeln!(times, "{{\"id\":{id},\"seconds\":{seconds:.9}}}")
                 });
                 fault = read.err();
                 Ok(())
@@ -128,7 +131,7 @@ impl Sweep {
         index: &Index,
         readers: &mut [Reader],
         summary: &mut SweepSummary,
-        write: &mut dyn FnMut(&str, u64, &str) -> std::io::Result<()>,
+        write: &mut dyn FnMut(&str, u64, f64) -> std::io::Result<()>,
     ) -> Result<()> {
         for (id, &(file, length, offset)) in (0..).zip(&index.places) {
             if file == 0 {
@@ -141,10 +144,9 @@ impl Sweep {
                 let remedy = "Run the sweep again: what is damaged is done once more.";
                 Error::data(format!("the line of run {id} is damaged"), remedy).in_file(&reader.path)
             };
-            let (result, timing) = split(line.trim_end()).ok_or_else(broken)?;
+            let (result, seconds) = split(line.trim_end()).ok_or_else(broken)?;
             let row: Row = serde_json::from_str(&result).map_err(|_| broken())?;
-            write(&result, id, timing).map_err(|error| unwritable(&self.folder.join(RESULTS), &error))?;
-            let seconds = serde_json::from_str::<Timing>(timing).map_or(0.0, |timing| timing.seconds);
+            write(&result, id, seconds).map_err(|error| unwritable(&self.folder.join(RESULTS), &error))?;
             summary.add(self, &self.runs.job(row.id), row.outcome, seconds);
         }
         Ok(())
@@ -181,6 +183,22 @@ impl Sweep {
     }
 }
 
+/// Removes what merges left that were killed; another may be under way, so only what is old.
+fn remove_leftovers(folder: &Path) {
+    let is_old = |entry: &std::fs::DirEntry| {
+        let age = entry.metadata().and_then(|data| data.modified()).ok().and_then(|time| time.elapsed().ok());
+        age.is_some_and(|age| age > LEFTOVER)
+    };
+    let is_ours = |entry: &std::fs::DirEntry| {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        [RESULTS, TIMINGS].iter().any(|of| name.starts_with(&format!(".{of}.")))
+    };
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten().filter(|e| is_ours(e) && is_old(e)) {
+        let _ = std::fs::remove_file(entry.path());
+    }
+}
+
 /// Runs without a result.
 fn found_failures(sweep: &Sweep, found: &[Found]) -> Result<u64> {
     let (mut failed, mut good) =
@@ -193,12 +211,6 @@ fn found_failures(sweep: &Sweep, found: &[Found]) -> Result<u64> {
         })?;
     }
     Ok(failed.count())
-}
-
-/// The time of a run.
-#[derive(serde::Deserialize)]
-struct Timing {
-    seconds: f64,
 }
 
 /// A results file that lines are read from, mostly in their order.

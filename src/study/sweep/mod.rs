@@ -22,7 +22,7 @@ mod toml;
 pub use line::{Device, Failure, FitPercent, Of, Outcome, Precision, Side, Stop};
 pub use manifest::{File, Job, Manifest, Motor, PinnedDevice, Runs};
 pub use merge::{Merged, ShardStatus, SweepStatus};
-pub use run::{FailedRun, SweepProgress, Tally};
+pub use run::{FailedRun, Failures, SweepProgress, Tally};
 pub use store::Shard;
 pub use study::{AddedNoise, Entry, Factors, KEYS, Seeds, Study};
 pub use summary::{Cell, Limits, MotorResult, NamedRun, Quantiles, SweepBlock, SweepSummary};

@@ -41,7 +41,9 @@ impl Sweep {
         };
         if let Some(known) = known {
             if known.manifest.is_same(&manifest) {
-                return Ok((known, true));
+                // The study may lie elsewhere by now; its recordings are the same.
+                let manifest = Manifest { folder: manifest.folder, ..known.manifest };
+                return Ok((Self { manifest, ..known }, true));
             }
             let difference = known.manifest.difference(&manifest);
             let remedy = "Give a new folder with --out; or go on with what was planned: motorfit sweep run DIR.";
@@ -50,7 +52,7 @@ impl Sweep {
         }
         std::fs::create_dir_all(folder).map_err(|e| super::store::unwritable(folder, &e))?;
         let text = manifest.text()?;
-        replace(&folder.join(NAME), |file| file.write_all(text.as_bytes()))?;
+        place(&folder.join(NAME), &text)?;
         Ok((Self::open(folder)?, false))
     }
 
@@ -113,13 +115,35 @@ fn read(path: &Path, most: u64) -> Result<String> {
     std::fs::read_to_string(path).map_err(failed)
 }
 
-/// A folder that is there must be empty.
+/// Puts a manifest where none is: two plans at once must not both think it theirs.
+fn place(path: &Path, text: &str) -> Result<()> {
+    let beside = path.with_file_name(format!(".{NAME}.{}", std::process::id()));
+    replace(&beside, |file| file.write_all(text.as_bytes()))?;
+    let placed = std::fs::hard_link(&beside, path);
+    let placed = match placed {
+        // A file system without links.
+        Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => std::fs::rename(&beside, path),
+        placed => placed,
+    };
+    let _ = std::fs::remove_file(&beside);
+    placed.map_err(|error| match error.kind() {
+        std::io::ErrorKind::AlreadyExists => {
+            let message = "holds a sweep that was planned at the same time";
+            Error::data(message, "Run the command again, or name another folder.").in_file(path)
+        }
+        _ => super::store::unwritable(path, &error),
+    })
+}
+
+/// A folder that is there must be empty, but for what a plan left that was killed.
 fn check_empty(folder: &Path) -> Result<()> {
     if !folder.exists() {
         return Ok(());
     }
-    let mut entries = std::fs::read_dir(folder).map_err(|error| unreadable(folder, &error))?;
-    if entries.next().is_some() {
+    let entries = std::fs::read_dir(folder).map_err(|error| unreadable(folder, &error))?;
+    let is_left =
+        |name: &std::ffi::OsStr| name.to_string_lossy().trim_start_matches('.').starts_with(&format!("{NAME}."));
+    if entries.flatten().any(|entry| !is_left(&entry.file_name())) {
         let message = "holds something else than a sweep: it is left as it is";
         return Err(Error::data(message, "Name a new folder with --out.").in_file(folder));
     }
@@ -131,18 +155,12 @@ fn pinned(study: &Study, manifest: &Manifest, paces: Option<Paces>) -> Result<Pi
     let cpu = manifest.device.clone();
     let spec = &study.spec;
     let searches = study.methods.iter().any(crate::identify::Method::is_search);
-    if !searches && spec.device == DeviceSpec::Auto {
+    // Steiglitz–McBride and the fits of auto are done by the CPU.
+    if !searches {
         return Ok(cpu);
     }
     if spec.device == DeviceSpec::Cpu {
-        // Only f32 is wrong there; nothing is opened.
-        return match spec.precision {
-            PrecisionSpec::F32 => Err(Error::usage(
-                "f32 is for GPUs: the CPU evaluates in f64 only",
-                "Leave precision out, or give device = \"gpu\".",
-            )),
-            _ => Ok(cpu),
-        };
+        return Ok(cpu);
     }
     let select = match &spec.device {
         DeviceSpec::GpuIndex(index) => format!("gpu:{index}"),

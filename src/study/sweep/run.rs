@@ -44,15 +44,44 @@ impl SweepProgress {
     }
 }
 
-/// A run without a result.
+/// Runs of a motor without a result, for one reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FailedRun {
-    /// Its number.
+    /// The number of the first.
     pub id: u64,
-    /// Its motor.
+    /// How many.
+    pub runs: u64,
+    /// Their motor.
     pub motor: String,
     /// Why.
     pub message: String,
+}
+
+/// Runs without a result, by motor and reason.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Failures {
+    /// The first of them.
+    pub named: Vec<FailedRun>,
+    /// Runs for other reasons, or of other motors.
+    pub others: u64,
+}
+
+/// Reasons that are named.
+const FAILURES_NAMED: usize = 100;
+
+impl Failures {
+    /// Takes a run in.
+    pub fn add(&mut self, id: u64, motor: &str, message: &str) {
+        let is_same = |known: &&mut FailedRun| known.motor == motor && known.message == message;
+        if let Some(known) = self.named.iter_mut().rev().find(is_same) {
+            known.runs += 1;
+        } else if self.named.len() < FAILURES_NAMED {
+            let (motor, message) = (motor.to_owned(), message.to_owned());
+            self.named.push(FailedRun { id, runs: 1, motor, message });
+        } else {
+            self.others += 1;
+        }
+    }
 }
 
 /// What a run of a shard did.
@@ -64,10 +93,10 @@ pub struct Tally {
     pub before: u64,
     /// Runs that were finished now.
     pub finished: u64,
-    /// Of these, runs without a result.
+    /// Runs without a result, those of earlier times included.
     pub failed: u64,
-    /// The first of those.
-    pub failures: Vec<FailedRun>,
+    /// The first reasons of those of now.
+    pub failures: Failures,
     /// Finished runs that could not be written, and why.
     pub lost: u64,
     /// The reason for that.
@@ -81,9 +110,6 @@ pub struct Tally {
     /// Seconds.
     pub seconds: f64,
 }
-
-/// Runs without a result that are named.
-const FAILURES_NAMED: usize = 20;
 
 /// Sees the progress, and may end the run.
 pub(super) type Observe<'a> = dyn FnMut(&SweepProgress) -> ControlFlow<()> + 'a;
@@ -125,17 +151,17 @@ impl Sweep {
             instructions: Level::best().name().to_owned(),
         };
         let log = Log::open(&self.folder, &head)?;
-        let mut done = Bits::new(self.manifest.runs);
+        let (mut done, mut failed) = (Bits::new(self.manifest.runs), Bits::new(self.manifest.runs));
         let mut tally = Tally::default();
+        let mut damaged = 0;
         for found in files(&self.folder, &self.digest)? {
-            let damaged = scan(&found.path, |place| {
-                // A run that failed for its recording is tried again.
-                done.set(place.mark.id, !place.mark.is_retried());
+            damaged += scan(&found.path, |place| {
+                // A run that failed for its recording is tried again, unless it was done elsewhere.
+                if !place.mark.is_retried() {
+                    done.set(place.mark.id, true);
+                    failed.set(place.mark.id, place.mark.error.is_some());
+                }
             })?;
-            if damaged > 0 {
-                let message = format!("{}: {damaged} damaged lines; their runs are done again", found.path.display());
-                tally.warnings.push(Warning::new("results_damaged", message));
-            }
             if found.head.instructions != head.instructions {
                 let message = format!(
                     "{}: made with {} instructions, here are {}: the last digits may differ",
@@ -151,17 +177,29 @@ impl Sweep {
             if running.owns(id) {
                 running.tally.total += 1;
                 running.tally.before += u64::from(running.done.get(id));
+                running.tally.failed += u64::from(failed.get(id));
             }
         }
-        let end = match running.direct() {
-            Ok(None) => running.search(),
-            end => end,
-        };
+        if damaged > 0 && running.tally.before < running.tally.total {
+            let message =
+                format!("{damaged} lines of results are damaged; runs that are missing for it are done again");
+            running.tally.warnings.push(Warning::new("results_damaged", message));
+        }
+        let end = running.all();
         running.close(end)
     }
 }
 
 impl Running<'_> {
+    fn all(&mut self) -> Result<Option<End>> {
+        for auto in [false, true] {
+            if let Some(end) = self.direct(auto)? {
+                return Ok(Some(end));
+            }
+        }
+        self.search()
+    }
+
     /// Whether a run belongs to the shard: whole motors where there are many, so that each is read once.
     fn owns(&self, id: u64) -> bool {
         let Shard { index, count } = self.shard;
@@ -206,11 +244,9 @@ impl Running<'_> {
             lines.push_str(&line);
             self.done.set(id, true);
             self.tally.finished += 1;
-            if let Some(failure) = failure {
+            if let Some((motor, message)) = failure {
                 self.tally.failed += 1;
-                if self.tally.failures.len() < FAILURES_NAMED {
-                    self.tally.failures.push(failure);
-                }
+                self.tally.failures.add(id, &motor, &message);
             }
         }
         self.log.add(&lines);
@@ -222,6 +258,7 @@ impl Running<'_> {
         let Self { mut tally, log, begun, .. } = self;
         (tally.lost, tally.fault) = log.close();
         tally.finished -= tally.lost.min(tally.finished);
+        tally.failed = tally.failed.min(tally.before + tally.finished);
         tally.seconds = begun.elapsed().as_secs_f64();
         tally.interrupted = matches!(end?, Some(End::Interrupted));
         Ok(tally)
@@ -232,17 +269,15 @@ impl Running<'_> {
 pub(super) struct Finished {
     pub id: u64,
     pub line: String,
-    pub failure: Option<FailedRun>,
+    /// Its motor, and why there is no result.
+    pub failure: Option<(String, String)>,
 }
 
 impl Finished {
     pub(super) fn new(sweep: &Sweep, job: &Job, outcome: &Outcome, seconds: f64) -> Self {
         let motor = &sweep.manifest.motors[job.motor].motor;
-        let failure = outcome.error.as_ref().filter(|_| outcome.stop == Stop::Failed).map(|failure| FailedRun {
-            id: job.id,
-            motor: motor.clone(),
-            message: failure.message.clone(),
-        });
+        let failed = outcome.error.as_ref().filter(|_| outcome.stop == Stop::Failed);
+        let failure = failed.map(|failure| (motor.clone(), failure.message.clone()));
         Self { id: job.id, line: line(sweep.study(), job, motor, outcome, seconds), failure }
     }
 }

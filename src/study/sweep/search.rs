@@ -1,13 +1,13 @@
 //! Population searches: many runs in lock step, all agents of a generation as one batch, piece by piece.
 
 use super::Sweep;
-use super::direct::{Scene, Unit, Units};
+use super::direct::{RUNS, Scene, Unit, Units};
 use super::line::{Device, Outcome, Precision, Stop};
 use super::manifest::Job;
 use super::run::{End, Finished, Running};
 use super::scene::{Read, outcome, problem};
 use crate::evaluate::{Problem, Scalar};
-use crate::identify::{IdentifySpec, Lockstep, Polish, polished};
+use crate::identify::{IdentifySpec, Lockstep, polished};
 use crate::optimize::{Budget, Run, Setup, Stop as SearchStop, minimize};
 use crate::record::Record;
 use crate::{Error, ErrorKind, Result};
@@ -23,8 +23,8 @@ const STEPS: u64 = 500_000_000;
 const CANDIDATES: usize = 1024;
 /// A GPU needs more candidates to be full.
 const CANDIDATES_GPU: usize = 1 << 17;
-/// Problems of a piece, each with its own samples, and values of its populations: what bounds memory.
-const PROBLEMS: usize = 256;
+/// Samples of all its problems together, and values of its populations: what bounds memory.
+const SAMPLES: u64 = 2_000_000;
 const VALUES: usize = 1 << 23;
 
 /// A search with all its runs: they differ in their polish alone.
@@ -52,7 +52,7 @@ impl Running<'_> {
         generations.sort_unstable();
         for generations in generations {
             let mut units =
-                Units::new(self, |job| job.factors.method.is_search() && job.factors.generations == generations);
+                Units::new(self, RUNS, |job| job.factors.method.is_search() && job.factors.generations == generations);
             let mut rest: Option<(Scene, Vec<Search>)> = None;
             let mut kept: Option<(usize, Read)> = None;
             loop {
@@ -77,8 +77,8 @@ impl Running<'_> {
         generations: usize,
     ) -> (Vec<Scene>, Vec<Search>) {
         let (mut scenes, mut searches) = (Vec::new(), Vec::new());
-        let (mut agents, mut room, mut problems) = (0, 0, 0);
-        while searches.is_empty() || (agents < room && problems < PROBLEMS && rest.is_none()) {
+        let (mut agents, mut room, mut samples) = (0, 0, 0);
+        while searches.is_empty() || (agents < room && samples < SAMPLES && rest.is_none()) {
             let next = || units.next(self).map(|unit| (unit.scene, self.searches(&unit)));
             let Some((scene, own)) = rest.take().or_else(next) else { break };
             if searches.is_empty() {
@@ -88,7 +88,7 @@ impl Running<'_> {
             let mut criteria: Vec<(&str, &str)> = Vec::new();
             for search in own {
                 let f = search.jobs[0].factors;
-                if !searches.is_empty() && agents + f.population > room {
+                if !searches.is_empty() && (agents + f.population > room || searches.len() >= RUNS) {
                     left.push(search);
                     continue;
                 }
@@ -98,7 +98,7 @@ impl Running<'_> {
             }
             criteria.sort_unstable();
             criteria.dedup();
-            problems += criteria.len();
+            samples += criteria.len() as u64 * self.samples(scene.motor);
             scenes.push(scene);
             *rest = (!left.is_empty()).then_some((scene, left));
         }
@@ -120,16 +120,19 @@ impl Running<'_> {
     /// Candidates of a generation that a piece has room for.
     #[expect(clippy::cast_possible_truncation, reason = "bounded above")]
     fn room(&self, generations: usize, motor: usize) -> usize {
-        let files = &self.sweep.manifest.motors[motor].files;
-        // A sample takes some 40 bytes of a file.
-        let samples = (files.iter().map(|file| file.bytes).sum::<u64>() / 40).max(100);
-        let by_time = STEPS / (samples * generations as u64).max(1);
+        let by_time = STEPS / (self.samples(motor) * generations as u64).max(1);
         let least = if self.sweep.pinned().0 == Device::Gpu {
             CANDIDATES_GPU
         } else {
             CANDIDATES * rayon::current_num_threads()
         };
         (by_time as usize).clamp(least, VALUES / 5)
+    }
+
+    /// About how many samples a motor's recordings have: one takes some 40 bytes of a file.
+    pub(super) fn samples(&self, motor: usize) -> u64 {
+        let files = &self.sweep.manifest.motors[motor].files;
+        (files.iter().map(|file| file.bytes).sum::<u64>() / 40).max(100)
     }
 
     /// Runs some searches in lock step.
@@ -255,11 +258,6 @@ impl Sweep {
             let spec = sweep.study().spec(&job.factors);
             let found = match &best {
                 None => Err(diverged(run.evaluations)),
-                Some(best) if spec.polish == Polish::None => {
-                    let parameters = one.problem.parameters(best.values, 0);
-                    let cost = Scalar::cost(&one.problem, best.values);
-                    Ok(Outcome::found(&parameters, cost, 0, Stop::BudgetSpent))
-                }
                 Some(best) => polished(&one.records, &spec, one.problem.space(), best.values)
                     .and_then(|fitted| outcome(&one.problem, &fitted)),
             };

@@ -3,7 +3,7 @@
 //! A line is a finished run. The last may be torn where a machine was switched off; what is torn is cut off before
 //! anything is added, and its run is done again.
 
-use super::line::Mark;
+use super::line::{Mark, Row, split};
 use super::manifest::FORMAT;
 use crate::text::{excerpt, printable};
 use crate::{Error, Result};
@@ -118,17 +118,16 @@ impl Log {
         let mut log =
             Self { file, path, whole: 0, waiting: String::new(), fault: None, since: None, synced: Instant::now() };
         log.whole = whole_lines(&log.file).map_err(|error| unwritable(&log.path, &error))?;
-        log.cut()?;
-        if log.whole == 0 {
-            let line = serde_json::to_string(head).unwrap_or_default() + "\n";
-            if log.add(&line) == Written::Waiting {
-                return Err(log
-                    .fault
-                    .take()
-                    .map_or_else(|| unwritable(&log.path, &full()), |e| unwritable(&log.path, &e)));
-            }
-        } else {
+        let line = serde_json::to_string(head).unwrap_or_default() + "\n";
+        if log.whole > 0 {
             check_head(&log.path, &head.manifest)?;
+        } else if !is_beginning(&log.path, &line) {
+            return Err(no_results(&log.path));
+        }
+        log.cut()?;
+        if log.whole == 0 && log.add(&line) == Written::Waiting {
+            let fault = log.fault.take().unwrap_or_else(|| std::io::ErrorKind::StorageFull.into());
+            return Err(unwritable(&log.path, &fault));
         }
         Ok(log)
     }
@@ -198,8 +197,15 @@ fn lock(file: &File) -> std::result::Result<(), TryLockError> {
     file.try_lock()
 }
 
-fn full() -> std::io::Error {
-    std::io::ErrorKind::StorageFull.into()
+/// Whether a file holds nothing but the beginning of its first line, which was torn.
+fn is_beginning(path: &Path, line: &str) -> bool {
+    let mut found = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(line.len() as u64 + 1).read_to_end(&mut found));
+    read.is_ok() && line.as_bytes().starts_with(&found)
+}
+
+fn no_results(path: &Path) -> Error {
+    Error::data("is no results file", "Move it away; its runs will be done again.").in_file(path).at_line(1)
 }
 
 pub(super) fn unwritable(path: &Path, error: &std::io::Error) -> Error {
@@ -240,12 +246,17 @@ fn check_head(path: &Path, manifest: &str) -> Result<Head> {
             wrong("is of another version of this program", "Use that version, or plan the study again in a new folder.")
         }
         Ok(_) => wrong("holds results of another study", "Move it away, or run the study it belongs to."),
-        Err(_) => wrong("is no results file", "Move it away; its runs will be done again."),
+        Err(_) => Err(no_results(path)),
     }
 }
 
 pub(super) fn unreadable(path: &Path, error: &std::io::Error) -> Error {
-    Error::data(format!("cannot be read: {}", printable(&error.to_string())), "Allow reading it.").in_file(path)
+    let remedy = match error.kind() {
+        std::io::ErrorKind::NotFound => "Check the path.",
+        std::io::ErrorKind::PermissionDenied => "Allow reading it.",
+        _ => "Give the file that is meant, as text in UTF-8.",
+    };
+    Error::data(format!("cannot be read: {}", printable(&error.to_string())), remedy).in_file(path)
 }
 
 /// A results file as it was found.
@@ -292,13 +303,21 @@ pub(super) fn scan(path: &Path, mut see: impl FnMut(Place)) -> Result<u64> {
             return Ok(damaged);
         }
         if offset > 0 {
-            match (serde_json::from_slice::<Mark>(&line), u32::try_from(length)) {
-                (Ok(mark), Ok(length)) => see(Place { offset, length, mark }),
+            match (mark(&line), u32::try_from(length)) {
+                (Some(mark), Ok(length)) => see(Place { offset, length, mark }),
                 _ => damaged += 1,
             }
         }
         offset += length as u64;
     }
+}
+
+/// What a line says, if it is whole.
+fn mark(line: &[u8]) -> Option<Mark> {
+    let text = std::str::from_utf8(line).ok()?;
+    let (result, _) = split(text.trim_end())?;
+    serde_json::from_str::<Row>(&result).ok()?;
+    serde_json::from_str(&result).ok()
 }
 
 #[cfg(test)]
@@ -311,7 +330,12 @@ mod tests {
     }
 
     fn line(id: u64) -> String {
-        format!("{{\"id\":{id},\"stop\":\"converged\",\"x\":1}}\n")
+        use crate::study::sweep::{Outcome, Stop, Study};
+        let study =
+            Study::parse("methods = [\"sm\"]\nrecordings = [\"a\"]\nseeds = \"1..9\"", Path::new("s.toml")).unwrap();
+        let runs = crate::study::sweep::Runs::new(study.clone(), 1);
+        let outcome = Outcome::found(&crate::motor::Parameters::M2, 0.5, 3, Stop::Converged);
+        crate::study::sweep::line::line(&study, &runs.job(id), "m", &outcome, 0.1)
     }
 
     fn ids(folder: &Path) -> Vec<u64> {

@@ -4,7 +4,7 @@ use super::keys::Keys;
 use super::toml::Document;
 use crate::Result;
 use crate::criterion::{Criterion, Noise, Norm, Scale};
-use crate::identify::{IdentifySpec, Method, OnLoss, Polish};
+use crate::identify::{DeviceSpec, IdentifySpec, Method, OnLoss, Polish, PrecisionSpec};
 use crate::record::Reading;
 use std::path::Path;
 
@@ -170,6 +170,10 @@ impl Study {
                 "fix: Steiglitz–McBride estimates all five parameters and cannot hold any".to_owned(),
                 "Leave fix or the method sm out.",
             );
+        }
+        if self.spec.device == DeviceSpec::Cpu && self.spec.precision == PrecisionSpec::F32 {
+            let message = "precision: f32 is for GPUs, the CPU evaluates in f64 only";
+            return wrong(message.to_owned(), "Leave precision out, or give device = \"gpu\".");
         }
         let timed = |norm: &Norm| matches!(norm, Norm::Itse | Norm::Itae);
         if self.spec.criterion.time_origin_s.is_some() && !self.criterion.iter().any(timed) {

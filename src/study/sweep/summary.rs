@@ -3,7 +3,7 @@
 use super::Sweep;
 use super::line::{Device, Outcome, Stop};
 use super::manifest::Job;
-use super::run::FailedRun;
+use super::run::Failures;
 use super::study::Factors;
 use crate::motor::Parameter;
 use crate::study::statistics::{quantile, sorted};
@@ -12,9 +12,8 @@ use crate::{Error, Result};
 
 /// Runs whose values are kept for quantiles; of more, every so-manieth.
 const SAMPLE: u64 = 1 << 20;
-/// Worst runs of a block, and failed runs, that are named.
+/// Worst runs of a block that are named.
 const NAMED: usize = 10;
-const FAILED_NAMED: usize = 100;
 
 /// Quantiles of some values.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,11 +98,11 @@ pub struct SweepSummary {
     pub missing: u64,
     /// Runs without a result.
     pub failed: u64,
-    /// The first of them.
-    pub failures: Vec<FailedRun>,
+    /// Their reasons.
+    pub failures: Failures,
     /// Runs that the CPU did in place of the device.
     pub taken_over: u64,
-    /// Every so-manieth run is in the quantiles.
+    /// Every so-manieth run of a cell is in the quantiles.
     pub stride: u64,
     /// One for each criterion and scale.
     pub blocks: Vec<SweepBlock>,
@@ -115,10 +114,14 @@ pub struct SweepSummary {
     pub varied: Vec<&'static str>,
     /// cpu or gpu, and its numbers.
     pub device: [String; 2],
+    /// Block and cell of each combination of levels.
+    pub(crate) places: Vec<Option<(usize, usize)>>,
 }
 
 impl SweepSummary {
-    pub(super) fn new(sweep: &Sweep) -> Self {
+    /// Of a sweep of which nothing was taken in yet.
+    #[must_use]
+    pub fn new(sweep: &Sweep) -> Self {
         let study = sweep.study();
         let varied = [
             ("method", study.methods.len()),
@@ -129,11 +132,11 @@ impl SweepSummary {
         ];
         let device = &sweep.manifest.device;
         Self {
-            name: study.name.clone(),
+            name: sweep.manifest.name.clone(),
             runs: sweep.manifest.runs,
             missing: 0,
             failed: 0,
-            failures: Vec::new(),
+            failures: Failures::default(),
             taken_over: 0,
             stride: sweep.manifest.runs.div_ceil(SAMPLE).max(1),
             blocks: Vec::new(),
@@ -141,6 +144,7 @@ impl SweepSummary {
             results: Vec::new(),
             varied: varied.into_iter().filter(|(_, levels)| *levels > 1).map(|(name, _)| name).collect(),
             device: [device.kind.clone(), device.precision.clone()],
+            places: Vec::new(),
         }
     }
 
@@ -150,20 +154,18 @@ impl SweepSummary {
         self.taken_over += u64::from(
             job.factors.method.is_search() && outcome.device != sweep.pinned().0 && outcome.device == Device::Cpu,
         );
-        let (block, cell) = self.place(sweep, &job.factors);
+        let (block, cell) = self.place(sweep, job);
         let taken = &mut self.blocks[block].cells[cell];
         taken.runs += 1;
         taken.seconds += seconds;
         let (Some(parameters), Some(cost)) = (&outcome.parameters, outcome.cost) else {
             taken.failed += 1;
             self.failed += 1;
-            if self.failures.len() < FAILED_NAMED {
-                let message = outcome.error.as_ref().map_or_else(|| "no finite cost".to_owned(), |e| e.message.clone());
-                self.failures.push(FailedRun { id: job.id, motor: motor.clone(), message });
-            }
+            let message = outcome.error.as_ref().map_or("no finite cost", |error| &error.message);
+            self.failures.add(job.id, motor, message);
             return;
         };
-        if job.id.is_multiple_of(self.stride) {
+        if taken.runs.is_multiple_of(self.stride) || self.stride == 1 {
             taken.costs.push(cost);
             taken.parameters.iter_mut().zip(parameters.to_array()).for_each(|(all, value)| all.push(value));
         }
@@ -196,33 +198,37 @@ impl SweepSummary {
     }
 
     /// Where the runs under some levels stand; made where they are the first.
-    fn place(&mut self, sweep: &Sweep, factors: &Factors) -> (usize, usize) {
+    fn place(&mut self, sweep: &Sweep, job: &Job) -> (usize, usize) {
+        let combination = usize::try_from(job.id % sweep.runs.per_motor() / sweep.study().seeds.count()).unwrap_or(0);
+        if let Some(Some(place)) = self.places.get(combination) {
+            return *place;
+        }
+        let factors = &job.factors;
         let comparable = |block: &SweepBlock| {
             let first = &block.cells[0].factors;
             (first.criterion, first.scale) == (factors.criterion, factors.scale)
         };
-        let same = |cell: &Cell| Factors { seed: factors.seed, ..cell.factors } == *factors;
         let block = self.blocks.iter().position(comparable).unwrap_or_else(|| {
             self.blocks.push(SweepBlock { cells: Vec::new(), worst: Vec::new() });
             self.blocks.len() - 1
         });
         let cells = &mut self.blocks[block].cells;
-        let cell = cells.iter().position(same).unwrap_or_else(|| {
-            cells.push(Cell {
-                factors: *factors,
-                noise: sweep.study().noise[factors.noise].name.clone(),
-                runs: 0,
-                failed: 0,
-                costs: Vec::new(),
-                parameters: Default::default(),
-                seconds: 0.0,
-            });
-            cells.len() - 1
+        cells.push(Cell {
+            factors: *factors,
+            noise: sweep.study().noise[factors.noise].name.clone(),
+            runs: 0,
+            failed: 0,
+            costs: Vec::new(),
+            parameters: Default::default(),
+            seconds: 0.0,
         });
-        (block, cell)
+        let place = (block, cells.len() - 1);
+        self.places.resize(self.places.len().max(combination + 1), None);
+        self.places[combination] = Some(place);
+        place
     }
 
-    /// Whether a run ended without a result.
+    /// Whether every run has a result.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.missing == 0 && self.failed == 0

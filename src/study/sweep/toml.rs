@@ -35,9 +35,10 @@ impl<'a> Document<'a> {
         Error::usage(message, remedy).in_file(self.path).at_line(line)
     }
 
-    /// The same error as another with its place.
+    /// The same error as another with its place; what is a flag elsewhere is a key here.
     pub(super) fn located(self, span: Range<usize>, error: &Error) -> Error {
-        self.error(span, error.message(), error.remedy())
+        let plain = |text: String| text.replace("--", "");
+        self.error(span, plain(error.message()), plain(error.remedy()))
     }
 
     /// Keys that are not known are errors.
