@@ -13,7 +13,7 @@ mod support;
 use motorfit::candidates::Candidates;
 use motorfit::evaluate::{Batch, Evaluator, Group, Simd};
 use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
-use motorfit::identify::{IdentifySpec, Method, Polish, fit};
+use motorfit::identify::{IdentifySpec, Method, Polish, fit, with_threads};
 use motorfit::motor::{Discretization, Parameters, Space};
 use motorfit::optimize::{Sample, Sampling};
 use motorfit::record::{Reading, write_csv};
@@ -51,7 +51,8 @@ fn sweep(folder: &Path, study: &str) -> [f64; 2] {
     let plan = seconds(|| planned = Some(Sweep::plan(&path, &out, None).unwrap().0));
     let sweep = planned.unwrap();
     let run = seconds(|| {
-        let tally = sweep.run(Shard::ALL, &mut |_| ControlFlow::Continue(())).unwrap();
+        // Inside the pool, as the program does.
+        let tally = with_threads(None, || sweep.run(Shard::ALL, &mut |_| ControlFlow::Continue(()))).unwrap();
         assert_eq!((tally.failed, tally.finished), (0, sweep.manifest().runs));
     });
     [plan, run]
@@ -75,7 +76,7 @@ fn searches(name: &str, device: &str, runs: u64, mut evaluator: Box<dyn Evaluato
     let mut costs = vec![0.0; 100_000];
     let mut raw = || {
         let once = || evaluator.evaluate(&Batch { groups: &groups }, &mut costs).unwrap();
-        seconds(once) / 100_000.0
+        rayon::scope(|_| seconds(once)) / 100_000.0
     };
     raw();
     let mut shares = Vec::new();

@@ -18,9 +18,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 /// Candidate-steps of a piece on the CPU: some tenths of a second, which is what a crash may cost…
-const STEPS: u64 = 500_000_000;
+const STEPS: u64 = 1_000_000_000;
 /// …but candidates of a generation for each thread at least, so that threads seldom wait.
-const CANDIDATES: usize = 1024;
+const CANDIDATES: usize = 3072;
 /// A GPU needs more candidates to be full.
 const CANDIDATES_GPU: usize = 1 << 17;
 /// Samples of all its problems together, and values of its populations: what bounds memory.
