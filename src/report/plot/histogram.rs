@@ -168,10 +168,14 @@ mod tests {
     }
 
     #[test]
-    fn values_that_are_the_same_have_no_histogram() {
+    fn values_that_are_the_same_are_one_bar() {
         let panel = |values| Histogram { values, ..Histogram::default() };
-        assert!(panel(vec![0.5; 9]).bins().is_none() && panel(Vec::new()).bins().is_none());
-        assert!(histograms(&[panel(vec![0.5; 9])], 3).starts_with("<svg"));
+        assert!(panel(Vec::new()).bins().is_none());
+        for value in [0.5, 0.0, -3e-7] {
+            let bins = panel(vec![value; 9]).bins().unwrap();
+            assert_eq!(bins.all.iter().filter(|count| **count > 8.5).count(), 1, "{value}: {:?}", bins.all);
+            assert!(histograms(&[panel(vec![value; 9])], 3).contains("<rect"));
+        }
         // Half of them the same: no quartile range, and still bins.
         let values = [vec![0.0; 90], vec![1.0, 2.0]].concat();
         assert_eq!(panel(values).bins().unwrap().all.len(), 60);
