@@ -121,6 +121,12 @@ pub(crate) struct IdentifyArgs {
     pub records: Vec<PathBuf>,
     #[command(flatten)]
     pub reading: Reading,
+    /// Recordings that are held out: simulated with what was found, without another fit; repeatable
+    #[arg(long, value_name = "RECORD", help_heading = "Validation")]
+    pub validate: Vec<PathBuf>,
+    /// The part of each recording that is fitted, from its start; the rest is held out
+    #[arg(long, value_name = "FRACTION", allow_negative_numbers = true, help_heading = "Validation")]
+    pub split: Option<f64>,
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,

@@ -5,21 +5,29 @@ use super::out::{self, Out};
 use super::output::{DIM, STRONG, Style, data};
 use super::progress::Reporter;
 use super::{Outcome, interrupt, methods, problem, reading};
-use motorfit::Result;
 use motorfit::estimate::ReferenceKind;
-use motorfit::identify::{Identification, IdentifySpec, Method, Polish, Status, identify_with, suspicions, values};
+use motorfit::identify::{
+    Identification, IdentifySpec, Method, Polish, Status, identify_with, suspicions, validate, values,
+};
 use motorfit::motor::Parameter;
 use motorfit::optimize::Stop;
 use motorfit::record::Record;
 use motorfit::report::figures::model;
 use motorfit::report::{IdentifyDocument, Names, identify_page, json};
 use motorfit::text::{engineering, significant};
+use motorfit::{Error, Result};
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     let spec = spec(args, style)?;
-    let records = reading::records(&args.records, &args.reading, problem::discretization(args.problem.discretization))?;
+    let discretization = problem::discretization(args.problem.discretization);
+    let records = reading::records(&args.records, &args.reading, discretization)?;
+    let mut held_out = reading::records(&args.validate, &args.reading, discretization)?;
+    let records = match args.split {
+        None => records,
+        Some(fraction) => split(records, fraction, &mut held_out)?,
+    };
     let out = args.out.as_deref().map(Out::take).transpose()?;
     interrupt::listen()?;
     let mut reporter = Reporter::new(style);
@@ -29,7 +37,10 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     });
     drop(reporter);
     // What is wrong with the recordings may be why.
-    let found = found.inspect_err(|_| style.warnings(&suspicions(&records, spec.model.discretization)))?;
+    let mut found = found.inspect_err(|_| style.warnings(&suspicions(&records, spec.model.discretization)))?;
+    if !held_out.is_empty() {
+        found.validation = Some(validate(&held_out, &spec, &found)?);
+    }
     style.warnings(&found.warnings);
     if found.stop == Stop::Interrupted {
         style.note("interrupted: this is the best so far");
@@ -44,6 +55,23 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
         out.write(report(&records, &spec, &found, document), style)?;
     }
     Ok(if found.stop == Stop::Interrupted { Outcome::Interrupted } else { Outcome::Done })
+}
+
+/// The first parts of recordings; the rest is held out.
+fn split(records: Vec<Record>, fraction: f64, held_out: &mut Vec<Record>) -> Result<Vec<Record>> {
+    if !(fraction > 0.0 && fraction < 1.0) {
+        return Err(Error::usage(
+            format!("--split is {fraction}"),
+            "Give a fraction between 0 and 1, as in --split 0.7.",
+        ));
+    }
+    let mut first = Vec::with_capacity(records.len());
+    for record in records {
+        let [fitted, rest] = record.split(fraction)?;
+        first.push(fitted);
+        held_out.push(rest);
+    }
+    Ok(first)
 }
 
 /// The files of `--out`.
@@ -207,6 +235,18 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
     ];
     if found.residual_sigma == [None; 2] {
         lines.remove(1);
+    }
+    if let Some(validation) = &found.validation {
+        let fit = channels(validation.fit_percent, &|fit| format!("{fit:.2} %"));
+        let count = validation.held_out.len();
+        let estimated = validation.held_out.iter().filter(|held| held.initial_is_estimated).count();
+        let of = if count == 1 { String::new() } else { format!(" over {count} recordings") };
+        let started = match estimated {
+            0 => "",
+            _ if count == 1 => "; its initial state was estimated",
+            _ => "; initial states were estimated where they begin in motion",
+        };
+        lines.insert(1, ("held out", format!("{fit}{of}{started}")));
     }
     lines
 }

@@ -1,5 +1,6 @@
 //! Estimation in f64 on the CPU: Steiglitz–McBride, the maximum-likelihood refinement, how sure it is.
 
+mod initial;
 mod normal;
 mod output_error;
 mod projection;
@@ -10,6 +11,7 @@ mod steiglitz_mcbride;
 mod triangle;
 mod uncertainty;
 
+pub use initial::initial_states;
 pub use reference::{Reference, ReferenceKind, global_reference, squares};
 pub use refine::{RefineOptions, Refined, fit_problem, refine, refine_on};
 pub use steiglitz_mcbride::{

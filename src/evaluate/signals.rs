@@ -158,6 +158,12 @@ impl Signals {
         self.initial
     }
 
+    /// Whether a refinement estimates the state at the first sample.
+    #[must_use]
+    pub fn is_initial_free(&self) -> bool {
+        self.initial_is_free
+    }
+
     /// Whether the motor is known to begin at rest.
     #[must_use]
     pub fn starts_at_rest(&self) -> bool {

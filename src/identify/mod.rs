@@ -16,6 +16,7 @@ mod outlook;
 mod pace;
 mod search;
 mod spec;
+mod validate;
 pub mod values;
 mod verify;
 mod warnings;
@@ -29,6 +30,7 @@ pub use method::{Method, Polish};
 pub use outlook::{Inspection, Outlook};
 pub use pace::{AdapterPace, Pace, Paces, Work};
 pub use spec::{Identification, IdentifySpec, Searched};
+pub use validate::{HeldOut, Validation, validate};
 pub use verify::{Status, Verification};
 pub use warnings::{Place, Warning, record_warnings, warnings_of_records};
 
@@ -256,6 +258,7 @@ fn assemble(records: &[Record], spec: &IdentifySpec, attempt: Attempt) -> Result
         device: found.device,
         precision: found.precision,
         cost_difference: found.cost_difference,
+        validation: None,
         seconds: 0.0,
     })
 }

@@ -3,6 +3,7 @@
 use super::device::{DeviceSpec, PrecisionSpec};
 use super::method::{Method, Polish};
 use super::pace::Paces;
+use super::validate::Validation;
 use super::verify::Verification;
 use super::warnings::Warning;
 use crate::criterion::Criterion;
@@ -114,6 +115,8 @@ pub struct Identification {
     pub precision: &'static str,
     /// The winner's cost by the device less that by the oracle; `None` where the CPU evaluated.
     pub cost_difference: Option<f64>,
+    /// How well the parameters explain recordings that they were not fitted to, where there are any.
+    pub validation: Option<Validation>,
     /// Seconds of the estimation alone.
     pub seconds: f64,
 }

@@ -149,6 +149,26 @@ impl Record {
         Ok(Self { slope, interpolated: self.interpolated, ..record })
     }
 
+    /// The first part of the samples, and the rest of them.
+    ///
+    /// # Errors
+    /// `Usage` when either would have fewer than two samples.
+    pub fn split(&self, fraction: f64) -> Result<[Self; 2]> {
+        #[expect(
+            clippy::cast_precision_loss,
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a part of a count"
+        )]
+        let at = (self.len() as f64 * fraction.clamp(0.0, 1.0)).round() as usize;
+        if at < 2 || self.len() - at < 2 {
+            let message = format!("a split at {fraction} leaves {at} and {} samples", self.len() - at);
+            return Err(Error::usage(message, "Give a fraction between 0 and 1, as in --split 0.7."));
+        }
+        let part = |range, note: &str| self.part(range, Some(note.to_owned()));
+        Ok([part(0..at, "the first part of a split")?, part(at..self.len(), "the held-out part of a split")?])
+    }
+
     fn with_excluded(self, excluded: Vec<Excluded>) -> Self {
         Self { excluded, ..self }
     }

@@ -2,7 +2,7 @@
 
 use crate::estimate::{ReferenceKind, Uncertainty};
 use crate::evaluate::{Level, cpu_name};
-use crate::identify::{Costs, Identification, IdentifySpec, Place, Warning};
+use crate::identify::{Costs, HeldOut, Identification, IdentifySpec, Place, Validation, Warning};
 use crate::motor::{Parameter, Parameters};
 use crate::record::{Record, Severity};
 use crate::text::is_unsafe;
@@ -105,6 +105,7 @@ impl IdentifyDocument {
                 "cost_gap": check.cost_gap,
                 "cpu_gpu_cost_difference": found.cost_difference,
             },
+            "validation": found.validation.as_ref().map(validation),
             "warnings": warnings(&found.warnings, Severity::Report),
             "remarks": warnings(&found.warnings, Severity::Mention),
             "stop": found.stop.name(),
@@ -113,6 +114,25 @@ impl IdentifyDocument {
             "seconds": found.seconds,
         })
     }
+}
+
+/// Held-out recordings.
+fn validation(validation: &Validation) -> Value {
+    let pair = |[current, speed]: [Option<f64>; 2]| value!({"current": current, "speed": speed});
+    let one = |held: &HeldOut| {
+        let [current, speed] = held.initial;
+        value!({
+            "record": record_head(&held.record),
+            "fit_percent": pair(held.fit_percent),
+            "residual_sigma": pair(held.residual_sigma),
+            "initial_state": {"current": current, "speed": speed},
+            "initial_state_estimated": held.initial_is_estimated,
+        })
+    };
+    value!({
+        "fit_percent": pair(validation.fit_percent),
+        "records": validation.held_out.iter().map(one).collect::<Value>(),
+    })
 }
 
 /// The document of `evaluate --json`.
