@@ -47,10 +47,10 @@ fn an_initial_state_is_the_least_squares_one() {
     // Without noise it is the true one, to rounding.
     let found = of(&clean_rest, &Parameters::M2);
     assert!((0..2).all(|n| (found[n] - truth[n]).abs() < 1e-9 * truth[n].abs().max(1.0)), "{found:?} {truth:?}");
-    // With noise, and with parameters that are off, no other state within its neighbourhood fits better.
+    // With noise, and with parameters that are off (within the box), no other state within its neighbourhood fits better.
     let mut off = Parameters::M2.to_array();
-    off[0] *= 1.1;
-    off[4] *= 0.9;
+    off[0] *= 0.9;
+    off[4] *= 1.1;
     for parameters in [Parameters::M2, Parameters::from_array(off)] {
         let [_, rest] = with_noise(&clean, SIGMA, 3).unwrap().split(0.4).unwrap();
         let found = of(&rest, &parameters);
