@@ -219,14 +219,7 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
     };
     let mut lines = vec![
         ("fit", channels(found.fit_percent, &|fit| format!("{fit:.2} %"))),
-        ("residual", {
-            let [current, speed] = found.residual_sigma;
-            let parts = [
-                current.map(|s| format!("current {} A", significant(s, 3))),
-                speed.map(|s| format!("speed {} rad/s", significant(s, 3))),
-            ];
-            format!("{} (standard deviation)", parts.into_iter().flatten().collect::<Vec<_>>().join(", "))
-        }),
+        ("residual", format!("{} (standard deviation)", residuals(found.residual_sigma))),
         ("cost", format!("{} ({}, scale {})", significant(found.cost, 4), names.criterion, names.scale)),
         ("method", format!("{method}{polish}")),
         ("verdict", verdict(found)),
@@ -246,9 +239,19 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
             _ if count == 1 => "; its initial state was estimated",
             _ => "; initial states were estimated where they begin in motion",
         };
-        lines.insert(1, ("held out", format!("{fit}{of}{started}")));
+        let left = residuals(validation.residual_sigma);
+        lines.insert(1, ("held out", format!("{fit}; residual {left}{of}{started}")));
     }
     lines
+}
+
+/// Standard deviations of both channels.
+fn residuals([current, speed]: [Option<f64>; 2]) -> String {
+    let parts = [
+        current.map(|s| format!("current {} A", significant(s, 3))),
+        speed.map(|s| format!("speed {} rad/s", significant(s, 3))),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 /// The verification in a sentence.

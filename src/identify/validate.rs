@@ -26,8 +26,10 @@ pub struct HeldOut {
 pub struct Validation {
     /// One by one.
     pub held_out: Vec<HeldOut>,
-    /// The fit over all of them.
+    /// The fit over all of them. Where they hardly move there is little to explain, and the residuals tell more.
     pub fit_percent: [Option<f64>; 2],
+    /// Standard deviation of the residuals over all of them.
+    pub residual_sigma: [Option<f64>; 2],
 }
 
 /// Simulates held-out recordings with the parameters that were found, without another fit: the state at the start alone is
@@ -53,6 +55,6 @@ pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification)
         })
     };
     let held_out = records.iter().enumerate().map(one).collect::<Result<Vec<_>>>()?;
-    let (fit_percent, _) = figures::of(records, &problem.starting_from(&initial), &values);
-    Ok(Validation { held_out, fit_percent })
+    let (fit_percent, residual_sigma) = figures::of(records, &problem.starting_from(&initial), &values);
+    Ok(Validation { held_out, fit_percent, residual_sigma })
 }

@@ -131,6 +131,7 @@ fn validation(validation: &Validation) -> Value {
     };
     value!({
         "fit_percent": pair(validation.fit_percent),
+        "residual_sigma": pair(validation.residual_sigma),
         "records": validation.held_out.iter().map(one).collect::<Value>(),
     })
 }

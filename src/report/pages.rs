@@ -91,15 +91,17 @@ fn held_out(found: &Identification, spec: &IdentifySpec, validation: &Validation
     let mut table = Table::new(
         "held-out",
         "Fit of what was fitted and of what was held out [%]",
-        &["recordings", "current", "speed", "initial state"],
+        &["recordings", "current", "speed", "residuals [A, rad/s]", "initial state"],
     );
     let cells = |fit: [Option<f64>; 2]| fit.map(|f| f.map_or("\u{2013}".to_owned(), |f| format!("{f:.2}")));
-    let mut row = |name: String, fit: [Option<f64>; 2], initial: &str| {
+    let left =
+        |sigma: [Option<f64>; 2]| sigma.map(|s| s.map_or("\u{2013}".to_owned(), |s| significant(s, 3))).join(", ");
+    let mut row = |name: String, fit: [Option<f64>; 2], sigma: [Option<f64>; 2], initial: &str| {
         let [current, speed] = cells(fit);
-        table.row(vec![name, current, speed, initial.to_owned()]);
+        table.row(vec![name, current, speed, left(sigma), initial.to_owned()]);
     };
-    row("fitted".to_owned(), found.fit_percent, "");
-    row("held out".to_owned(), validation.fit_percent, "");
+    row("fitted".to_owned(), found.fit_percent, found.residual_sigma, "");
+    row("held out".to_owned(), validation.fit_percent, validation.residual_sigma, "");
     let mut plots = Vec::new();
     for (n, held) in (1..).zip(&validation.held_out) {
         let source = held.record.source();
@@ -107,7 +109,7 @@ fn held_out(found: &Identification, spec: &IdentifySpec, validation: &Validation
         let name = source.part.iter().fold(name, |name, part| format!("{name} ({part})"));
         let initial = if held.initial_is_estimated { "estimated" } else { "at rest" };
         if validation.held_out.len() > 1 {
-            row(name, held.fit_percent, initial);
+            row(name, held.fit_percent, held.residual_sigma, initial);
         }
         let signals = figures::model(&held.record, &found.parameters, held.initial, spec.model.discretization);
         let models = [Modelled { name: "model".to_owned(), signals }];
