@@ -7,7 +7,7 @@
 #[path = "support/program.rs"]
 mod program;
 
-use program::{EXAMPLE, Folder, M2, fails, json, motorfit, ok, run, text};
+use program::{EXAMPLE, Folder, M2, fails, json, motorfit, ok, run, simulated, text};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -231,19 +231,7 @@ fn the_same_seed_is_the_same_result_on_any_number_of_threads() {
 fn several_recordings_are_one_fit() {
     let folder = Folder::new();
     let other = folder.path("other.csv");
-    ok(&[
-        "simulate",
-        "--parameters",
-        M2,
-        "--input",
-        "step:6@0.2",
-        "--duration",
-        "1",
-        "--noise",
-        "40dB",
-        "--out",
-        &other,
-    ]);
+    simulated(&other, M2, "step:6@0.2", ["1", "1"]);
     let document = json(&["identify", EXAMPLE, &other, "--json"]);
     assert_eq!(document["records"].as_array().unwrap().len(), 2);
     assert!((document["parameters"]["K"]["value"].as_f64().unwrap() / 0.073_472 - 1.0).abs() < 0.05);

@@ -13,7 +13,7 @@ use motorfit::experiment::{drive, with_noise};
 use motorfit::identify::{IdentifySpec, identify, validate};
 use motorfit::motor::{Discretization, Parameters, Space, simulate};
 use motorfit::record::Record;
-use program::{EXAMPLE, Folder, M2, fails, json, ok};
+use program::{EXAMPLE, Folder, M2, fails, json, ok, simulated};
 use serde_json::Value;
 
 const SIGMA: [f64; 2] = [0.02, 0.5];
@@ -141,21 +141,7 @@ fn a_split_fits_the_first_part_and_says_what_the_rest_is() {
 fn held_out_files_do_not_change_the_fit_and_are_on_the_page() {
     let folder = Folder::new();
     let other = folder.path("other.csv");
-    ok(&[
-        "simulate",
-        "--parameters",
-        M2,
-        "--input",
-        "step:6@0.5",
-        "--duration",
-        "2",
-        "--noise",
-        "40dB",
-        "--seed",
-        "9",
-        "--out",
-        &other,
-    ]);
+    simulated(&other, M2, "step:6@0.5", ["2", "9"]);
     let alone = json(&["identify", EXAMPLE, "--json"]);
     let out = folder.path("out");
     let with = json(&["identify", EXAMPLE, "--json", "--validate", &other, "--validate", EXAMPLE, "--out", &out]);

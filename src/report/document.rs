@@ -5,22 +5,13 @@ use crate::evaluate::{Level, cpu_name};
 use crate::identify::{Costs, HeldOut, Identification, IdentifySpec, Place, Validation, Warning};
 use crate::motor::{Parameter, Parameters};
 use crate::record::{Record, Severity};
-use crate::text::is_unsafe;
+use crate::text::printable_json;
 use serde_json::{Map, Value, json as value};
 
 /// A JSON document as text, one line end at its end; control characters that JSON allows raw are escaped too.
 #[must_use]
 pub fn json(document: &Value) -> String {
-    let mut text = String::new();
-    for c in format!("{document:#}\n").chars() {
-        if is_unsafe(c) && c != '\n' {
-            let mut units = [0; 2];
-            text.extend(c.encode_utf16(&mut units).iter().map(|unit| format!("\\u{unit:04x}")));
-        } else {
-            text.push(c);
-        }
-    }
-    text
+    printable_json(&format!("{document:#}\n"))
 }
 
 /// Warnings of a severity: those of a result and, apart from them, remarks.

@@ -33,6 +33,12 @@ pub fn json(args: &[&str]) -> Value {
     serde_json::from_str(&ok(args)).unwrap()
 }
 
+/// Writes a recording of a motor at 40 dB.
+pub fn simulated(path: &str, parameters: &str, input: &str, [duration, seed]: [&str; 2]) {
+    let motor = ["simulate", "--parameters", parameters, "--input", input, "--duration", duration];
+    ok(&[&motor[..], &["--noise", "40dB", "--seed", seed, "--out", path]].concat());
+}
+
 /// Exit code and message of a run that must fail; the rules for every failure are checked here.
 pub fn fails(args: &[&str], code: i32, part: &str) -> String {
     let output = run(args);

@@ -24,17 +24,7 @@ const RUNS: usize = 3 * 2 * 90 * 2;
 /// The study on 3001 samples.
 fn with_long_study() -> (Folder, String) {
     let (folder, study) = with_study(STUDY);
-    program::ok(&[
-        "simulate",
-        "--parameters",
-        M2,
-        "--input",
-        "step:10.5@1",
-        "--noise",
-        "40dB",
-        "--out",
-        &folder.path("long.csv"),
-    ]);
+    program::simulated(&folder.path("long.csv"), M2, "step:10.5@1", ["3", "1"]);
     (folder, study)
 }
 

@@ -22,23 +22,7 @@ use std::process::Output;
 
 /// A recording of a motor near M2: 301 samples, 40 dB.
 fn recording(folder: &Folder, name: &str, parameters: &str, seed: u64) {
-    let path = folder.path(name);
-    let seed = seed.to_string();
-    program::ok(&[
-        "simulate",
-        "--parameters",
-        parameters,
-        "--input",
-        "step:10.5@0.05",
-        "--duration",
-        "0.3",
-        "--noise",
-        "40dB",
-        "--seed",
-        &seed,
-        "--out",
-        &path,
-    ]);
+    program::simulated(&folder.path(name), parameters, "step:10.5@0.05", ["0.3", &seed.to_string()]);
 }
 
 /// A folder with a recording `a.csv` and a study.

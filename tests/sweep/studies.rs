@@ -4,6 +4,18 @@ use super::*;
 
 const GOOD: &str = "name = \"night\"\nrecordings = [\"a.csv\"]\nmethods = [\"sm\"]\n";
 
+/// A study that must be refused with its file, a remedy and all parts of a message, and leave nothing.
+fn refused(folder: &Folder, study: &str, expected: &str, code: i32) {
+    let path = folder.file("wrong.toml", study);
+    let (found, out, err) = sweep(&["plan", &path, "--out", &folder.path("wrong")]);
+    assert_eq!((found, out.as_str()), (code, ""), "{study}: {err}");
+    assert!(err.contains("wrong.toml") && err.contains("help: "), "{study}: {err}");
+    for part in expected.split('|') {
+        assert!(err.contains(part), "{study}: {err} lacks {part}");
+    }
+    assert!(!std::path::Path::new(&folder.path("wrong")).exists(), "{study}: nothing is left");
+}
+
 #[test]
 fn wrong_studies() {
     let (folder, _) = with_study(GOOD);
@@ -50,15 +62,7 @@ fn wrong_studies() {
         ("a = [", "is no TOML", 2),
     ];
     for (line, expected, code) in cases {
-        let study = folder.file("wrong.toml", format!("{GOOD}{line}\n"));
-        let (found, out, err) = sweep(&["plan", &study, "--out", &folder.path("wrong")]);
-        assert_eq!((found, out.as_str()), (code, ""), "{line}: {err}");
-        assert!(err.contains("wrong.toml"), "{line}: {err}");
-        assert!(err.contains("help: "), "{line}: {err}");
-        for part in expected.split('|') {
-            assert!(err.contains(part), "{line}: {err} lacks {part}");
-        }
-        assert!(!std::path::Path::new(&folder.path("wrong")).exists(), "{line}: nothing is left");
+        refused(&folder, &format!("{GOOD}{line}\n"), expected, code);
     }
 }
 
@@ -79,18 +83,10 @@ fn wrong_recordings() {
         ("[3]", "recordings: found 3", 2),
     ];
     for (list, expected, code) in cases {
-        let study = folder.file("wrong.toml", format!("recordings = {list}\nmethods = [\"sm\"]\n"));
-        let (found, _, err) = sweep(&["plan", &study, "--out", &folder.path("wrong")]);
-        assert_eq!(found, code, "{list}: {err}");
-        for part in expected.split('|') {
-            assert!(err.contains(part), "{list}: {err} lacks {part}");
-        }
+        refused(&folder, &format!("recordings = {list}\nmethods = [\"sm\"]\n"), expected, code);
     }
     for (lacking, key) in [("methods = [\"sm\"]\n", "recordings"), ("recordings = [\"a.csv\"]\n", "methods")] {
-        let study = folder.file("wrong.toml", lacking);
-        assert!(
-            sweep(&["plan", &study, "--out", &folder.path("wrong")]).2.contains(&format!("lacks the key \"{key}\""))
-        );
+        refused(&folder, lacking, &format!("lacks the key \"{key}\""), 2);
     }
     // Files of one name in two folders are two motors, named by their paths.
     let study = folder.file("two.toml", "recordings = [\"a.csv\", \"sub/*.csv\"]\nmethods = [\"sm\"]\n");

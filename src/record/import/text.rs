@@ -2,11 +2,10 @@
 //!
 //! Lines are counted as a text editor does, so that an error names the line that its reader will find.
 
-use crate::text::printable;
+use crate::text::{hexadecimal, printable};
 use crate::{Error, Result};
 use sha2::{Digest as _, Sha256};
 use std::borrow::Cow;
-use std::fmt::Write as _;
 use std::io::Read;
 
 /// The longest line that is read.
@@ -187,11 +186,4 @@ pub(super) fn unreadable(error: &std::io::Error) -> Error {
 /// SHA-256 in hexadecimal.
 pub(super) fn digest(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
 }

@@ -163,26 +163,25 @@ impl Sweep {
         items: Vec<(usize, Vec<Unit>)>,
         kept: Option<(usize, Read)>,
     ) -> (Vec<Finished>, Option<(usize, Read)>) {
-        let sweep = self;
         let last = items.len() - 1;
         let motor = |(n, (motor, units)): (usize, (usize, Vec<Unit>))| {
             let records = match &kept {
                 Some((of, records)) if *of == motor => records.clone(),
-                _ => sweep.read(motor),
+                _ => self.read(motor),
             };
             let unit = |unit: &Unit| {
                 let begun = Instant::now();
-                let mut direct = Direct::new(sweep, sweep.with_noise(&records, unit.scene.noise, unit.scene.seed));
+                let mut direct = Direct::new(self, self.with_noise(&records, unit.scene.noise, unit.scene.seed));
                 let mut before = 0.0;
                 let one = |id: &u64| {
-                    let job = sweep.runs.job(*id);
+                    let job = self.runs.job(*id);
                     let outcome = direct.outcome(&job);
                     let now = begun.elapsed().as_secs_f64();
                     let seconds = now - std::mem::replace(&mut before, now);
                     (job, outcome, seconds)
                 };
                 let found: Vec<_> = unit.ids.iter().map(one).collect();
-                found.into_iter().map(|(job, outcome, s)| Finished::new(sweep, &job, &outcome, s)).collect::<Vec<_>>()
+                found.into_iter().map(|(job, outcome, s)| Finished::new(self, &job, &outcome, s)).collect::<Vec<_>>()
             };
             let finished: Vec<Finished> = match &units[..] {
                 [one] => unit(one),

@@ -1,10 +1,10 @@
 //! A finished run as a line of JSON, and back.
 
-use super::manifest::{Job, hexadecimal};
+use super::manifest::Job;
 use super::study::Study;
 use crate::identify::Fitted;
 use crate::motor::{Parameter, Parameters};
-use crate::text::is_unsafe;
+use crate::text::{hexadecimal, printable_json};
 use crate::{Error, ErrorKind};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
@@ -199,15 +199,7 @@ pub(super) struct Row {
     pub outcome: Outcome,
 }
 
-/// What is needed of a line to know whether its run is done.
-#[derive(Debug, Deserialize)]
-pub(super) struct Mark {
-    pub id: u64,
-    #[serde(default)]
-    pub error: Option<Failure>,
-}
-
-impl Mark {
+impl Outcome {
     /// Whether another try may end otherwise: what failed was the recording.
     pub(super) fn is_retried(&self) -> bool {
         self.error.as_ref().is_some_and(|failure| failure.kind == "data")
@@ -250,16 +242,7 @@ pub(super) fn line(study: &Study, job: &Job, motor: &str, outcome: &Outcome, sec
         seed: f.seed,
         outcome,
     };
-    let mut text = String::with_capacity(768);
-    // Control characters that JSON allows raw are escaped too: lines are shown on terminals.
-    for c in serde_json::to_string(&line).unwrap_or_default().chars() {
-        if is_unsafe(c) {
-            let mut units = [0; 2];
-            text.extend(c.encode_utf16(&mut units).iter().map(|unit| format!("\\u{unit:04x}")));
-        } else {
-            text.push(c);
-        }
-    }
+    let mut text = printable_json(&serde_json::to_string(&line).unwrap_or_default());
     text.pop();
     let timing = Timing { seconds, check: check(&text) };
     text + TIMING + &serde_json::to_string(&timing).unwrap_or_default() + "}\n"

@@ -3,13 +3,12 @@
 use super::store::unreadable;
 use super::study::{Entry, Factors, Study};
 use crate::record::Reading;
-use crate::text::excerpt;
+use crate::text::{excerpt, hexadecimal};
 use crate::{Error, Result};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 use std::collections::BTreeSet;
-use std::fmt::Write as _;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
@@ -380,11 +379,4 @@ fn digest(path: &Path) -> std::io::Result<(String, u64)> {
             Err(error) => return Err(error),
         }
     }
-}
-
-pub(super) fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
 }

@@ -1,7 +1,8 @@
 //! All shards put in order: `results.jsonl` without times, `timings.jsonl` with them, and what a sweep has done so far.
 
 use super::line::{Row, split};
-use super::store::{Found, Shard, files, scan, unreadable, unwritable};
+use super::run::Bits;
+use super::store::{Found, Place, Shard, files, scan, unreadable, unwritable};
 use super::summary::SweepSummary;
 use super::{Sweep, replace};
 use crate::{Error, Result};
@@ -61,34 +62,29 @@ struct Index {
     /// File (from 1 on, 0 for none), length, offset.
     places: Vec<(u32, u32, u64)>,
     /// Whether the run at that place has a result.
-    good: super::run::Bits,
+    good: Bits,
     damaged: u64,
 }
 
 impl Index {
     fn new(sweep: &Sweep, found: &[Found]) -> Result<Self> {
         let runs = usize::try_from(sweep.manifest.runs).unwrap_or(usize::MAX);
-        let mut index =
-            Self { places: vec![(0, 0, 0); runs], good: super::run::Bits::new(sweep.manifest.runs), damaged: 0 };
+        let mut index = Self { places: vec![(0, 0, 0); runs], good: Bits::new(sweep.manifest.runs), damaged: 0 };
         for (file, found) in (1..).zip(found) {
             index.damaged += scan(&found.path, |place| index_one(&mut index.places, &mut index.good, file, &place))?;
         }
         Ok(index)
     }
-
-    fn done(&self) -> u64 {
-        self.places.iter().filter(|place| place.0 > 0).count() as u64
-    }
 }
 
 /// A run that another shard count did again counts once: the first result, and of failures the last.
-fn index_one(places: &mut [(u32, u32, u64)], good: &mut super::run::Bits, file: u32, place: &super::store::Place) {
-    let id = place.mark.id;
+fn index_one(places: &mut [(u32, u32, u64)], good: &mut Bits, file: u32, place: &Place) {
+    let id = place.row.id;
     if let Some(slot) = usize::try_from(id).ok().and_then(|n| places.get_mut(n))
         && !good.get(id)
     {
         *slot = (file, place.length, place.offset);
-        good.set(id, !place.mark.is_retried());
+        good.set(id, !place.row.outcome.is_retried());
     }
 }
 
@@ -157,26 +153,28 @@ impl Sweep {
     /// # Errors
     /// `Data` when files cannot be read, or results are of another study.
     pub fn status(&self) -> Result<SweepStatus> {
-        let found = files(&self.folder, &self.digest)?;
-        let mut shards = Vec::new();
-        for file in &found {
-            let (mut done, mut failed) =
-                (super::run::Bits::new(self.manifest.runs), super::run::Bits::new(self.manifest.runs));
-            scan(&file.path, |place| {
-                done.set(place.mark.id, true);
-                failed.set(place.mark.id, place.mark.error.is_some());
+        let bits = || Bits::new(self.manifest.runs);
+        let (mut all, mut good, mut shards) = (bits(), bits(), Vec::new());
+        for file in files(&self.folder, &self.digest)? {
+            let (mut done, mut own) = (bits(), bits());
+            scan(&file.path, |Place { row, .. }| {
+                done.set(row.id, true);
+                all.set(row.id, true);
+                if row.outcome.error.is_none() {
+                    own.set(row.id, true);
+                    good.set(row.id, true);
+                }
             })?;
             let running = File::open(&file.path)
                 .is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)));
-            shards.push(ShardStatus { shard: file.shard, done: done.count(), failed: failed.count(), running });
+            let failed = done.count() - own.count();
+            shards.push(ShardStatus { shard: file.shard, done: done.count(), failed, running });
         }
-        let index = Index::new(self, &found)?;
-        let failed = found_failures(self, &found)?;
         Ok(SweepStatus {
             name: self.manifest.name.clone(),
             runs: self.manifest.runs,
-            done: index.done(),
-            failed,
+            done: all.count(),
+            failed: all.count() - good.count(),
             shards,
             merged: self.folder.join(RESULTS).exists(),
         })
@@ -199,20 +197,6 @@ fn remove_leftovers(folder: &Path) {
     }
 }
 
-/// Runs without a result.
-fn found_failures(sweep: &Sweep, found: &[Found]) -> Result<u64> {
-    let (mut failed, mut good) =
-        (super::run::Bits::new(sweep.manifest.runs), super::run::Bits::new(sweep.manifest.runs));
-    for file in found {
-        scan(&file.path, |place| {
-            let bad = place.mark.error.is_some();
-            good.set(place.mark.id, good.get(place.mark.id) || !bad);
-            failed.set(place.mark.id, !good.get(place.mark.id));
-        })?;
-    }
-    Ok(failed.count())
-}
-
 /// A results file that lines are read from, mostly in their order.
 struct Reader {
     file: BufReader<File>,
@@ -227,7 +211,7 @@ impl Reader {
 
     fn line(&mut self, offset: u64, length: u32) -> Result<String> {
         let mut bytes = vec![0; length as usize];
-        let read = || {
+        let mut read = || {
             match i64::try_from(offset).ok().zip(i64::try_from(self.at).ok()) {
                 // Within what is buffered nothing is read again.
                 Some((to, from)) => self.file.seek_relative(to - from)?,
@@ -235,7 +219,6 @@ impl Reader {
             }
             self.file.read_exact(&mut bytes)
         };
-        let mut read = read;
         read().map_err(|error| unreadable(&self.path, &error))?;
         self.at = offset + u64::from(length);
         Ok(String::from_utf8_lossy(&bytes).into_owned())

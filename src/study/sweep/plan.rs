@@ -1,13 +1,13 @@
 //! From a study to a folder with its manifest.
 
 use super::line::{Device, Precision};
-use super::manifest::{Manifest, PinnedDevice, Runs, hexadecimal};
+use super::manifest::{Manifest, PinnedDevice, Runs};
 use super::scene::problem;
 use super::store::unreadable;
 use super::study::Study;
 use super::{Sweep, replace};
 use crate::identify::{DeviceSpec, IdentifySpec, Lockstep, Paces, PrecisionSpec};
-use crate::text::printable;
+use crate::text::{hexadecimal, printable};
 use crate::{Error, ErrorKind, Result};
 use sha2::{Digest as _, Sha256};
 use std::io::Write as _;
@@ -156,10 +156,7 @@ fn pinned(study: &Study, manifest: &Manifest, paces: Option<Paces>) -> Result<Pi
     let spec = &study.spec;
     let searches = study.methods.iter().any(crate::identify::Method::is_search);
     // Steiglitz–McBride and the fits of auto are done by the CPU.
-    if !searches {
-        return Ok(cpu);
-    }
-    if spec.device == DeviceSpec::Cpu {
+    if !searches || spec.device == DeviceSpec::Cpu {
         return Ok(cpu);
     }
     let select = match &spec.device {

@@ -157,9 +157,9 @@ impl Sweep {
         for found in files(&self.folder, &self.digest)? {
             damaged += scan(&found.path, |place| {
                 // A run that failed for its recording is tried again, unless it was done elsewhere.
-                if !place.mark.is_retried() {
-                    done.set(place.mark.id, true);
-                    failed.set(place.mark.id, place.mark.error.is_some());
+                if !place.row.outcome.is_retried() {
+                    done.set(place.row.id, true);
+                    failed.set(place.row.id, place.row.outcome.error.is_some());
                 }
             })?;
             if found.head.instructions != head.instructions {

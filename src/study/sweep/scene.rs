@@ -1,21 +1,18 @@
 //! What a run is run on: a motor's recordings, read, prepared and perhaps with noise added.
 
 use super::Sweep;
-use super::manifest::Motor;
+use super::line::{Outcome, Stop};
+use super::manifest::{Job, Motor};
 use crate::criterion::Noise;
 use crate::estimate::fit_problem;
 use crate::evaluate::{Problem, Scalar};
 use crate::experiment::{noise_of, with_noise};
-use crate::identify::{Fitted, IdentifySpec, check, fit_on, identify, search_space};
-use crate::record::Record;
+use crate::identify::{DeviceSpec, Fitted, IdentifySpec, Method, Polish, check, fit_on, identify, search_space};
+use crate::record::{Record, Severity};
 use crate::{Error, Result};
 use sha2::{Digest as _, Sha256};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-
-use super::line::{Outcome, Stop};
-use super::manifest::Job;
-use crate::identify::{Method, Polish};
 
 /// The recordings of a motor, or why there are none.
 pub(super) type Read = std::result::Result<Arc<Vec<Record>>, Error>;
@@ -122,7 +119,7 @@ pub(super) fn outcome(problem: &Problem, fitted: &Fitted) -> Result<Outcome> {
 
 /// The main job, with its verification and diagnoses, and whether it searched.
 fn whole(records: &[Record], spec: &IdentifySpec) -> Result<(Outcome, bool)> {
-    let found = identify(records, &IdentifySpec { device: crate::identify::DeviceSpec::Cpu, ..spec.clone() })?;
+    let found = identify(records, &IdentifySpec { device: DeviceSpec::Cpu, ..spec.clone() })?;
     let fitted = Fitted {
         parameters: found.parameters,
         values: found.space.free().iter().map(|axis| found.parameters.get(axis.parameter)).collect(),
@@ -132,12 +129,7 @@ fn whole(records: &[Record], spec: &IdentifySpec) -> Result<(Outcome, bool)> {
         uncertainty: found.uncertainty.clone(),
         fit_percent: found.fit_percent,
         iterations: 0,
-        warnings: found
-            .warnings
-            .iter()
-            .filter(|w| w.severity == crate::record::Severity::Report)
-            .map(|w| w.code)
-            .collect(),
+        warnings: found.warnings.iter().filter(|w| w.severity == Severity::Report).map(|w| w.code).collect(),
     };
     let stop = if found.searched.method == "sm" { Stop::Converged } else { Stop::BudgetSpent };
     let outcome = Outcome::found(&found.parameters, found.cost, found.evaluations, stop).with_fit(&fitted);

@@ -189,17 +189,16 @@ impl Sweep {
         searches: Vec<Search>,
         kept: &mut Option<(usize, Read)>,
     ) -> (Vec<Ready>, Vec<Finished>) {
-        let sweep = self;
         let mut motors: Vec<usize> = scenes.iter().map(|scene| scene.motor).collect();
         motors.dedup();
         let known = kept.take();
         let read = |motor: &usize| match &known {
             Some((of, records)) if of == motor => (*motor, records.clone()),
-            _ => (*motor, sweep.read(*motor)),
+            _ => (*motor, self.read(*motor)),
         };
         let read: BTreeMap<usize, Read> = motors.par_iter().map(read).collect();
         *kept = motors.last().and_then(|motor| Some((*motor, read.get(motor)?.clone())));
-        let realized = |scene: &Scene| sweep.with_noise(&read[&scene.motor], scene.noise, scene.seed);
+        let realized = |scene: &Scene| self.with_noise(&read[&scene.motor], scene.noise, scene.seed);
         let realized: Vec<Read> = scenes.par_iter().map(realized).collect();
         let key = |search: &Search| {
             let f = &search.jobs[0].factors;
@@ -207,7 +206,7 @@ impl Sweep {
         };
         let mut wanted: BTreeMap<_, IdentifySpec> = BTreeMap::new();
         for search in &searches {
-            wanted.entry(key(search)).or_insert_with(|| sweep.study().spec(&search.jobs[0].factors));
+            wanted.entry(key(search)).or_insert_with(|| self.study().spec(&search.jobs[0].factors));
         }
         let make = |(key, spec): (_, IdentifySpec)| {
             let (scene, ..): (usize, _, _) = key;
@@ -225,8 +224,8 @@ impl Sweep {
                     ready.push(Ready { jobs: search.jobs, records: records.clone(), problem: problem.clone() });
                 }
                 Err(error) => {
-                    let outcome = sweep.failed(error);
-                    finished.extend(search.jobs.iter().map(|job| Finished::new(sweep, job, &outcome, 0.0)));
+                    let outcome = self.failed(error);
+                    finished.extend(search.jobs.iter().map(|job| Finished::new(self, job, &outcome, 0.0)));
                 }
             }
         }
@@ -251,11 +250,10 @@ impl Sweep {
 
     /// What a search found, for each polish that it is wanted with.
     fn results(&self, one: &Ready, run: &Run, (kind, precision): (&str, &str), seconds: f64) -> Vec<Finished> {
-        let sweep = self;
         let best = run.optimizer.best().filter(|best| Scalar::cost(&one.problem, best.values).is_finite());
         let of = |job: &Job| {
             let begun = Instant::now();
-            let spec = sweep.study().spec(&job.factors);
+            let spec = self.study().spec(&job.factors);
             let found = match &best {
                 None => Err(diverged(run.evaluations)),
                 Some(best) => polished(&one.records, &spec, one.problem.space(), best.values)
@@ -263,14 +261,14 @@ impl Sweep {
             };
             let mut outcome = match found {
                 Ok(outcome) => Outcome { evaluations: run.evaluations, stop: Stop::BudgetSpent, ..outcome },
-                Err(error) => sweep.failed(&error),
+                Err(error) => self.failed(&error),
             };
             outcome.device = if kind == "gpu" { Device::Gpu } else { Device::Cpu };
             outcome.precision = if precision == "f32" { Precision::F32 } else { Precision::F64 };
-            if outcome.device != sweep.pinned().0 {
+            if outcome.device != self.pinned().0 {
                 outcome.warnings.push("gpu_failed".to_owned());
             }
-            Finished::new(sweep, job, &outcome, seconds + begun.elapsed().as_secs_f64())
+            Finished::new(self, job, &outcome, seconds + begun.elapsed().as_secs_f64())
         };
         one.jobs.iter().map(of).collect()
     }

@@ -3,7 +3,7 @@
 //! A line is a finished run. The last may be torn where a machine was switched off; what is torn is cut off before
 //! anything is added, and its run is done again.
 
-use super::line::{Mark, Row, split};
+use super::line::{Row, split};
 use super::manifest::FORMAT;
 use crate::text::{excerpt, printable};
 use crate::{Error, Result};
@@ -287,7 +287,7 @@ pub(super) fn files(folder: &Path, manifest: &str) -> Result<Vec<Found>> {
 pub(super) struct Place {
     pub offset: u64,
     pub length: u32,
-    pub mark: Mark,
+    pub row: Row,
 }
 
 /// Sees every whole line of a results file; returns how many could not be read.
@@ -303,8 +303,8 @@ pub(super) fn scan(path: &Path, mut see: impl FnMut(Place)) -> Result<u64> {
             return Ok(damaged);
         }
         if offset > 0 {
-            match (mark(&line), u32::try_from(length)) {
-                (Some(mark), Ok(length)) => see(Place { offset, length, mark }),
+            match (row(&line), u32::try_from(length)) {
+                (Some(row), Ok(length)) => see(Place { offset, length, row }),
                 _ => damaged += 1,
             }
         }
@@ -313,10 +313,8 @@ pub(super) fn scan(path: &Path, mut see: impl FnMut(Place)) -> Result<u64> {
 }
 
 /// What a line says, if it is whole.
-fn mark(line: &[u8]) -> Option<Mark> {
-    let text = std::str::from_utf8(line).ok()?;
-    let (result, _) = split(text.trim_end())?;
-    serde_json::from_str::<Row>(&result).ok()?;
+fn row(line: &[u8]) -> Option<Row> {
+    let (result, _) = split(std::str::from_utf8(line).ok()?.trim_end())?;
     serde_json::from_str(&result).ok()
 }
 
@@ -341,7 +339,7 @@ mod tests {
     fn ids(folder: &Path) -> Vec<u64> {
         let mut ids = Vec::new();
         for found in files(folder, "m").unwrap() {
-            scan(&found.path, |place| ids.push(place.mark.id)).unwrap();
+            scan(&found.path, |place| ids.push(place.row.id)).unwrap();
         }
         ids
     }

@@ -1,7 +1,7 @@
 //! What a sweep found, in figures: quantiles by factor, the worst runs, the motors with their parameters.
 
 use super::Sweep;
-use super::line::{Device, Outcome, Stop};
+use super::line::{Device, Outcome};
 use super::manifest::Job;
 use super::run::Failures;
 use super::study::Factors;
@@ -256,12 +256,6 @@ impl NamedRun {
     #[must_use]
     pub fn interval(&self, parameter: Parameter) -> Option<[f64; 2]> {
         self.outcome.ci95?.to_array()[parameter as usize]
-    }
-
-    /// Whether there is no result.
-    #[must_use]
-    pub fn is_failed(&self) -> bool {
-        self.outcome.stop == Stop::Failed
     }
 }
 
