@@ -1,7 +1,7 @@
 //! Simulated experiments: an excitation, a motor at rest, white noise on what is measured.
 
 use crate::criterion::Noise;
-use crate::motor::{Discretization, Drive, Parameters, simulate};
+use crate::motor::{Beginning, Discretization, Drive, Extended, Extensions, Parameters, Setting, walk, walk_extended};
 use crate::record::{Record, SAMPLES_MAX, Samples};
 use crate::{Error, Result};
 use rand::SeedableRng as _;
@@ -60,11 +60,35 @@ impl Excitation {
 /// # Errors
 /// `Data` when the motor diverges or the excitation is no valid recording.
 pub fn simulated(parameters: &Parameters, excitation: &Excitation, method: Discretization) -> Result<Record> {
+    simulated_with(parameters, &Extensions::NONE, excitation, method)
+}
+
+/// The same of a motor with extensions.
+///
+/// # Errors
+/// As [`simulated`].
+pub fn simulated_with(
+    parameters: &Parameters,
+    extensions: &Extensions,
+    excitation: &Excitation,
+    method: Discretization,
+) -> Result<Record> {
     let Excitation { time_s, voltage, torque } = excitation.clone();
     let zero = Some(vec![0.0; time_s.len()]);
     let draft = Record::new(Samples { time_s, voltage, torque, current: zero.clone(), speed: zero })?;
-    let trajectory = simulate(parameters, &drive(&draft), [0.0; 2], method);
-    let (current, speed) = (Some(trajectory.current), Some(trajectory.speed));
+    let (mut current, mut speed) = (Vec::with_capacity(draft.len()), Vec::with_capacity(draft.len()));
+    let mut visit = |seen: [f64; 2]| {
+        current.push(seen[0]);
+        speed.push(seen[1]);
+    };
+    let extent = extensions.extent();
+    if extent.is_linear() {
+        walk(parameters, &drive(&draft), [0.0; 2], method, &mut visit);
+    } else {
+        let setting = Setting { extent, method, beginning: Beginning::of(&draft.samples().voltage, true) };
+        walk_extended(&Extended::new(parameters, extensions), &drive(&draft), setting, [0.0; 2], visit);
+    }
+    let (current, speed) = (Some(current), Some(speed));
     Record::new(Samples { current, speed, ..draft.samples().clone() }).map_err(|error| {
         Error::data(
             format!("the simulated motor diverges: {error}"),

@@ -7,6 +7,7 @@ mod projection;
 mod recover;
 mod reference;
 mod refine;
+mod sensitivity;
 mod steiglitz_mcbride;
 mod triangle;
 mod uncertainty;

@@ -1,7 +1,8 @@
 //! The normal equations of a joint fit. The sums of each recording and channel are kept apart, so that weights can
 //! change without a new simulation.
 
-use super::output_error::{ERROR, INITIAL, Products, products};
+use super::output_error::{INITIAL, products};
+use super::sensitivity;
 use crate::evaluate::{Problem, Signals};
 use crate::motor::Axis;
 use nalgebra::{DMatrix, DVector};
@@ -10,7 +11,15 @@ use rayon::prelude::*;
 /// σ of current and speed of each recording.
 pub(super) type Sigma = Vec<[f64; 2]>;
 
-/// A joint fit of the free parameters of a problem (their logarithms) and of the initial states that are free.
+/// Sums of the products of rows, symmetric; the error is the last entry of a row.
+pub(super) type Products = DMatrix<f64>;
+
+/// The sum of squared errors among the sums of products.
+fn squares(sums: &Products) -> f64 {
+    sums[(sums.nrows() - 1, sums.nrows() - 1)]
+}
+
+/// A joint fit of the free parameters of a problem (their coordinates: logarithms of the five of the motor) and of the initial states that are free.
 pub(super) struct Fit<'a> {
     pub problem: &'a Problem,
     /// Unknowns: the free parameters, then current and speed at the start of each recording that leaves them free.
@@ -25,18 +34,18 @@ pub(super) struct Normal(Vec<[Products; 2]>);
 impl Normal {
     /// eᵀe of a channel of a recording, samples at rest included.
     pub(super) fn squares(&self, recording: usize, channel: usize) -> f64 {
-        self.0[recording][channel][ERROR][ERROR]
+        squares(&self.0[recording][channel])
     }
 
     /// Whether the motor has a trajectory at all.
     pub(super) fn is_finite(&self) -> bool {
-        self.0.iter().flatten().flatten().flatten().all(|v| v.is_finite())
+        self.0.iter().flatten().all(|sums| sums.iter().all(|v| v.is_finite()))
     }
 
     /// eᵀe in units of σ².
     pub(super) fn cost(&self, sigma: &Sigma) -> f64 {
-        let squares = self.0.iter().zip(sigma).flat_map(|(of, sigma)| of.iter().zip(sigma));
-        squares.map(|(of, sigma)| of[ERROR][ERROR] / (sigma * sigma)).sum()
+        let pairs = self.0.iter().zip(sigma).flat_map(|(of, sigma)| of.iter().zip(sigma));
+        pairs.map(|(of, sigma)| squares(of) / (sigma * sigma)).sum()
     }
 }
 
@@ -48,9 +57,14 @@ impl<'a> Fit<'a> {
         for (recording, signals) in problem.signals().iter().enumerate() {
             let covers = |axis: &Axis| axis.scope.covers(u32::try_from(recording).unwrap_or(u32::MAX));
             let own = axes.iter().enumerate().filter(|(_, axis)| covers(axis));
-            let mut own: Vec<(usize, usize)> = own.map(|(n, axis)| (n, axis.parameter as usize)).collect();
+            // Rows of the linear motor have a place for each of the five parameters, others for what is free only.
+            let linear = problem.extent().is_linear();
+            let place =
+                |(n, (axis, of)): (usize, (usize, &Axis))| (axis, if linear { of.parameter as usize } else { n });
+            let mut own: Vec<(usize, usize)> = own.enumerate().map(place).collect();
             if signals.initial_is_free {
-                own.extend([(unknowns, INITIAL), (unknowns + 1, INITIAL + 1)]);
+                let first = if linear { INITIAL } else { own.len() };
+                own.extend([(unknowns, first), (unknowns + 1, first + 1)]);
                 unknowns += 2;
             }
             places.push(own);
@@ -68,13 +82,14 @@ impl<'a> Fit<'a> {
     /// The unknowns at the parameters `values`, with initial states as measured.
     pub(super) fn start(&self, values: &[f64]) -> DVector<f64> {
         let states = self.problem.signals().iter().filter(|s| s.initial_is_free).flat_map(|s| s.initial);
-        DVector::from_iterator(self.unknowns, values.iter().map(|v| v.ln()).chain(states))
+        let coordinates = self.problem.space().free().iter().zip(values).map(|(axis, value)| axis.coordinate(*value));
+        DVector::from_iterator(self.unknowns, coordinates.chain(states))
     }
 
-    /// The values of the free parameters: the way through the logarithm must not lead out of the bounds.
+    /// The values of the free parameters: the way through the coordinates must not lead out of the bounds.
     pub(super) fn values(&self, unknowns: &DVector<f64>) -> Vec<f64> {
         let axes = self.problem.space().free();
-        axes.iter().zip(unknowns.iter()).map(|(axis, v)| v.exp().max(axis.min).min(axis.max)).collect()
+        axes.iter().zip(unknowns.iter()).map(|(axis, v)| axis.value(*v)).collect()
     }
 
     /// The initial state of every recording.
@@ -99,13 +114,22 @@ impl<'a> Fit<'a> {
     /// The sums of one recording.
     fn one(&self, recording: usize, values: &[f64], initial: [f64; 2]) -> [Products; 2] {
         let signals: &Signals = &self.problem.signals()[recording];
-        let parameters = self.problem.parameters(values, recording);
-        let mut sums = products(signals, &parameters, initial, self.problem.model().discretization);
+        let mut sums = if self.problem.extent().is_linear() {
+            let parameters = self.problem.parameters(values, recording);
+            products(signals, &parameters, initial, self.problem.model().discretization)
+                .map(|sums| DMatrix::from_fn(sums.len(), sums.len(), |a, b| sums[a][b]))
+        } else {
+            let axes = self.problem.space().free().len();
+            let own: Vec<usize> = self.places[recording].iter().map(|place| place.0).filter(|n| *n < axes).collect();
+            sensitivity::products(self.problem, recording, &own, values, initial)
+        };
+        let rest = self.problem.rest(signals);
         for (channel, of) in sums.iter_mut().enumerate() {
+            let error = of.nrows() - 1;
             if signals.has(channel) {
-                of[ERROR][ERROR] += signals.rest[channel];
+                of[(error, error)] += rest[channel];
             } else {
-                *of = Products::default();
+                of.fill(0.0);
             }
         }
         sums
@@ -120,9 +144,9 @@ impl<'a> Fit<'a> {
                 let weight = 1.0 / (sigma * sigma);
                 for &(row, a) in places {
                     for &(column, b) in places {
-                        matrix[(row, column)] += weight * sums[a][b];
+                        matrix[(row, column)] += weight * sums[(a, b)];
                     }
-                    gradient[row] += weight * sums[a][ERROR];
+                    gradient[row] += weight * sums[(a, sums.nrows() - 1)];
                 }
             }
         }

@@ -13,13 +13,13 @@ use crate::motor::{Discretization, Parameters, StepMap};
 use multiversion::multiversion;
 
 /// Five parameters, two initial states, the error.
-pub(super) const ROW: usize = 8;
+const ROW: usize = 8;
 /// Where the initial states and the error stand in a row.
 pub(super) const INITIAL: usize = 5;
-pub(super) const ERROR: usize = 7;
+const ERROR: usize = 7;
 
 /// Sums of the products of rows: symmetric.
-pub(super) type Products = [[f64; ROW]; ROW];
+type Products = [[f64; ROW]; ROW];
 
 /// A step with its derivatives, a lane for each entry of a row.
 struct Step {

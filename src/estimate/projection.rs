@@ -31,7 +31,11 @@ pub(super) fn applies(problem: &Problem) -> bool {
         let quiet = s.torque.iter().all(|t| *t == 0.0);
         s.has(0) && s.has(1) && s.starts_at_rest() && quiet && s.step_index.is_empty()
     };
-    exact && axes.len() == 5 && problem.space().fixed().is_empty() && problem.signals().iter().all(|s| served(s))
+    exact
+        && problem.extent().is_linear()
+        && axes.len() == 5
+        && problem.space().fixed().is_empty()
+        && problem.signals().iter().all(|s| served(s))
 }
 
 /// Starts for a descent, one for each basin of the grid, the lowest first.

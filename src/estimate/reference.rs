@@ -5,7 +5,7 @@ use super::projection;
 use super::refine::{Refined, fit_problem, refine_problem};
 use crate::Result;
 use crate::evaluate::{Model, Problem};
-use crate::motor::Space;
+use crate::motor::{Axis, Space};
 use crate::record::Record;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -83,10 +83,10 @@ fn in_order(problem: &Problem, starts: &[[f64; 5]]) -> Vec<Vec<f64>> {
 }
 
 fn middle(problem: &Problem) -> Vec<f64> {
-    problem.space().free().iter().map(|axis| (axis.min * axis.max).sqrt()).collect()
+    problem.space().free().iter().map(Axis::middle).collect()
 }
 
-/// A Latin hypercube in the logarithms: each axis is cut into as many parts as there are starts, and each part is used
+/// A Latin hypercube in the coordinates of the axes: each axis is cut into as many parts as there are starts, and each part is used
 /// once.
 fn scattered(problem: &Problem) -> Vec<Vec<f64>> {
     let axes = problem.space().free();
@@ -100,7 +100,8 @@ fn scattered(problem: &Problem) -> Vec<Vec<f64>> {
         for (start, part) in starts.iter_mut().zip(parts) {
             #[expect(clippy::cast_precision_loss, reason = "small")]
             let share = (f64::from(part) + generator.random::<f64>()) / STARTS as f64;
-            start[n] = (axis.min.ln() + share * (axis.max / axis.min).ln()).exp();
+            let [low, high] = [axis.min, axis.max].map(|bound| axis.coordinate(bound));
+            start[n] = axis.value(low + share * (high - low));
         }
     }
     starts.push(middle(problem));

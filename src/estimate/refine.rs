@@ -136,9 +136,10 @@ pub(super) fn refine_problem(
 ) -> Result<Refined> {
     let fit = Fit::new(problem);
     let axes = problem.space().free();
-    if start.len() != axes.len() || !start.iter().all(|v| v.is_finite() && *v > 0.0) {
+    let fits = axes.len() == start.len() && axes.iter().zip(start).all(|(axis, v)| axis.parameter.admits(*v));
+    if !fits {
         let message = format!("{} starting values for {} free parameters", start.len(), axes.len());
-        return Err(Error::usage(message, "Give one positive value per free parameter."));
+        return Err(Error::usage(message, "Give one value per free parameter, positive for R, L, K, B and J."));
     }
     let mut search = Search::new(
         &fit,
@@ -178,7 +179,7 @@ impl<'a> Search<'a> {
     fn new(fit: &'a Fit<'a>, start: &[f64], sigma: Sigma) -> Result<Self> {
         let axes = fit.problem.space().free();
         let bound = |of: &dyn Fn(usize) -> f64, open: f64| {
-            DVector::from_fn(fit.unknowns, |n, _| if n < axes.len() { of(n).ln() } else { open })
+            DVector::from_fn(fit.unknowns, |n, _| axes.get(n).map_or(open, |axis| axis.coordinate(of(n))))
         };
         let lower = bound(&|n| axes[n].min, f64::NEG_INFINITY);
         let upper = bound(&|n| axes[n].max, f64::INFINITY);

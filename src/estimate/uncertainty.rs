@@ -6,8 +6,8 @@
 
 use super::normal::Fit;
 use super::triangle::dot;
-use crate::evaluate::{Level, Signals};
-use crate::motor::{Axis, Discretization, Parameters, walk};
+use crate::evaluate::{Level, Problem};
+use crate::motor::Axis;
 use multiversion::multiversion;
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -62,7 +62,8 @@ pub(super) fn uncertainty(
     matrix: &DMatrix<f64>,
     free: &[usize],
 ) -> Uncertainty {
-    let axes = fit.problem.space().free().len();
+    let space = fit.problem.space().free();
+    let axes = space.len();
     let quantile = student95(fit.count().saturating_sub(free.len()));
     let moving: Vec<usize> = free.iter().copied().filter(|n| *n < axes).collect();
     let states: Vec<usize> = free.iter().copied().filter(|n| *n >= axes).collect();
@@ -77,10 +78,8 @@ pub(super) fn uncertainty(
     };
     let spread = |direction: &Vec<f64>| (0..axes).map(|axis| place(axis).map_or(0.0, |p| direction[p])).collect();
     Uncertainty {
-        std_error: (0..axes).map(|n| error(n).map(|e| e * values[n])).collect(),
-        ci95: (0..axes)
-            .map(|n| error(n).map(|e| [values[n] * (-quantile * e).exp(), values[n] * (quantile * e).exp()]))
-            .collect(),
+        std_error: (0..axes).map(|n| error(n).map(|e| e * space[n].slope(values[n]))).collect(),
+        ci95: (0..axes).map(|n| error(n).map(|e| space[n].around(values[n], quantile * e))).collect(),
         correlation: (0..axes).map(|a| (0..axes).map(|b| correlation(a, b)).collect()).collect(),
         condition,
         rank: moving.len() - unknown.len(),
@@ -154,8 +153,7 @@ fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> [Option<Whi
         if signals.independent < INDEPENDENT_MIN {
             continue;
         }
-        let parameters = fit.problem.parameters(values, recording);
-        let residuals = residuals(signals, &parameters, initial[recording], fit.problem.model().discretization);
+        let residuals = residuals(fit.problem, recording, values, initial[recording]);
         for channel in (0..2).filter(|&channel| signals.has(channel)) {
             let found = ljung_box(&residuals[channel], signals.rms(channel));
             let is_worse = |w: &Whiteness| worst[channel].is_none_or(|of| w.statistic > of.statistic);
@@ -168,10 +166,11 @@ fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> [Option<Whi
 }
 
 /// Residuals of current and speed, those left out that do not count.
-fn residuals(signals: &Signals, parameters: &Parameters, initial: [f64; 2], method: Discretization) -> [Vec<f64>; 2] {
+fn residuals(problem: &Problem, recording: usize, values: &[f64], initial: [f64; 2]) -> [Vec<f64>; 2] {
+    let signals = &problem.signals()[recording];
     let mut residuals = [0, 1].map(|_| Vec::with_capacity(signals.len()));
     let mut measured = signals.measured.iter();
-    walk(parameters, &signals.drive(), initial, method, |x| {
+    problem.walk(values, recording, initial, |x| {
         if let Some(y) = measured.next() {
             residuals.iter_mut().zip(y).zip(x).for_each(|((residuals, y), x)| residuals.push(y - x));
         }

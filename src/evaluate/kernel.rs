@@ -65,7 +65,7 @@ fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
             (true, false) => simulate::<L, FMA, true, true>(problem, signals, &parameters),
         };
         for lane in 0..L {
-            totals[lane] += Problem::scaled(signals, [sums[0][lane], sums[1][lane]]);
+            totals[lane] += problem.scaled(signals, [sums[0][lane], sums[1][lane]]);
         }
     }
     for (cost, total) in costs.iter_mut().zip(totals) {
@@ -155,7 +155,7 @@ fn run_span<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
 }
 
 #[inline(always)]
-fn phi<const L: usize>(maps: &StepMaps<L>) -> [[f64; L]; 4] {
+pub(super) fn phi<const L: usize>(maps: &StepMaps<L>) -> [[f64; L]; 4] {
     let mut phi = maps.d;
     for lane in 0..L {
         phi[0][lane] += 1.0;
@@ -196,7 +196,11 @@ fn step<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: b
 }
 
 #[inline(always)]
-fn add_loss<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(sum: f64, e: f64, weight: f64) -> f64 {
+pub(super) fn add_loss<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+    sum: f64,
+    e: f64,
+    weight: f64,
+) -> f64 {
     match (ABSOLUTE, WEIGHTED) {
         (false, false) => multiply_add::<FMA>(e, e, sum),
         (false, true) => multiply_add::<FMA>(weight * e, e, sum),

@@ -5,9 +5,11 @@
 //! many runs on many recordings go in one call.
 
 mod cpu;
+mod extended;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod kernel;
+mod late;
 mod peak;
 mod problem;
 mod scalar;

@@ -1,11 +1,14 @@
 //! A problem: recordings, model, space and criterion, checked and prepared once.
 
-use super::signals::{Initial, Signals};
+use super::signals::{Initial, Signals, Span};
 use crate::Result;
 use crate::criterion::Criterion;
-use crate::motor::{Discretization, Parameters, Space};
+use crate::motor::{Discretization, Extended, Extensions, Extent, Parameters, Setting, Space, walk, walk_extended};
 use crate::record::Record;
 use std::sync::Arc;
+
+/// Stretches of constant inputs.
+pub(crate) type Spans<'a> = std::iter::Chain<std::slice::Iter<'a, Span>, std::slice::Iter<'a, Span>>;
 
 /// How the motor is simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -22,6 +25,7 @@ pub struct Problem {
     signals: Vec<Arc<Signals>>,
     model: Model,
     space: Space,
+    extent: Extent,
     criterion: Criterion,
     samples: usize,
 }
@@ -48,13 +52,13 @@ impl Problem {
             })
             .collect::<Result<Vec<_>>>()?;
         let samples = signals.iter().map(|s| s.samples()).sum();
-        Ok(Self { signals, model, space, criterion, samples })
+        Ok(Self { signals, model, extent: space.extent(), space, criterion, samples })
     }
 
     /// The same with other free and held parameters; the recordings are shared.
     #[must_use]
     pub fn with_space(&self, space: Space) -> Self {
-        Self { space, ..self.clone() }
+        Self { extent: space.extent(), space, ..self.clone() }
     }
 
     /// The same with other initial states for the recordings whose own is free.
@@ -92,16 +96,41 @@ impl Problem {
         &self.criterion
     }
 
+    /// Which extensions the motor has.
+    #[must_use]
+    pub fn extent(&self) -> Extent {
+        self.extent
+    }
+
+    /// The first sample of a recording that has to be simulated: those before find the motor at rest, unless something
+    /// acts on it without an input.
+    #[must_use]
+    pub fn first_active(&self, signals: &Signals) -> usize {
+        if self.extent.is_biased() { 0 } else { signals.first_active }
+    }
+
+    /// The stretches of constant inputs from there on.
+    pub(crate) fn spans<'a>(&self, signals: &'a Signals) -> Spans<'a> {
+        let quiet: &[Span] = if self.extent.is_biased() { &signals.quiet } else { &[] };
+        quiet.iter().chain(&signals.spans)
+    }
+
+    /// The weighted sums of errors before that sample.
+    pub(crate) fn rest(&self, signals: &Signals) -> [f64; 2] {
+        if self.extent.is_biased() { [0.0; 2] } else { signals.rest }
+    }
+
     /// Samples that have to be simulated for each candidate, over all recordings: its candidate-steps.
     #[must_use]
     pub fn active(&self) -> usize {
-        self.signals.iter().map(|s| s.active()).sum()
+        self.signals.iter().map(|s| s.len() - self.first_active(s)).sum()
     }
 
     /// Whether any error counts: a time origin at the end of a recording leaves none.
     #[must_use]
     pub fn has_weight(&self) -> bool {
-        let weighs = |s: &Signals| s.weight.is_empty() || s.weight[s.first_active..].iter().flatten().any(|w| *w > 0.0);
+        let weighs =
+            |s: &Signals| s.weight.is_empty() || s.weight[self.first_active(s)..].iter().flatten().any(|w| *w > 0.0);
         self.signals.iter().any(|s| weighs(s))
     }
 
@@ -111,11 +140,45 @@ impl Problem {
         self.space.parameters(candidate, u32::try_from(recording).unwrap_or(u32::MAX))
     }
 
+    /// What a candidate means for one recording's extensions.
+    #[must_use]
+    pub fn extensions(&self, candidate: &[f64], recording: usize) -> Extensions {
+        self.space.extensions(candidate, u32::try_from(recording).unwrap_or(u32::MAX))
+    }
+
+    /// Simulates one recording from the state `initial` by the oracle, handing what the sensors show to `visit`.
+    pub fn walk(&self, candidate: &[f64], recording: usize, initial: [f64; 2], visit: impl FnMut([f64; 2])) {
+        let signals = &self.signals[recording];
+        let motor = self.parameters(candidate, recording);
+        if self.extent.is_linear() {
+            return walk(&motor, &signals.drive(), initial, self.model.discretization, visit);
+        }
+        let motor = Extended::new(&motor, &self.extensions(candidate, recording));
+        walk_extended(&motor, &signals.drive(), self.setting(signals), initial, visit);
+    }
+
+    /// Simulates one recording likewise: current and speed as the sensors show them, one value a sample.
+    #[must_use]
+    pub fn simulate(&self, candidate: &[f64], recording: usize, initial: [f64; 2]) -> [Vec<f64>; 2] {
+        let mut signals = [0, 1].map(|_| Vec::with_capacity(self.signals[recording].len()));
+        self.walk(candidate, recording, initial, |seen| {
+            signals.iter_mut().zip(seen).for_each(|(signal, value)| signal.push(value));
+        });
+        signals
+    }
+
+    /// What an extended motor is simulated in.
+    #[must_use]
+    pub fn setting(&self, signals: &Signals) -> Setting {
+        Setting { extent: self.extent, method: self.model.discretization, beginning: signals.beginning }
+    }
+
     /// Adds one recording's weighted sums (over its active samples) to the total of a candidate.
     #[must_use]
     #[inline]
-    pub(crate) fn scaled(signals: &Signals, sums: [f64; 2]) -> f64 {
-        signals.factor[0] * (signals.rest[0] + sums[0]) + signals.factor[1] * (signals.rest[1] + sums[1])
+    pub(crate) fn scaled(&self, signals: &Signals, sums: [f64; 2]) -> f64 {
+        let rest = self.rest(signals);
+        signals.factor[0] * (rest[0] + sums[0]) + signals.factor[1] * (rest[1] + sums[1])
     }
 
     /// The cost from the total over all recordings.

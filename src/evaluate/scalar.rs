@@ -4,7 +4,6 @@
 
 use super::{Batch, Evaluator, Problem, Signals};
 use crate::Result;
-use crate::motor::walk;
 
 /// Scalar f64 on one thread.
 #[derive(Debug, Clone, Copy, Default)]
@@ -43,10 +42,9 @@ impl Evaluator for Scalar {
 /// Weighted sums per channel over all samples of one recording.
 fn sums(problem: &Problem, signals: &Signals, candidate: &[f64], recording: usize) -> [f64; 2] {
     let absolute = problem.criterion().is_absolute();
-    let parameters = problem.parameters(candidate, recording);
     let mut sums = [Sum::default(); 2];
     let mut n = 0;
-    walk(&parameters, &signals.drive(), signals.initial, problem.model().discretization, |x| {
+    problem.walk(candidate, recording, signals.initial, |x| {
         for channel in 0..2 {
             let e = signals.measured[n][channel] - x[channel];
             let loss = if absolute { e.abs() } else { e * e };

@@ -1,7 +1,7 @@
 //! One recording, made ready to be evaluated: what does not depend on the candidate is done once, here.
 
 use crate::criterion::{Criterion, noise_sigma, peak};
-use crate::motor::{Discretization, Drive};
+use crate::motor::{Beginning, Discretization, Drive};
 use crate::record::Record;
 use crate::{Error, ErrorKind, Result};
 use std::sync::OnceLock;
@@ -85,6 +85,10 @@ pub struct Signals {
     pub(crate) rest: [f64; 2],
     /// The inputs from `first_active` on.
     pub(crate) spans: Vec<Span>,
+    /// Those before.
+    pub(crate) quiet: Vec<Span>,
+    /// How the voltage begins.
+    pub(crate) beginning: Beginning,
 }
 
 impl Signals {
@@ -119,7 +123,10 @@ impl Signals {
             first_active: 0,
             rest: [0.0; 2],
             spans: Vec::new(),
+            quiet: Vec::new(),
+            beginning: Beginning::default(),
         };
+        signals.beginning = Beginning::of(&signals.voltage, signals.starts_at_rest());
         for (channel, signal) in measured.into_iter().enumerate() {
             if let Some(signal) = signal {
                 let divisor = divisor(criterion, channel, signal)
@@ -144,12 +151,6 @@ impl Signals {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.voltage.is_empty()
-    }
-
-    /// How many samples have to be simulated for each candidate; the others find the motor at rest.
-    #[must_use]
-    pub fn active(&self) -> usize {
-        self.len() - self.first_active
     }
 
     /// The state `[i, ω]` at the first sample.
@@ -224,6 +225,11 @@ impl Signals {
         Drive { step_s, step_index, voltage, voltage_end: end, torque }
     }
 
+    /// Whether the voltage is a line of its own over each step.
+    pub(super) fn has_own_lines(&self) -> bool {
+        !self.lines[0].is_empty()
+    }
+
     fn step_of(&self, n: usize) -> u16 {
         self.step_index.get(n).copied().unwrap_or(0)
     }
@@ -273,7 +279,7 @@ impl Signals {
             let quiet = |span: &Span| zero(&span.voltage) && span.torque == 0.0;
             let leading = self.spans.iter().take_while(|span| quiet(span)).count();
             self.first_active = self.spans.get(leading).map_or(self.len(), |span| span.start);
-            self.spans.drain(..leading);
+            self.quiet = self.spans.drain(..leading).collect();
         }
     }
 

@@ -1,5 +1,6 @@
 //! The SIMD evaluator: blocks of candidates over the threads of the current rayon pool.
 
+use super::extended;
 use super::kernel::{self, Block};
 use super::{Batch, Evaluator, Group, Level, cpu_name};
 use crate::Result;
@@ -38,6 +39,13 @@ impl Simd {
         let width = group.candidates.width();
         let candidates = &group.candidates.values()[first * width..(first + costs.len()) * width];
         let block = Block { problem: group.problem, candidates, width };
+        if !group.problem.extent().is_linear() {
+            return match self.level {
+                Level::Avx512 => extended::avx512(&block, costs),
+                Level::Avx2 => extended::avx2(&block, costs),
+                Level::Portable => extended::portable(&block, costs),
+            };
+        }
         match self.level {
             Level::Avx512 => kernel::avx512(&block, costs),
             Level::Avx2 => kernel::avx2(&block, costs),

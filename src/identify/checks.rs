@@ -19,8 +19,11 @@ pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem)
         ));
     }
     setup(spec, problem.space()).check()?;
-    let values: usize =
-        records.iter().zip(problem.signals()).map(|(r, s)| s.active() * r.measured().iter().flatten().count()).sum();
+    let values: usize = records
+        .iter()
+        .zip(problem.signals())
+        .map(|(r, s)| (s.len() - problem.first_active(s)) * r.measured().iter().flatten().count())
+        .sum();
     let free = problem.space().free().len();
     if values == 0 || !problem.signals().iter().any(|s| s.is_driven()) {
         return Err(not_identified(

@@ -2,7 +2,6 @@
 
 use crate::criterion::mean;
 use crate::evaluate::Problem;
-use crate::motor::simulate;
 use crate::record::Record;
 
 /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) per channel, norms over all recordings, and the standard deviation of the residuals.
@@ -10,11 +9,8 @@ pub(super) fn of(records: &[Record], problem: &Problem, candidate: &[f64]) -> ([
     let mut squares = [[0.0; 2]; 2];
     let mut count = [0.0; 2];
     for (recording, (record, signals)) in records.iter().zip(problem.signals()).enumerate() {
-        let parameters = problem.parameters(candidate, recording);
-        let model = simulate(&parameters, &signals.drive(), signals.initial(), problem.model().discretization);
-        for (channel, (measured, simulated)) in
-            record.measured().into_iter().zip([model.current, model.speed]).enumerate()
-        {
+        let model = problem.simulate(candidate, recording, signals.initial());
+        for (channel, (measured, simulated)) in record.measured().into_iter().zip(model).enumerate() {
             let Some(measured) = measured else { continue };
             let counting: Vec<f64> =
                 measured.iter().enumerate().filter(|(n, _)| signals.counts(channel, *n)).map(|(_, y)| *y).collect();

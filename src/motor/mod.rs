@@ -3,79 +3,29 @@
 //! Model (paper, Eqs. 6 and 7), state `[i, ω]`:
 //! `di/dt = (v − R i − K ω)/L`, `dω/dt = (K i − B ω − T)/J`.
 
+mod delay;
 mod discretize;
 mod dual;
+mod extended;
 mod logarithm;
 mod matrix;
+mod parameter;
 mod response;
 mod simulate;
 mod space;
 
+pub use delay::Beginning;
+pub(crate) use delay::{DelayTaps, sample_times};
 pub use discretize::{Discretization, StepMap, StepMaps, step_maps};
 pub use dual::{Dual, Number};
+pub use extended::{Extended, Extent, Setting, walk_extended};
+pub(crate) use extended::{late, terminal};
 pub use logarithm::{LogarithmError, matrix_logarithm};
 pub use matrix::{Matrix2, inverse, product, times};
+pub use parameter::{Extensions, Parameter};
 pub use response::{Response, response};
 pub use simulate::{Drive, Trajectory, simulate, walk};
 pub use space::{Axis, Scope, Space};
-
-/// A parameter of the motor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Parameter {
-    /// Resistance of the armature.
-    R,
-    /// Inductance of the armature.
-    L,
-    /// Torque and back-EMF constant.
-    K,
-    /// Viscous friction.
-    B,
-    /// Moment of inertia.
-    J,
-}
-
-impl Parameter {
-    /// The five of the linear motor, in the order used everywhere.
-    pub const ALL: [Self; 5] = [Self::R, Self::L, Self::K, Self::B, Self::J];
-
-    /// Its symbol, as in results and flags.
-    #[must_use]
-    pub fn symbol(self) -> &'static str {
-        ["R", "L", "K", "B", "J"][self as usize]
-    }
-
-    /// Its SI unit, as in results.
-    #[must_use]
-    pub fn unit(self) -> &'static str {
-        ["ohm", "H", "V*s/rad", "N*m*s/rad", "kg*m^2"][self as usize]
-    }
-
-    /// Its name in words.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        ["resistance", "inductance", "motor constant", "viscous friction", "inertia"][self as usize]
-    }
-
-    /// The search bounds of the paper's Table 2.
-    #[must_use]
-    pub fn table2(self) -> (f64, f64) {
-        [(0.1, 1.0), (0.001, 0.1), (0.005, 0.1), (1e-5, 1e-3), (1e-5, 1e-3)][self as usize]
-    }
-}
-
-impl std::str::FromStr for Parameter {
-    type Err = crate::Error;
-
-    fn from_str(symbol: &str) -> crate::Result<Self> {
-        Self::ALL.into_iter().find(|p| p.symbol() == symbol).ok_or_else(|| {
-            crate::Error::usage(
-                format!("\"{}\" is not a parameter of the motor", crate::text::excerpt(symbol)),
-                "Name R, L, K, B or J.",
-            )
-        })
-    }
-}
 
 /// Values of the five parameters, SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,10 +58,10 @@ impl Parameters {
         Self { r, l, k, b, j }
     }
 
-    /// The value of one parameter.
+    /// The value of one parameter; not a number for one of an extension.
     #[must_use]
     pub fn get(&self, parameter: Parameter) -> f64 {
-        self.to_array()[parameter as usize]
+        self.to_array().get(parameter as usize).copied().unwrap_or(f64::NAN)
     }
 
     /// State `[i, ω]` in which the motor settles under a constant voltage \[V\] and load torque \[N·m\].

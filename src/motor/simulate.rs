@@ -19,6 +19,26 @@ pub struct Drive<'a> {
     pub torque: &'a [f64],
 }
 
+impl Drive<'_> {
+    /// Which of the distinct steps follows a sample.
+    #[must_use]
+    pub fn index(&self, n: usize) -> usize {
+        self.step_index.get(n).map_or(0, |&index| usize::from(index))
+    }
+
+    /// The step that follows a sample \[s\].
+    #[must_use]
+    pub fn step(&self, n: usize) -> f64 {
+        self.step_s[self.index(n)]
+    }
+
+    /// Voltage at the end of the step that follows a sample \[V\].
+    #[must_use]
+    pub fn end(&self, n: usize) -> f64 {
+        self.voltage_end.get(n).or(self.voltage.get(n + 1)).copied().unwrap_or(self.voltage[n])
+    }
+}
+
 /// Simulated current and speed, one value a sample.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Trajectory {
@@ -54,9 +74,8 @@ pub fn walk(
     let mut x = initial;
     for n in 0..drive.voltage.len() {
         visit(x);
-        let map = &maps[drive.step_index.get(n).map_or(0, |&index| usize::from(index))];
-        let v = drive.voltage[n];
-        let v_next = drive.voltage_end.get(n).or(drive.voltage.get(n + 1)).copied().unwrap_or(v);
+        let map = &maps[drive.index(n)];
+        let (v, v_next) = (drive.voltage[n], drive.end(n));
         let torque = drive.torque.get(n).copied().unwrap_or(0.0);
         let gain = |axis: usize| map.taps[0][axis] * v + map.taps[1][axis] * v_next + map.torque[axis] * torque;
         x = [

@@ -1,6 +1,6 @@
 //! The search space: which parameters are free within which bounds, and which are held.
 
-use super::{Parameter, Parameters};
+use super::{Extensions, Extent, Parameter, Parameters};
 use crate::{Error, Result};
 
 /// Which recordings of a joint fit a parameter belongs to.
@@ -33,6 +33,49 @@ pub struct Axis {
     pub max: f64,
 }
 
+impl Axis {
+    /// Whether estimates move along its logarithm: the five of the motor, whose sizes are not known beforehand. Others
+    /// may be zero or negative and move along their range.
+    fn is_logarithmic(&self) -> bool {
+        !self.parameter.is_extension()
+    }
+
+    /// Where a value lies on the line that estimates move along.
+    #[must_use]
+    pub fn coordinate(&self, value: f64) -> f64 {
+        if self.is_logarithmic() { value.ln() } else { value / (self.max - self.min) }
+    }
+
+    /// The value there, within the bounds.
+    #[must_use]
+    pub fn value(&self, coordinate: f64) -> f64 {
+        let value = if self.is_logarithmic() { coordinate.exp() } else { coordinate * (self.max - self.min) };
+        value.max(self.min).min(self.max)
+    }
+
+    /// What the value changes by, per unit of the coordinate.
+    #[must_use]
+    pub fn slope(&self, value: f64) -> f64 {
+        if self.is_logarithmic() { value } else { self.max - self.min }
+    }
+
+    /// The values so many units of the coordinate below and above one.
+    #[must_use]
+    pub fn around(&self, value: f64, distance: f64) -> [f64; 2] {
+        if self.is_logarithmic() {
+            return [value * (-distance).exp(), value * distance.exp()];
+        }
+        let distance = distance * (self.max - self.min);
+        [value - distance, value + distance]
+    }
+
+    /// The middle of the bounds: of their logarithms for the five of the motor.
+    #[must_use]
+    pub fn middle(&self) -> f64 {
+        self.value(0.5 * (self.coordinate(self.min) + self.coordinate(self.max)))
+    }
+}
+
 /// Free and held parameters: maps a candidate (one value per axis) to the parameters of each recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Space {
@@ -51,10 +94,10 @@ impl Space {
             check_bounds(axis)?;
         }
         for &(parameter, _, value) in &fixed {
-            if !(value.is_finite() && value > 0.0) {
+            if !parameter.admits(value) {
                 return Err(Error::usage(
                     format!("{} cannot be held at {value}", parameter.symbol()),
-                    format!("Give a positive value in {}.", parameter.unit()),
+                    format!("Give a {} value in {}.", parameter.domain(), parameter.unit()),
                 ));
             }
         }
@@ -62,7 +105,7 @@ impl Space {
             return Err(Error::usage("every parameter is held: there is nothing to find", "Leave at least one free."));
         }
         let space = Self { free, fixed };
-        for parameter in Parameter::ALL {
+        for parameter in Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS) {
             space.check_once(parameter)?;
         }
         Ok(space)
@@ -72,10 +115,10 @@ impl Space {
     #[must_use]
     pub fn table2() -> Self {
         let axis = |parameter: Parameter| {
-            let (min, max) = parameter.table2();
-            Axis { parameter, scope: Scope::Shared, min, max }
+            let (min, max) = parameter.table2()?;
+            Some(Axis { parameter, scope: Scope::Shared, min, max })
         };
-        Self { free: Parameter::ALL.map(axis).to_vec(), fixed: Vec::new() }
+        Self { free: Parameter::ALL.into_iter().filter_map(axis).collect(), fixed: Vec::new() }
     }
 
     /// Table 2 of the paper with other bounds and held values for some parameters, all shared.
@@ -94,7 +137,10 @@ impl Space {
                     format!("Bound {symbol} or hold it."),
                 ));
             }
-            axes[parameter as usize] = axis;
+            match axes.get_mut(parameter as usize).filter(|_| !parameter.is_extension()) {
+                Some(own) => *own = axis,
+                None => axes.push(axis),
+            }
         }
         axes.retain(|axis| fixed.iter().all(|(parameter, _)| *parameter != axis.parameter));
         Self::new(axes, fixed.iter().map(|&(parameter, value)| (parameter, Scope::Shared, value)).collect())
@@ -123,16 +169,45 @@ impl Space {
     pub fn parameters(&self, candidate: &[f64], recording: u32) -> Parameters {
         let mut values = [f64::NAN; 5];
         for &(parameter, scope, value) in &self.fixed {
-            if scope.covers(recording) {
-                values[parameter as usize] = value;
+            if let Some(own) = values.get_mut(parameter as usize).filter(|_| scope.covers(recording)) {
+                *own = value;
             }
         }
         for (axis, &value) in self.free.iter().zip(candidate) {
-            if axis.scope.covers(recording) {
-                values[axis.parameter as usize] = value;
+            if let Some(own) = values.get_mut(axis.parameter as usize).filter(|_| axis.scope.covers(recording)) {
+                *own = value;
             }
         }
         Parameters::from_array(values)
+    }
+
+    /// What a candidate means for the extensions of one recording.
+    #[must_use]
+    pub fn extensions(&self, candidate: &[f64], recording: u32) -> Extensions {
+        let fixed = self.fixed.iter().map(|&(parameter, scope, value)| (parameter, scope, value));
+        let free = self.free.iter().zip(candidate).map(|(axis, &value)| (axis.parameter, axis.scope, value));
+        let own = fixed.chain(free).filter(|(_, scope, _)| scope.covers(recording));
+        own.fold(Extensions::NONE, |all, (parameter, _, value)| all.with(parameter, value))
+    }
+
+    /// Which extensions the model has: those that are free or held.
+    #[must_use]
+    pub fn extent(&self) -> Extent {
+        let fixed = self.fixed.iter().map(|(parameter, _, _)| *parameter);
+        let free = self.free.iter().map(|axis| axis.parameter);
+        fixed.chain(free).fold(Extent::default(), Extent::with)
+    }
+
+    /// The same with a value of its own for each of `recordings` where these parameters are free.
+    #[must_use]
+    pub fn per_recording(&self, parameters: &[Parameter], recordings: usize) -> Self {
+        let own = |axis: &Axis| -> Vec<Axis> {
+            if axis.scope != Scope::Shared || !parameters.contains(&axis.parameter) {
+                return vec![*axis];
+            }
+            (0..).take(recordings).map(|n| Axis { scope: Scope::Recording(n), ..*axis }).collect()
+        };
+        Self { free: self.free.iter().flat_map(own).collect(), fixed: self.fixed.clone() }
     }
 
     fn check_once(&self, parameter: Parameter) -> Result<()> {
@@ -141,7 +216,7 @@ impl Space {
         let scopes: Vec<Scope> = free.chain(fixed).collect();
         let twice = scopes.iter().enumerate().any(|(n, a)| scopes[..n].iter().any(|b| overlap(*a, *b)));
         let symbol = parameter.symbol();
-        if scopes.is_empty() {
+        if scopes.is_empty() && !parameter.is_extension() {
             Err(Error::usage(format!("{symbol} has neither bounds nor a value"), format!("Bound {symbol} or hold it.")))
         } else if twice {
             Err(Error::usage(format!("{symbol} is given twice"), format!("Either bound {symbol} or hold it, once.")))
@@ -157,21 +232,19 @@ fn overlap(a: Scope, b: Scope) -> bool {
 
 fn check_bounds(axis: &Axis) -> Result<()> {
     let Axis { parameter, min, max, .. } = *axis;
-    let symbol = parameter.symbol();
-    let remedy = format!(
-        "Give MIN:MAX in {} with 0 < MIN < MAX, for example {symbol}={}:{}.",
-        parameter.unit(),
-        parameter.table2().0,
-        parameter.table2().1
-    );
-    if !(min.is_finite() && max.is_finite()) {
-        return Err(Error::usage(format!("the bounds of {symbol}, {min}:{max}, are not finite"), remedy));
-    }
-    if min <= 0.0 || max <= 0.0 {
-        return Err(Error::usage(format!("the bounds of {symbol}, {min}:{max}, are not positive"), remedy));
-    }
-    if min >= max {
-        return Err(Error::usage(format!("the bounds of {symbol}, {min}:{max}, are reversed or equal"), remedy));
-    }
-    Ok(())
+    let (symbol, unit) = (parameter.symbol(), parameter.unit());
+    let remedy = match parameter.table2() {
+        Some((low, high)) => format!("Give MIN:MAX in {unit} with 0 < MIN < MAX, for example {symbol}={low}:{high}."),
+        None => format!("Give MIN:MAX in {unit} with MIN < MAX, both {}.", parameter.domain()),
+    };
+    let what = if !(min.is_finite() && max.is_finite()) {
+        "not finite".to_owned()
+    } else if !(parameter.admits(min) && parameter.admits(max)) {
+        format!("not {}", parameter.domain())
+    } else if min >= max {
+        "reversed or equal".to_owned()
+    } else {
+        return Ok(());
+    };
+    Err(Error::usage(format!("the bounds of {symbol}, {min}:{max}, are {what}"), remedy))
 }

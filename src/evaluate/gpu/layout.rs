@@ -181,7 +181,7 @@ impl Scene {
         }
         self.units.push(Unit { place, first: self.blocks, blocks, map_first, reference: reference.steps });
         self.maps += blocks * steps;
-        self.steps += (blocks * LANES * signals.active()) as u64;
+        self.steps += (blocks * LANES * (signals.len() - group.problem.first_active(signals))) as u64;
         self.blocks += blocks;
         self.rounds = self.rounds.max(word(rounds));
     }

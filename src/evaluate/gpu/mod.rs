@@ -245,7 +245,7 @@ fn add(unit: &Unit, problem: &Problem, sums: &Sums<'_>, totals: &mut [f64]) {
     let signals = &problem.signals()[unit.place.recording];
     for (n, total) in totals.iter_mut().enumerate() {
         let at = 2 * LANES * (unit.first + n / LANES) + n % LANES;
-        *total += Problem::scaled(signals, [sums.get(at), sums.get(at + LANES)]);
+        *total += problem.scaled(signals, [sums.get(at), sums.get(at + LANES)]);
     }
 }
 

@@ -36,7 +36,10 @@ pub(super) fn split(
         let variant = variant(of);
         let signals = of.problem.signals();
         let each = entry * signals.iter().map(|s| s.step_s.len()).sum::<usize>();
-        let samples: usize = signals.iter().map(|s| s.active() * precision.sample() * precision.bytes()).sum();
+        let samples: usize = signals
+            .iter()
+            .map(|s| (s.len() - of.problem.first_active(s)) * precision.sample() * precision.bytes())
+            .sum();
         let (mut first, count) = (0, of.candidates.count());
         while first < count {
             if shader != Some(variant) || maps_room < each * LANES || samples_room < samples {

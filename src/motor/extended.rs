@@ -1,0 +1,276 @@
+//! The motor with extensions, sample by sample: the oracle of what real motors add to the linear one. With [`Dual`]
+//! numbers the same walk gives exact derivatives.
+//!
+//! The voltage passes the drive (deadband, saturation, a gain for each direction), an offset is added, and it acts late.
+//! A step then is that of the linear motor, whose map is exact, with two reactions that are held over it: the drop of the
+//! brushes, a voltage of at most ±vb against the current, and Coulomb friction, a torque of at most ±Tc against the
+//! movement. Each is as large as it takes to end the step at zero, if that is within its limits: below them the current
+//! does not flow, and the motor sticks. (Time stepping with set-valued friction: J. J. Moreau 1988; D. E. Stewart,
+//! SIAM Review 42, 2000.) Sensors average over the last samples.
+//!
+//! [`Dual`]: super::Dual
+
+use super::Parameters;
+use super::delay::{Beginning, Late, sample_times};
+use super::discretize::{Discretization, StepMaps, step_maps};
+use super::dual::Number;
+use super::parameter::{Extensions, Parameter};
+use super::simulate::Drive;
+
+/// Which extensions a model has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Extent(u16);
+
+impl Extent {
+    /// With one more; the five of the motor change nothing.
+    #[must_use]
+    pub fn with(self, parameter: Parameter) -> Self {
+        if parameter.is_extension() { Self(self.0 | 1 << parameter as u16) } else { self }
+    }
+
+    /// Whether it has this one.
+    #[must_use]
+    pub fn has(self, parameter: Parameter) -> bool {
+        self.0 & 1 << parameter as u16 != 0
+    }
+
+    /// Whether it has any of these.
+    #[must_use]
+    pub fn has_any(self, parameters: &[Parameter]) -> bool {
+        parameters.iter().any(|p| self.has(*p))
+    }
+
+    /// Whether it is the linear motor.
+    #[must_use]
+    pub fn is_linear(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Whether the input acts late.
+    #[must_use]
+    pub fn is_delayed(self) -> bool {
+        self.has_any(&[Parameter::DeadTime, Parameter::Latency])
+    }
+
+    /// Whether something acts while the input is zero.
+    #[must_use]
+    pub fn is_biased(self) -> bool {
+        self.has_any(&[Parameter::Load, Parameter::Offset])
+    }
+
+    /// Whether a sensor averages.
+    #[must_use]
+    pub fn is_averaged(self) -> bool {
+        self.has_any(&[Parameter::CurrentAverage, Parameter::SpeedAverage])
+    }
+
+    /// The one-step method of the maps: late voltages are lines, which a method for held ones cannot take.
+    #[must_use]
+    pub fn method(self, method: Discretization) -> Discretization {
+        if self.is_delayed() && method == Discretization::Zoh { Discretization::Foh } else { method }
+    }
+}
+
+/// A motor with its extensions.
+#[derive(Debug, Clone, Copy)]
+pub struct Extended<T = f64> {
+    /// R, L, K, B, J.
+    pub motor: [T; 5],
+    /// In the order of [`Parameter::EXTENSIONS`].
+    pub extensions: [T; Parameter::EXTENSIONS.len()],
+}
+
+impl Extended {
+    /// Of values.
+    #[must_use]
+    pub fn new(parameters: &Parameters, extensions: &Extensions) -> Self {
+        Self { motor: parameters.to_array(), extensions: extensions.to_array() }
+    }
+}
+
+impl<T: Copy> Extended<T> {
+    /// The value of one parameter.
+    #[must_use]
+    pub fn get(&self, parameter: Parameter) -> T {
+        let n = parameter as usize;
+        if n < self.motor.len() { self.motor[n] } else { self.extensions[n - self.motor.len()] }
+    }
+
+    /// Changes the value of one parameter.
+    pub fn set(&mut self, parameter: Parameter, value: T) {
+        let n = parameter as usize;
+        if n < self.motor.len() {
+            self.motor[n] = value;
+        } else {
+            self.extensions[n - self.motor.len()] = value;
+        }
+    }
+}
+
+/// What an extended motor is simulated in.
+#[derive(Debug, Clone, Copy)]
+pub struct Setting {
+    /// Which extensions the model has.
+    pub extent: Extent,
+    /// The one-step method.
+    pub method: Discretization,
+    /// How the recording begins.
+    pub beginning: Beginning,
+}
+
+impl Setting {
+    /// A line as the method takes it: where that holds its input, its mean.
+    pub(crate) fn held<T: Number>(&self, [start, end]: [T; 2]) -> [T; 2] {
+        if self.extent.method(self.method).uses_next_input() { [start, end] } else { [(start + end) * 0.5; 2] }
+    }
+}
+
+/// Simulates over all samples from the state `initial` = `[i, ω]`, handing what the sensors show of each to `visit`.
+pub fn walk_extended<T: Number>(
+    motor: &Extended<T>,
+    drive: &Drive<'_>,
+    setting: Setting,
+    initial: [T; 2],
+    mut visit: impl FnMut([T; 2]),
+) {
+    let method = setting.extent.method(setting.method);
+    let steps: Vec<Step<T>> = drive.step_s.iter().map(|&h| Step::new(motor, h, method)).collect();
+    let inputs = inputs(motor, drive, setting);
+    let mut sensors = [Parameter::CurrentAverage, Parameter::SpeedAverage]
+        .map(|of| setting.extent.has(of).then(|| Average::new(motor.get(of))));
+    let mut x = initial;
+    for (n, input) in inputs.into_iter().enumerate() {
+        let mut seen = x;
+        for channel in 0..2 {
+            if let Some(sensor) = &mut sensors[channel] {
+                seen[channel] = sensor.shows(x[channel], initial[channel]);
+            }
+        }
+        visit(seen);
+        let torque = T::constant(drive.torque.get(n).copied().unwrap_or(0.0)) + motor.get(Parameter::Load);
+        x = steps[drive.index(n)].advance(x, input, torque);
+    }
+}
+
+/// The voltage at the motor at the start and at the end of each step.
+fn inputs<T: Number>(motor: &Extended<T>, drive: &Drive<'_>, setting: Setting) -> Vec<[T; 2]> {
+    let lines = setting.method.uses_next_input();
+    let count = drive.voltage.len();
+    let pieces: Vec<[T; 2]> = (0..count)
+        .map(|n| {
+            let start = terminal(motor, drive.voltage[n]);
+            [start, if lines { terminal(motor, drive.end(n)) } else { start }]
+        })
+        .collect();
+    if !setting.extent.is_delayed() {
+        return pieces;
+    }
+    let time = sample_times(drive);
+    let late = late(motor, setting, &time, |n| pieces[n]);
+    let mut cursor = 0;
+    (0..count).map(|n| setting.held(late.line(n, drive.step(n), &mut cursor))).collect()
+}
+
+/// The voltage of a motor as it comes late; `piece` is that at the motor, at the start and at the end of each step.
+pub(crate) fn late<'a, T: Number, F: Fn(usize) -> [T; 2]>(
+    motor: &Extended<T>,
+    setting: Setting,
+    time: &'a [f64],
+    piece: F,
+) -> Late<'a, T, F> {
+    Late {
+        piece,
+        before: terminal(motor, setting.beginning.voltage),
+        time,
+        dead_time: motor.get(Parameter::DeadTime),
+        latency: setting.extent.has(Parameter::Latency).then(|| motor.get(Parameter::Latency)),
+        first_movement: setting.beginning.first_movement,
+    }
+}
+
+/// What the drive makes of a voltage that it is told.
+pub(crate) fn terminal<T: Number>(motor: &Extended<T>, voltage: f64) -> T {
+    let (deadband, saturation) = (motor.get(Parameter::Deadband), motor.get(Parameter::Saturation));
+    let told = T::constant(voltage.abs());
+    let reached = if saturation.value() < told.value() { saturation } else { told };
+    let left = reached - deadband;
+    let given = if left.value() > 0.0 { left } else { T::constant(0.0) };
+    let turned = if voltage < 0.0 { -(motor.get(Parameter::ReverseGain) * given) } else { given };
+    turned + motor.get(Parameter::Offset)
+}
+
+/// The map of a step with the limits of its reactions.
+struct Step<T> {
+    map: StepMaps<1, T>,
+    drop: T,
+    friction: T,
+}
+
+impl<T: Number> Step<T> {
+    fn new(motor: &Extended<T>, h: f64, method: Discretization) -> Self {
+        Self {
+            map: step_maps(&motor.motor.map(|p| [p]), h, method),
+            drop: motor.get(Parameter::BrushDrop),
+            friction: motor.get(Parameter::Coulomb),
+        }
+    }
+
+    fn advance(&self, x: [T; 2], [start, end]: [T; 2], torque: T) -> [T; 2] {
+        let Self { map, drop, friction } = self;
+        let free = |axis: usize| {
+            let gain = map.taps[0][axis][0] * start + map.taps[1][axis][0] * end + map.torque[axis][0] * torque;
+            x[axis] + (map.d[2 * axis][0] * x[0] + map.d[2 * axis + 1][0] * x[1] + gain)
+        };
+        let held = [0, 1].map(|axis| -(map.taps[0][axis][0] + map.taps[1][axis][0]));
+        let flowing = react([free(0), free(1)], 0, held, *drop);
+        react(flowing, 1, map.torque.map(|[gain]| gain), *friction)
+    }
+}
+
+/// A state after a reaction of at most ±`limit` that ends `axis` at zero if it can; `gain` is what one unit of it adds.
+fn react<T: Number>(x: [T; 2], axis: usize, gain: [T; 2], limit: T) -> [T; 2] {
+    let needed = -(x[axis] / gain[axis]);
+    let sticks = needed.value().abs() < limit.value();
+    let reaction = if sticks {
+        needed
+    } else if needed.value() > 0.0 {
+        limit
+    } else {
+        -limit
+    };
+    let mut after = [x[0] + gain[0] * reaction, x[1] + gain[1] * reaction];
+    if sticks {
+        after[axis] = T::constant(0.0);
+    }
+    after
+}
+
+/// A sensor that shows the mean of the last `window` samples, of which the oldest counts in part. Before the first
+/// sample it has seen what the motor began with.
+struct Average<T> {
+    window: T,
+    whole: usize,
+    seen: Vec<T>,
+    sum: T,
+}
+
+impl<T: Number> Average<T> {
+    fn new(window: T) -> Self {
+        // More than any recording has is as good as all.
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and 1e6")]
+        let whole = window.value().clamp(1.0, 1e6) as usize;
+        Self { window, whole, seen: Vec::new(), sum: T::constant(0.0) }
+    }
+
+    fn shows(&mut self, value: T, initial: T) -> T {
+        #[expect(clippy::cast_precision_loss, reason = "at most 1e6")]
+        let whole = self.whole as f64;
+        if self.seen.is_empty() {
+            self.sum = initial * whole;
+        }
+        let oldest = self.seen.len().checked_sub(self.whole).map_or(initial, |n| self.seen[n]);
+        self.seen.push(value);
+        self.sum = self.sum + value - oldest;
+        (self.sum + (self.window - T::constant(whole)) * oldest) / self.window
+    }
+}

@@ -1,0 +1,179 @@
+//! What the oracle means by each extension.
+
+use super::{driven, excitation, with};
+use motorfit::experiment::{Excitation, simulated_with};
+use motorfit::motor::{Discretization, Parameter, Parameters};
+
+const M2: Parameters = Parameters::M2;
+
+fn signals(record: &motorfit::record::Record) -> [Vec<f64>; 2] {
+    record.measured().map(|signal| signal.unwrap().to_vec())
+}
+
+/// Largest difference of two signals from sample `from` on.
+fn apart(a: &[f64], b: &[f64], from: usize) -> f64 {
+    a.iter().zip(b).skip(from).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
+}
+
+#[test]
+fn friction_holds_the_motor_up_to_its_torque() {
+    // At standstill the torque is K v/R: below Tc nothing moves, and the current is that of the resistance alone.
+    let torque = 0.04;
+    let volts = torque * M2.r / M2.k;
+    let still = driven(&with(&[(Parameter::Coulomb, torque)]), &excitation(500, 1e-3, |_| 0.99 * volts));
+    let [current, speed] = signals(&still);
+    assert!(speed.iter().all(|w| *w == 0.0), "it moves");
+    assert!((current[499] - 0.99 * volts / M2.r).abs() < 1e-6, "{}", current[499]);
+    let moving = driven(&with(&[(Parameter::Coulomb, torque)]), &excitation(2000, 1e-3, |_| 1.01 * volts));
+    // In the steady state it runs as under a load of Tc.
+    let [steady_current, steady_speed] = M2.steady_state(1.01 * volts, torque);
+    let [current, speed] = signals(&moving);
+    assert!((speed[1999] - steady_speed).abs() < 1e-6 * steady_speed + 1e-9, "{} {steady_speed}", speed[1999]);
+    assert!((current[1999] - steady_current).abs() < 1e-6);
+}
+
+#[test]
+fn friction_stops_a_motor_for_good() {
+    // Behind a pulse it comes to rest and stays there, while without friction it goes on for ever.
+    let pulse = excitation(3000, 1e-3, |n| if n < 300 { 8.0 } else { 0.0 });
+    let [current, speed] = signals(&driven(&with(&[(Parameter::Coulomb, 0.01)]), &pulse));
+    let stopped = speed.iter().rposition(|w| *w != 0.0).unwrap() + 1;
+    assert!((300..1000).contains(&stopped), "stops at {stopped}");
+    assert!(speed[stopped..].iter().all(|w| *w == 0.0) && current[2999].abs() < 1e-12);
+}
+
+#[test]
+fn held_friction_is_that_of_a_finer_simulation() {
+    // Reversals and stops among movements, under an input held for 1 ms. Where the speed crosses zero within a step the
+    // reaction is a mean over it: an error of first order, Tc h/J = 0.07 rad/s for a crossing at 1 ms.
+    let volts = |t: f64| 3.0 * (9.0 * t).sin() + 1.5 * (31.0 * t).sin();
+    let speed = |fine: u32| -> Vec<f64> {
+        let held = |n: u32| volts(f64::from(n / fine) * 1e-3);
+        let record =
+            driven(&with(&[(Parameter::Coulomb, 0.01)]), &excitation(2000 * fine, 1e-3 / f64::from(fine), held));
+        signals(&record)[1].iter().step_by(fine as usize).copied().collect()
+    };
+    let [one, eight, finest] = [1, 8, 128].map(speed);
+    let crossings = one.windows(2).filter(|w| w[0] * w[1] < 0.0).count();
+    let (coarse, finer) = (apart(&one, &finest, 0), apart(&eight, &finest, 0));
+    println!("{crossings} crossings, off by {coarse:.2e} and {finer:.2e} rad/s");
+    assert!(crossings > 3 && coarse < 2.0 * 0.0735 && finer < 0.25 * coarse, "{coarse} {finer}");
+}
+
+#[test]
+fn brushes_take_their_drop() {
+    // Below vb no current flows; above it the motor sees v − vb.
+    let brushes = with(&[(Parameter::BrushDrop, 0.8)]);
+    let [current, _] = signals(&driven(&brushes, &excitation(200, 1e-3, |_| 0.7)));
+    assert!(current.iter().all(|i| *i == 0.0), "current flows");
+    let [current, speed] = signals(&driven(&brushes, &excitation(2000, 1e-3, |_| 5.8)));
+    let [i, w] = M2.steady_state(5.0, 0.0);
+    assert!((current[1999] - i).abs() < 1e-8 && (speed[1999] - w).abs() < 1e-6, "{} {}", current[1999], speed[1999]);
+    // The other way round it is the same with the other sign.
+    let [turned, _] = signals(&driven(&brushes, &excitation(2000, 1e-3, |_| -5.8)));
+    assert!(apart(&current.iter().map(|i| -i).collect::<Vec<_>>(), &turned, 0) < 1e-12);
+}
+
+#[test]
+fn whole_steps_of_dead_time_shift_the_input() {
+    let volts = |n: u32| if n < 40 { 0.0 } else { 6.0 + f64::from(n / 37 % 5) };
+    for steps in [0, 1, 7, 120] {
+        let late = driven(&with(&[(Parameter::DeadTime, f64::from(steps) * 1e-3)]), &excitation(900, 1e-3, volts));
+        let shifted = excitation(900, 1e-3, |n| n.checked_sub(steps).map_or(0.0, volts));
+        let exact = driven(&with(&[]), &shifted);
+        for (a, b) in signals(&late).iter().zip(signals(&exact)) {
+            assert!(apart(a, &b, 0) < 1e-9, "{steps} steps: off by {:e}", apart(a, &b, 0));
+        }
+    }
+}
+
+#[test]
+fn parts_of_a_step_are_those_of_a_finer_simulation() {
+    // A step late by 3.3 ms, seen at 1 ms, against the same at 0.1 ms, where that is 33 whole steps. What the line within
+    // a step leaves is (h R/L)²/200 of what a step of 10.5 V moves: 1e-4 A.
+    let volts = |n: u32| if n < 100 { 0.0 } else { 10.5 };
+    let late = driven(&with(&[(Parameter::DeadTime, 3.3e-3)]), &excitation(800, 1e-3, volts));
+    let shifted = excitation(8000, 1e-4, |n| if n < 1033 { 0.0 } else { 10.5 });
+    let exact = signals(&driven(&with(&[]), &shifted)).map(|s| s.into_iter().step_by(10).collect::<Vec<_>>());
+    let off: Vec<f64> = signals(&late).iter().zip(&exact).map(|(a, b)| apart(a, b, 0)).collect();
+    println!("off by {:.1e} A, {:.1e} rad/s", off[0], off[1]);
+    assert!(off[0] < 2e-4 && off[1] < 1e-4 * 130.0, "{off:?}");
+}
+
+#[test]
+fn latency_moves_the_first_movement_alone() {
+    let volts = |n: u32| match n {
+        0..100 => 0.0,
+        100..300 => 4.0,
+        300..500 => 9.0,
+        _ => -3.0,
+    };
+    let late = driven(&with(&[(Parameter::Latency, 0.055)]), &excitation(800, 1e-3, volts));
+    let exact = driven(&with(&[]), &excitation(800, 1e-3, |n| if n < 155 { 0.0 } else { volts(n) }));
+    for (a, b) in signals(&late).iter().zip(signals(&exact)) {
+        assert!(apart(a, &b, 0) < 1e-9);
+    }
+    // With a dead time the first movement is later by both.
+    let both = with(&[(Parameter::Latency, 0.055), (Parameter::DeadTime, 0.02)]);
+    let shifted = |n: u32| if n < 175 { 0.0 } else { volts(n - 20) };
+    let (late, exact) =
+        (driven(&both, &excitation(800, 1e-3, volts)), driven(&with(&[]), &excitation(800, 1e-3, shifted)));
+    for (a, b) in signals(&late).iter().zip(signals(&exact)) {
+        assert!(apart(a, &b, 0) < 1e-9);
+    }
+}
+
+#[test]
+fn lines_come_late_as_lines() {
+    // A ramp of straight lines, late by any time, is the ramp at that time.
+    let ramp = |late: f64| Excitation {
+        time_s: (0..600_u32).map(|n| f64::from(n) * 1e-3).collect(),
+        voltage: (0..600_u32).map(|n| 0.02 * (f64::from(n) - late).max(0.0)).collect(),
+        torque: None,
+    };
+    let late = with(&[(Parameter::DeadTime, 0.0274)]);
+    let ours = simulated_with(&M2, &late, &ramp(0.0), Discretization::Foh).unwrap();
+    let exact = simulated_with(&M2, &with(&[]), &ramp(27.4), Discretization::Foh).unwrap();
+    for (a, b) in signals(&ours).iter().zip(signals(&exact)) {
+        // Where the ramp begins, within a step, lines between samples cannot follow it.
+        assert!(apart(a, &b, 0) < 2e-3 && apart(a, &b, 200) < 1e-7, "{:e} {:e}", apart(a, &b, 0), apart(a, &b, 200));
+    }
+}
+
+#[test]
+fn drives_lose_and_limit_what_they_are_told() {
+    let told = |n: u32| -8.0 + 0.02 * f64::from(n);
+    let drive = with(&[(Parameter::Deadband, 1.5), (Parameter::Saturation, 6.0), (Parameter::ReverseGain, 0.8)]);
+    let given = |v: f64| {
+        let size = (v.abs().min(6.0) - 1.5).max(0.0);
+        if v < 0.0 { -0.8 * size } else { size }
+    };
+    let (ours, exact) =
+        (driven(&drive, &excitation(800, 1e-3, told)), driven(&with(&[]), &excitation(800, 1e-3, |n| given(told(n)))));
+    for (a, b) in signals(&ours).iter().zip(signals(&exact)) {
+        assert!(apart(a, &b, 0) < 1e-11);
+    }
+    // An offset is a voltage more, a load a torque more.
+    let offset = driven(&with(&[(Parameter::Offset, 0.3)]), &excitation(800, 1e-3, told));
+    let more = driven(&with(&[]), &excitation(800, 1e-3, |n| told(n) + 0.3));
+    assert!(apart(&signals(&offset)[1], &signals(&more)[1], 0) < 1e-10);
+    let load = driven(&with(&[(Parameter::Load, 0.02)]), &excitation(800, 1e-3, told));
+    let torque = Excitation { torque: Some(vec![0.02; 800]), ..excitation(800, 1e-3, told) };
+    assert!(apart(&signals(&load)[1], &signals(&driven(&with(&[]), &torque))[1], 0) < 1e-10);
+}
+
+#[test]
+fn sensors_show_means() {
+    let volts = |n: u32| if n % 90 < 50 { 7.0 } else { -2.0 };
+    let plain = signals(&driven(&with(&[]), &excitation(600, 1e-3, volts)));
+    let averaged = signals(&driven(
+        &with(&[(Parameter::CurrentAverage, 8.0), (Parameter::SpeedAverage, 32.25)]),
+        &excitation(600, 1e-3, volts),
+    ));
+    for n in 0..600_usize {
+        let back = |signal: &[f64], k: usize| n.checked_sub(k).map_or(0.0, |at| signal[at]);
+        let current: f64 = (0..8).map(|k| back(&plain[0], k)).sum::<f64>() / 8.0;
+        let speed = ((0..32).map(|k| back(&plain[1], k)).sum::<f64>() + 0.25 * back(&plain[1], 32)) / 32.25;
+        assert!((averaged[0][n] - current).abs() < 1e-11 && (averaged[1][n] - speed).abs() < 1e-10, "sample {n}");
+    }
+}
