@@ -9,10 +9,9 @@ use motorfit::estimate::ReferenceKind;
 use motorfit::identify::{
     Identification, IdentifySpec, Method, Polish, Status, identify_with, suspicions, validate, values,
 };
-use motorfit::motor::Parameter;
+use motorfit::motor::Scope;
 use motorfit::optimize::Stop;
 use motorfit::record::Record;
-use motorfit::report::figures::model;
 use motorfit::report::{IdentifyDocument, Names, identify_page, json};
 use motorfit::text::{engineering, significant};
 use motorfit::{Error, Result};
@@ -99,10 +98,9 @@ fn report(records: &[Record], spec: &IdentifySpec, found: &Identification, docum
 /// Measured and modelled signals of all recordings, one below the other.
 fn curves(records: &[Record], spec: &IdentifySpec, found: &Identification) -> String {
     let mut columns = vec![Vec::new(); 7];
-    for (n, record) in (1_u32..).zip(records) {
+    let modelled = found.modelled(records, spec).unwrap_or_default();
+    for ((n, record), [current, speed]) in (1_u32..).zip(records).zip(modelled) {
         let samples = record.samples();
-        let place = found.initial.get(n as usize - 1).copied().unwrap_or_default();
-        let [current, speed] = model(record, &found.parameters, place, spec.model.discretization);
         let none = || vec![f64::NAN; record.len()];
         columns[0].extend(vec![f64::from(n); record.len()]);
         columns[1].extend(&samples.time_s);
@@ -175,26 +173,28 @@ fn parameters(text: &mut String, found: &Identification) {
     if uncertainty.is_some() {
         let _ = writeln!(text, "  {DIM}{:<20}{:>12} {:<10} {:>11}   95 % interval{DIM:#}", "", "", "", "std. error");
     }
-    for parameter in Parameter::ALL {
-        let place = found.space.free().iter().position(|axis| axis.parameter == parameter);
-        let error = place.zip(uncertainty).and_then(|(n, u)| Some((u.std_error[n]?, u.ci95[n]?)));
-        let remark = match (place.map(|n| found.space.free()[n]), error) {
+    let estimates = found.estimates();
+    let width = estimates.iter().map(|e| e.parameter.symbol().len()).max().unwrap_or(1);
+    for e in estimates {
+        let remark = match (e.axis, e.std_error.zip(e.ci95)) {
+            _ if e.value.is_none() => format!("{DIM}not identifiable{DIM:#}"),
             (None, _) => format!("{DIM}held{DIM:#}"),
             (Some(_), Some((error, [low, high]))) => {
                 format!("{:>11}   {} … {}", significant(error, 2), significant(low, 6), significant(high, 6))
             }
             (Some(axis), None) => {
-                let bound = found.at_bound(parameter).map_or(String::new(), |side| format!(" (at its {side})"));
+                let bound = e.at_bound.map_or(String::new(), |side| format!(" (at its {side})"));
                 format!("{DIM}within {} … {}{bound}{DIM:#}", significant(axis.min, 3), significant(axis.max, 3))
             }
         };
+        let of = if let Scope::Recording(n) = e.scope { format!(" {}", n + 1) } else { String::new() };
+        let unit = if e.parameter.unit() == "1" { "" } else { e.parameter.unit() };
         let _ = writeln!(
             text,
-            "  {STRONG}{}{STRONG:#}  {:<17}{:>12} {:<10} {remark}",
-            parameter.symbol(),
-            parameter.name(),
-            significant(found.parameters.get(parameter), 6),
-            parameter.unit(),
+            "  {STRONG}{:<width$}{STRONG:#}  {:<17}{:>12} {unit:<10} {remark}",
+            e.parameter.symbol(),
+            format!("{}{of}", e.parameter.name()),
+            e.value.map_or_else(|| "\u{2013}".to_owned(), |value| significant(value, 6)),
         );
     }
 }
@@ -208,6 +208,7 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
     };
     let method = match found.searched.method {
         "sm" => format!("Steiglitz–McBride, {} iterations", found.evaluations),
+        "grid" => "starts from Steiglitz–McBride or one channel, and grids along the extensions".to_owned(),
         search => format!(
             "{search}, {} agents × {} generations, {} evaluations, seed {}",
             spec.population, spec.generations, found.evaluations, spec.seed

@@ -4,11 +4,15 @@
 //! space, every generation evaluated at once. The polish refines it to the maximum-likelihood estimate. Both are held
 //! against a search of the whole box.
 
+mod channels;
 mod checks;
 mod costs;
 mod device;
+mod estimated;
+mod extended;
 mod figures;
 mod fit;
+mod general;
 mod held;
 mod lockstep;
 mod method;
@@ -23,6 +27,8 @@ mod warnings;
 
 pub use costs::Costs;
 pub use device::{DeviceSpec, OnLoss, PrecisionSpec};
+pub use estimated::Estimated;
+pub use extended::{Extension, Ladder, Rung, With};
 pub use fit::{Fitted, check, fit, fit_on, polished, search_space};
 pub use held::{Between, between_samples, suspicions};
 pub use lockstep::Lockstep;
@@ -87,6 +93,13 @@ fn run(
     spec: &IdentifySpec,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Identification> {
+    let stand = match spec.polish {
+        Polish::LevenbergMarquardt => channels::stand_in(records, spec)?,
+        Polish::None => None,
+    };
+    if stand.is_some() || general::is_extended(spec) {
+        return general::run(records, spec, stand, observe);
+    }
     let mut warnings = warnings::warnings_of(records, spec);
     let started = Instant::now();
     let problem = Problem::new(records, spec.model, spec.space.clone(), spec.criterion)?;
@@ -100,6 +113,10 @@ fn run(
         if other.refined.weighted(&attempt.refined.sigmas) < attempt.refined.weighted(&attempt.refined.sigmas) {
             attempt = other;
         }
+    }
+    let searched_for = matches!(spec.method, Method::Auto) && spec.polish == Polish::LevenbergMarquardt;
+    if searched_for && checks::unknown_alone(spec, &attempt.space, &attempt.refined).is_some() {
+        return general::run(records, spec, None, observe);
     }
     let claim = Claim {
         records,
@@ -145,7 +162,9 @@ impl Attempt {
         let problem = Problem::new(records, *self.problem.model(), self.space.clone(), *self.problem.criterion())?;
         let problem = problem.starting_from(&self.refined.initial);
         let (fit, _) = figures::of(records, &problem, &self.refined.values);
-        let stuck = self.refined.at_bound.iter().any(Option::is_some);
+        // An extension that does nothing is no sign of a wrong optimum.
+        let sides = self.space.free().iter().zip(&self.refined.at_bound);
+        let stuck = sides.filter(|(axis, _)| !axis.parameter.is_extension()).any(|(_, side)| side.is_some());
         Ok(stuck || fit.iter().flatten().any(|percent| *percent < 50.0))
     }
 }
@@ -241,6 +260,9 @@ fn assemble(records: &[Record], spec: &IdentifySpec, attempt: Attempt) -> Result
     let (fit_percent, residual) = figures::of(records, &problem, values);
     Ok(Identification {
         parameters: problem.parameters(values, 0),
+        values: values.clone(),
+        unidentified: Vec::new(),
+        ladder: None,
         cost: Scalar::cost(&problem, values),
         searched,
         space,

@@ -1,10 +1,14 @@
 //! Validation: how well parameters explain recordings that they were not fitted to.
 
+use super::extended::{best_start, deviations, explained};
 use super::figures;
 use super::spec::{Identification, IdentifySpec};
 use crate::Result;
 use crate::estimate::{fit_problem, initial_states};
+use crate::evaluate::Problem;
+use crate::motor::{Axis, Parameter, Scope, Space};
 use crate::record::Record;
+use std::sync::Arc;
 
 /// A recording that was held out.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,8 +17,12 @@ pub struct HeldOut {
     pub record: Record,
     /// The state `[i, ω]` at its start.
     pub initial: [f64; 2],
-    /// Whether that was estimated from the recording: all that is.
+    /// Whether that was estimated from the recording.
     pub initial_is_estimated: bool,
+    /// Parameters that each recording has for itself, estimated from this one: what else is, is its initial state.
+    pub own: Vec<(Parameter, f64)>,
+    /// What the motor is said to do: current and speed, one value a sample.
+    pub simulated: [Vec<f64>; 2],
     /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed; `None` for a channel not measured.
     pub fit_percent: [Option<f64>; 2],
     /// Standard deviation of the residuals of both.
@@ -32,29 +40,73 @@ pub struct Validation {
     pub residual_sigma: [Option<f64>; 2],
 }
 
-/// Simulates held-out recordings with the parameters that were found, without another fit: the state at the start alone is
-/// estimated where a recording begins in motion.
+/// Simulates held-out recordings with the parameters that were found, without another fit: what belongs to a recording
+/// alone is estimated from it, its state at the start where it begins in motion and the parameters that each has for
+/// itself.
 ///
 /// # Errors
 /// As for a problem of these recordings.
 pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Result<Validation> {
-    let problem = fit_problem(records, &found.space, spec.model)?;
-    let values: Vec<f64> = found.space.free().iter().map(|axis| found.parameters.get(axis.parameter)).collect();
-    let sigma = found.residual_sigma.map(|sigma| sigma.filter(|s| *s > 0.0).unwrap_or(1.0));
-    let initial = initial_states(&problem, &values, sigma)?;
-    let one = |(n, record): (usize, &Record)| {
+    let mut held_out = Vec::with_capacity(records.len());
+    let mut sums = figures::Sums::default();
+    for record in records {
+        let settled = settle(record, spec, found)?;
         let alone = std::slice::from_ref(record);
-        let own = fit_problem(alone, &found.space, spec.model)?.starting_from(&initial[n..=n]);
-        let (fit_percent, residual_sigma) = figures::of(alone, &own, &values);
-        Ok(HeldOut {
+        let own = figures::sums(alone, &settled.problem, &settled.values);
+        sums = sums.and(own);
+        let signals = &settled.problem.signals()[0];
+        held_out.push(HeldOut {
             record: record.clone(),
-            initial: initial[n],
-            initial_is_estimated: own.signals()[0].is_initial_free(),
-            fit_percent,
-            residual_sigma,
-        })
+            initial: signals.initial(),
+            initial_is_estimated: signals.is_initial_free(),
+            own: settled
+                .problem
+                .space()
+                .free()
+                .iter()
+                .map(|a| a.parameter)
+                .zip(settled.values.iter().copied())
+                .collect(),
+            simulated: settled.problem.simulate(&settled.values, 0, signals.initial()),
+            fit_percent: own.fit_percent(),
+            residual_sigma: own.residual_sigma(),
+        });
+    }
+    Ok(Validation { held_out, fit_percent: sums.fit_percent(), residual_sigma: sums.residual_sigma() })
+}
+
+/// One recording with what belongs to it alone.
+struct Settled {
+    /// Its problem, from its state at the start; free are the parameters that it has for itself.
+    problem: Problem,
+    values: Vec<f64>,
+}
+
+fn settle(record: &Record, spec: &IdentifySpec, found: &Identification) -> Result<Settled> {
+    let alone = std::slice::from_ref(record);
+    let (mut own, mut shared): (Vec<Axis>, Vec<(Parameter, Scope, f64)>) = (Vec::new(), Vec::new());
+    for (axis, value) in found.space.free().iter().zip(&found.values) {
+        if axis.scope == Scope::Shared {
+            shared.push((axis.parameter, Scope::Shared, *value));
+        } else if own.iter().all(|known| known.parameter != axis.parameter) {
+            own.push(Axis { scope: Scope::Shared, ..*axis });
+        }
+    }
+    let held = found.space.fixed().iter().filter(|(_, scope, _)| *scope == Scope::Shared);
+    shared.extend(held.copied());
+    let sigma = found.residual_sigma.map(|sigma| sigma.filter(|s| *s > 0.0).unwrap_or(1.0));
+    if own.is_empty() {
+        let problem = fit_problem(alone, &Space::held(shared), spec.model)?;
+        let initial = initial_states(&problem, &[], sigma)?;
+        return Ok(Settled { problem: problem.starting_from(&initial), values: Vec::new() });
+    }
+    let space = Space::new(own, shared)?;
+    let plain = fit_problem(alone, &space, spec.model)?;
+    let problem = Arc::new(Problem::new(alone, spec.model, space, spec.criterion)?);
+    let starts = explained(&problem, &[found.parameters.to_array()])?;
+    let Some(settled) = best_start(&plain, &starts, &deviations(alone)) else {
+        let values = starts.into_iter().next().unwrap_or_default();
+        return Ok(Settled { problem: plain, values });
     };
-    let held_out = records.iter().enumerate().map(one).collect::<Result<Vec<_>>>()?;
-    let (fit_percent, residual_sigma) = figures::of(records, &problem.starting_from(&initial), &values);
-    Ok(Validation { held_out, fit_percent, residual_sigma })
+    Ok(Settled { problem: plain.starting_from(&settled.initial), values: settled.values })
 }

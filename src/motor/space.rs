@@ -66,7 +66,7 @@ impl Axis {
             return [value * (-distance).exp(), value * distance.exp()];
         }
         let distance = distance * (self.max - self.min);
-        [value - distance, value + distance]
+        [(value - distance).max(self.parameter.lowest()), value + distance]
     }
 
     /// The middle of the bounds: of their logarithms for the five of the motor.
@@ -109,6 +109,11 @@ impl Space {
             space.check_once(parameter)?;
         }
         Ok(space)
+    }
+
+    /// Nothing free: every parameter held.
+    pub(crate) fn held(fixed: Vec<(Parameter, Scope, f64)>) -> Self {
+        Self { free: Vec::new(), fixed }
     }
 
     /// All five parameters free within Table 2 of the paper.

@@ -11,6 +11,7 @@ mod support;
 
 mod contract;
 mod meaning;
+mod recovery;
 
 use motorfit::experiment::{Excitation, simulated_with};
 use motorfit::motor::{Discretization, Extensions, Parameter, Parameters};
