@@ -4,16 +4,22 @@
 //! space, every generation evaluated at once. The polish refines it to the maximum-likelihood estimate. Both are held
 //! against a search of the whole box.
 
+mod characteristics;
 mod checks;
 mod costs;
 mod device;
+mod feedforward;
 mod figures;
 mod fit;
+mod friction;
 mod held;
+mod input_test;
 mod lockstep;
 mod method;
 mod outlook;
 mod pace;
+mod repeatability;
+mod residuals;
 mod search;
 mod spec;
 mod validate;
@@ -21,14 +27,19 @@ pub mod values;
 mod verify;
 mod warnings;
 
+pub use characteristics::{Characteristic, Characteristics, Constants, Covariance, characteristics};
 pub use costs::Costs;
 pub use device::{DeviceSpec, OnLoss, PrecisionSpec};
+pub use feedforward::{Regression, regression, regressions};
 pub use fit::{Fitted, check, fit, fit_on, polished, search_space};
 pub use held::{Between, between_samples, suspicions};
+pub use input_test::{InputTest, Residuals, input_test};
 pub use lockstep::Lockstep;
 pub use method::{Method, Polish};
 pub use outlook::{Inspection, Outlook};
 pub use pace::{AdapterPace, Pace, Paces, Work};
+pub use repeatability::{Repeatability, repeatability};
+pub use residuals::{ResidualTest, ResidualTests};
 pub use spec::{Identification, IdentifySpec, Searched};
 pub use validate::{HeldOut, Validation, validate};
 pub use verify::{Status, Verification};
@@ -119,12 +130,16 @@ fn run(
     }
     warnings.append(&mut attempt.found.warnings);
     checks::after(records, spec, &attempt.space, &attempt.refined, &mut warnings)?;
+    warnings.append(&mut friction::differs(records, spec, &plain, &attempt));
     let mut result = Identification { verification, ..assemble(records, spec, attempt)? };
     checks::fit(records, spec, result.fit_percent)?;
     warnings.extend(warnings::of_result(&result, &estimate));
+    warnings.extend(residuals::of_result(records, &result));
     warnings.extend(held::of_result(records, spec, &result));
     warnings.extend(held::coarse(records, &result));
     result.warnings = warnings;
+    result.regressions = regressions(records, Characteristics::of(&result).time_constant.value);
+    result.repeatability = repeatability(&records.iter().collect::<Vec<_>>(), spec.model)?;
     result.seconds = started.elapsed().as_secs_f64();
     Ok(result)
 }
@@ -246,6 +261,7 @@ fn assemble(records: &[Record], spec: &IdentifySpec, attempt: Attempt) -> Result
         space,
         initial: problem.signals().iter().map(|s| s.initial()).collect(),
         fit_percent,
+        residual_tests: if polished { residuals::tests(records, &problem, values, &[]) } else { Vec::new() },
         residual_sigma: if polished { refined.sigma } else { residual },
         converged: !polished || refined.converged,
         uncertainty: polished.then_some(refined.uncertainty),
@@ -259,6 +275,8 @@ fn assemble(records: &[Record], spec: &IdentifySpec, attempt: Attempt) -> Result
         precision: found.precision,
         cost_difference: found.cost_difference,
         validation: None,
+        regressions: Vec::new(),
+        repeatability: None,
         seconds: 0.0,
     })
 }

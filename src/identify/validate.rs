@@ -1,6 +1,7 @@
 //! Validation: how well parameters explain recordings that they were not fitted to.
 
 use super::figures;
+use super::residuals::{self, ResidualTests};
 use super::spec::{Identification, IdentifySpec};
 use crate::Result;
 use crate::estimate::{fit_problem, initial_states};
@@ -19,6 +20,8 @@ pub struct HeldOut {
     pub fit_percent: [Option<f64>; 2],
     /// Standard deviation of the residuals of both.
     pub residual_sigma: [Option<f64>; 2],
+    /// The residuals of both, tested.
+    pub residual_tests: ResidualTests,
 }
 
 /// How well parameters explain held-out recordings.
@@ -42,6 +45,7 @@ pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification)
     let values: Vec<f64> = found.space.free().iter().map(|axis| found.parameters.get(axis.parameter)).collect();
     let sigma = found.residual_sigma.map(|sigma| sigma.filter(|s| *s > 0.0).unwrap_or(1.0));
     let initial = initial_states(&problem, &values, sigma)?;
+    let moved = residuals::moved(found, &values);
     let one = |(n, record): (usize, &Record)| {
         let alone = std::slice::from_ref(record);
         let own = fit_problem(alone, &found.space, spec.model)?.starting_from(&initial[n..=n]);
@@ -52,6 +56,7 @@ pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification)
             initial_is_estimated: own.signals()[0].is_initial_free(),
             fit_percent,
             residual_sigma,
+            residual_tests: residuals::tests(alone, &own, &values, &moved)[0],
         })
     };
     let held_out = records.iter().enumerate().map(one).collect::<Result<Vec<_>>>()?;

@@ -158,7 +158,7 @@ pub fn warnings_of_records(records: &[Record]) -> Vec<Warning> {
     records.iter().flat_map(named).collect()
 }
 
-fn name_of(record: &Record) -> String {
+pub(super) fn name_of(record: &Record) -> String {
     let Some(path) = &record.source().path else { return "the recording".to_owned() };
     record.source().part.iter().fold(path.display().to_string(), |name, part| format!("{name} ({part})"))
 }
