@@ -39,7 +39,7 @@ fn voltage(numbers: &mut Numbers, sort: usize, count: usize) -> Vec<f64> {
     let one = |n: usize| match sort {
         0 => f64::from(u8::from(n > count / 3)),
         1 => {
-            if n % 7 == 0 {
+            if n.is_multiple_of(7) {
                 level = if numbers.random_bool(0.5) { 1.0 } else { -1.0 };
             }
             level
@@ -57,34 +57,39 @@ fn voltage(numbers: &mut Numbers, sort: usize, count: usize) -> Vec<f64> {
 fn residuals_without_the_voltage_in_them_pass() {
     const SEEDS: u64 = 500;
     for correlation in [0.0, 0.5, 0.9] {
-        let (mut alarms, mut median) = (0, Vec::new());
+        let (mut alarms, mut told, mut sums) = (0, 0_u32, 0.0);
         for sort in 0..4 {
             for seed in 0..SEEDS {
                 let mut numbers = Numbers::seed_from_u64(1000 * seed + sort as u64);
                 let values = residuals(&mut numbers, 600, correlation);
                 let voltage = voltage(&mut numbers, sort, 600);
                 let of = Residuals { values: &values, voltage: &voltage, counting: &[], moves: &[] };
-                let test = input_test(&of).unwrap();
-                alarms += u32::from(!test.is_independent);
+                let test = input_test(&of);
+                alarms += u32::from(test.is_some_and(|test| !test.is_independent));
                 if sort == 1 {
-                    median.push(test.statistic);
+                    sums += test.map_or(0.0, |test| test.statistic);
+                    told += u32::from(test.is_some());
                 }
             }
         }
-        median.sort_by(f64::total_cmp);
-        let median = median[median.len() / 2];
-        eprintln!("{correlation}: {alarms} of {}, median {median}", 4 * SEEDS);
+        let mean = sums / f64::from(told);
+        eprintln!("{correlation}: {alarms} of {}, mean {mean} of {told}", 4 * SEEDS);
         // One in ten thousand of 2000; five would be seen once in 300,000 times.
         assert!(alarms <= 4, "{correlation}: {alarms}");
-        // A sequence has all 21 directions: the median of χ² is 20.3, that of 500 has a standard error of 0.37; a filter
-        // that is estimated adds a little.
-        assert!((median - 20.3).abs() < 1.6, "{correlation}: {median}");
+        // With a correlation of 0.9 six hundred samples are as thirty, too few for 29 directions: nothing is said.
+        assert_eq!(told, if correlation < 0.9 { SEEDS as u32 } else { 0 });
+        if told == 0 {
+            continue;
+        }
+        // A sequence has all 29 directions, 21 lags and 8 means: 29 ± 0.34 over 500 seeds. A filter that is estimated adds a
+        // little.
+        assert!((mean - 29.0).abs() < 2.0, "{correlation}: {mean}");
     }
 }
 
 #[test]
 fn residuals_with_the_voltage_in_them_do_not() {
-    for (correlation, sort) in [(0.0, 0), (0.0, 1), (0.9, 1), (0.9, 3)] {
+    for (correlation, sort) in [(0.0, 0), (0.0, 1), (0.7, 1), (0.7, 3)] {
         let mut seen = 0;
         for seed in 0..100 {
             let mut numbers = Numbers::seed_from_u64(seed);
@@ -94,12 +99,14 @@ fn residuals_with_the_voltage_in_them_do_not() {
             for n in 1..values.len() {
                 let change = voltage[n] - voltage[n - 1];
                 for (later, value) in values.iter_mut().skip(n).take(10).enumerate() {
-                    *value += if sort == 0 { 5.0 } else { 0.8 } * change * 0.8f64.powi(later as i32);
+                    *value += if sort == 0 { 6.0 } else { 0.8 } * change * 0.8f64.powi(later as i32);
                 }
             }
             let of = Residuals { values: &values, voltage: &voltage, counting: &[], moves: &[] };
-            seen += u32::from(!input_test(&of).unwrap().is_independent);
+            seen += u32::from(input_test(&of).is_some_and(|test| !test.is_independent));
         }
+        // The least of them, one step of 6 σ that decays by a fifth a sample, adds 100 to a mean of 38 with a deviation of
+        // 22 (χ² off centre); the threshold is 82.
         assert!(seen >= 95, "{correlation} {sort}: {seen} of 100");
     }
 }
@@ -177,7 +184,8 @@ fn a_delay_that_is_not_in_the_model_is_seen() {
     let (mut fitted, mut held_out) = (0, 0);
     for seed in 0..20 {
         let delayed = noisy(&late(&clean, 1), seed);
-        fitted += u32::from(warns(&identify(&[delayed.clone()], &spec).unwrap(), "residuals_follow_voltage"));
+        fitted +=
+            u32::from(warns(&identify(std::slice::from_ref(&delayed), &spec).unwrap(), "residuals_follow_voltage"));
         let found = identify(&[noisy(&clean, 100 + seed)], &spec).unwrap();
         let held = validate(&[delayed], &spec, &found).unwrap();
         let tests = held.held_out[0].residual_tests;
@@ -302,7 +310,7 @@ fn the_program_shows_train_and_held_out_side_by_side() {
     let file = |name: &str, seed: u64, friction: f64| {
         folder.file(name, motorfit::record::write_csv(&noisy(&lively(900, 9.0, friction), seed)))
     };
-    let (a, b, c) = (file("a.csv", 1, 1.0), file("b.csv", 2, 1.0), file("c.csv", 3, 2.0));
+    let (a, b, c) = (file("a.csv", 1, 1.0), file("b.csv", 2, 1.0), file("c.csv", 3, 1.2));
     let out = folder.path("out");
     let args = ["identify", &a, "--validate", &b, "--validate", &c, "--out", &out];
     let document = json(&[&args[..], &["--json"]].concat());

@@ -24,7 +24,7 @@ pub(super) fn characteristics(found: &Identification) -> Value {
     })
 }
 
-/// The characteristics in one line, and one for the widest difference of a regression.
+/// The characteristics in lines, and one for the widest difference of a regression.
 #[must_use]
 pub fn characteristics_lines(found: &Identification) -> Vec<(&'static str, String)> {
     let of = |list: &[(&str, &str, Option<Characteristic>)]| {
@@ -34,7 +34,7 @@ pub fn characteristics_lines(found: &Identification) -> Vec<(&'static str, Strin
         list.iter().filter_map(one).collect::<Vec<_>>().join(", ")
     };
     let named = Characteristics::of(found).named();
-    let mut lines = vec![("feedforw.", of(&named))];
+    let mut lines = vec![("voltage", of(&named[..3])), ("", of(&named[3..]))];
     if let Some(r) = found.regressions.last() {
         let values = [("kS", "V", Some(r.ks)), ("kV", named[1].1, Some(r.kv)), ("kA", named[2].1, Some(r.ka))];
         lines.push(("", format!("{} by regression over {}", of(&values), window(r))));
