@@ -34,7 +34,7 @@ const SAMPLES_PER_ORDER: usize = 20;
 /// Independent samples that each column needs, lest it be fitted to noise.
 const SAMPLES_PER_COLUMN: f64 = 5.0;
 /// Samples that are looked at: more show no more that matters.
-const SAMPLES_MAX: usize = 200_000;
+const SAMPLES_MAX: usize = 50_000;
 /// Directions of the voltage with less than this part of the most are none.
 const EIGENVALUE_MIN: f64 = 1e-10;
 /// Quantile of the normal distribution that is exceeded once in ten thousand times.
@@ -214,8 +214,17 @@ fn against(columns: &[Vec<f64>], error: &[f64]) -> DVector<f64> {
     DVector::from_fn(columns.len(), |a, _| dot(&columns[a], error))
 }
 
+/// A sum of products, in eight lanes, so that it vectorizes.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let size = a.len().min(b.len());
+    let ((ones, rest), (others, left)) = (a[..size].as_chunks::<8>(), b[..size].as_chunks::<8>());
+    let mut sums = [0.0; 8];
+    for (a, b) in ones.iter().zip(others) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    sums.iter().sum::<f64>() + rest.iter().zip(left).map(|(a, b)| a * b).sum::<f64>()
 }
 
 /// What χ² with so many degrees of freedom exceeds once in ten thousand times (E. B. Wilson, M. M. Hilferty 1931); that
