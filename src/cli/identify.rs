@@ -7,12 +7,14 @@ use super::progress::Reporter;
 use super::{Outcome, interrupt, methods, problem, reading};
 use motorfit::estimate::ReferenceKind;
 use motorfit::identify::{
-    Identification, IdentifySpec, Method, Polish, Status, identify_with, suspicions, validate, values,
+    Identification, IdentifySpec, Method, Polish, Status, identify_with, repeatability, suspicions, validate, values,
 };
 use motorfit::motor::Scope;
 use motorfit::optimize::Stop;
 use motorfit::record::Record;
-use motorfit::report::{IdentifyDocument, Names, identify_page, json};
+use motorfit::report::{
+    IdentifyDocument, Names, characteristics_lines, identify_page, json, repeatability_text, verdicts,
+};
 use motorfit::text::{engineering, significant};
 use motorfit::{Error, Result};
 use std::fmt::Write as _;
@@ -38,6 +40,8 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     // What is wrong with the recordings may be why.
     let mut found = found.inspect_err(|_| style.warnings(&suspicions(&records, spec.model.discretization)))?;
     if !held_out.is_empty() {
+        let all: Vec<&Record> = records.iter().chain(&held_out).collect();
+        found.repeatability = repeatability(&all, spec.model)?;
         found.validation = Some(validate(&held_out, &spec, &found)?);
     }
     style.warnings(&found.warnings);
@@ -230,6 +234,8 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
     if found.residual_sigma == [None; 2] {
         lines.remove(1);
     }
+    lines.splice(1..1, characteristics_lines(found));
+    lines.splice(1..1, found.repeatability.iter().map(|of| ("ceiling", repeatability_text(of))));
     if let Some(validation) = &found.validation {
         let fit = channels(validation.fit_percent, &|fit| format!("{fit:.2} %"));
         let count = validation.held_out.len();
@@ -241,7 +247,10 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
             _ => "; initial states were estimated where they begin in motion",
         };
         let left = residuals(validation.residual_sigma);
-        lines.insert(1, ("held out", format!("{fit}; residual {left}{of}{started}")));
+        let tests: Vec<_> = validation.held_out.iter().map(|held| held.residual_tests).collect();
+        let [white, independent] = verdicts(&tests);
+        let tested = format!("residuals white: {white}; independent of the voltage: {independent} (current, speed)");
+        lines.splice(1..1, [("held out", format!("{fit}; residual {left}{of}{started}")), ("", tested)]);
     }
     lines
 }

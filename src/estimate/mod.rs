@@ -18,4 +18,5 @@ pub use refine::{RefineOptions, Refined, fit_problem, refine, refine_on, refine_
 pub use steiglitz_mcbride::{
     Estimate, SmFailure, SmOptions, steiglitz_mcbride, try_steiglitz_mcbride, try_steiglitz_mcbride_on,
 };
+pub(crate) use uncertainty::INDEPENDENT_MIN;
 pub use uncertainty::{Uncertainty, Whiteness, describe};

@@ -10,7 +10,7 @@ use super::search::{Found, evaluated, population};
 use super::spec::{Identification, IdentifySpec};
 use super::verify::{Claim, Status, Verified, verify};
 use super::warnings::{self, Warning};
-use super::{Attempt, Method, Polish, assemble, checks, refine_widening};
+use super::{Attempt, Method, Polish, assemble, checks, complete, friction, refine_widening};
 use crate::Result;
 use crate::estimate::{SmFailure, fit_problem, global_reference};
 use crate::evaluate::Problem;
@@ -67,6 +67,8 @@ pub(super) fn run(
         (verification.status, verification.cost_gap) = (Status::Agrees, Some(0.0));
     }
     warnings.append(&mut attempt.found.warnings);
+    let plain = fit_problem(records, &attempt.space, spec.model)?;
+    warnings.append(&mut friction::differs(records, spec, &plain, &attempt));
     let mut result = Identification { verification, ladder, ..assemble(records, spec, attempt)? };
     result.unidentified = unknown.into_iter().chain(dropped.iter().copied()).collect();
     result.unidentified.sort_by_key(|p| *p as usize);
@@ -75,6 +77,7 @@ pub(super) fn run(
     warnings.extend(dropped.into_iter().map(not_told));
     warnings.extend(warnings::of_result(&result, &Err(SmFailure::PoorFit)));
     result.warnings = warnings;
+    complete(records, spec, &mut result)?;
     result.seconds = started.elapsed().as_secs_f64();
     Ok(result)
 }

@@ -5,19 +5,25 @@
 //! against a search of the whole box.
 
 mod channels;
+mod characteristics;
 mod checks;
 mod costs;
 mod device;
 mod estimated;
 mod extended;
+mod feedforward;
 mod figures;
 mod fit;
+mod friction;
 mod general;
 mod held;
+mod input_test;
 mod lockstep;
 mod method;
 mod outlook;
 mod pace;
+mod repeatability;
+mod residuals;
 mod search;
 mod spec;
 mod validate;
@@ -25,16 +31,21 @@ pub mod values;
 mod verify;
 mod warnings;
 
+pub use characteristics::{Characteristic, Characteristics, Constants, Covariance, characteristics};
 pub use costs::Costs;
 pub use device::{DeviceSpec, OnLoss, PrecisionSpec};
 pub use estimated::Estimated;
 pub use extended::{Extension, Ladder, Rung, With};
+pub use feedforward::{Regression, regression, regressions};
 pub use fit::{Fitted, check, fit, fit_on, polished, search_space};
 pub use held::{Between, between_samples, suspicions};
+pub use input_test::{InputTest, Residuals, input_test};
 pub use lockstep::Lockstep;
 pub use method::{Method, Polish};
 pub use outlook::{Inspection, Outlook};
 pub use pace::{AdapterPace, Pace, Paces, Work};
+pub use repeatability::{Repeatability, repeatability};
+pub use residuals::{ResidualTest, ResidualTests};
 pub use spec::{Identification, IdentifySpec, Searched};
 pub use validate::{HeldOut, Validation, validate};
 pub use verify::{Status, Verification};
@@ -136,14 +147,25 @@ fn run(
     }
     warnings.append(&mut attempt.found.warnings);
     checks::after(records, spec, &attempt.space, &attempt.refined, &mut warnings)?;
+    warnings.append(&mut friction::differs(records, spec, &plain, &attempt));
     let mut result = Identification { verification, ..assemble(records, spec, attempt)? };
     checks::fit(records, spec, result.fit_percent)?;
     warnings.extend(warnings::of_result(&result, &estimate));
     warnings.extend(held::of_result(records, spec, &result));
-    warnings.extend(held::coarse(records, &result));
     result.warnings = warnings;
+    complete(records, spec, &mut result)?;
     result.seconds = started.elapsed().as_secs_f64();
     Ok(result)
+}
+
+/// What is said of a result whatever the motor: its warnings, regressions beside it, and how recordings repeat.
+fn complete(records: &[Record], spec: &IdentifySpec, result: &mut Identification) -> Result<()> {
+    let told = residuals::of_result(records, result).into_iter().chain(held::coarse(records, result));
+    let told: Vec<Warning> = told.chain(warnings::long_dead_time(result)).collect();
+    result.warnings.extend(told);
+    result.regressions = regressions(records, Characteristics::of(result).map(|c| c.time_constant.value));
+    result.repeatability = repeatability(&records.iter().collect::<Vec<_>>(), spec.model)?;
+    Ok(())
 }
 
 /// A first optimum with its refinement.
@@ -249,7 +271,7 @@ fn assemble(records: &[Record], spec: &IdentifySpec, attempt: Attempt) -> Result
     let Attempt { found, problem, refined, space } = attempt;
     let searched = Searched {
         method: found.method,
-        is_fallback: spec.method == Method::Auto && found.method != "sm",
+        is_fallback: spec.method == Method::Auto && !matches!(found.method, "sm" | "grid"),
         parameters: problem.parameters(&found.values, 0),
         cost: Scalar::cost(&problem, &found.values),
     };
@@ -268,6 +290,7 @@ fn assemble(records: &[Record], spec: &IdentifySpec, attempt: Attempt) -> Result
         space,
         initial: problem.signals().iter().map(|s| s.initial()).collect(),
         fit_percent,
+        residual_tests: if polished { residuals::tests(records, &problem, values, &[]) } else { Vec::new() },
         residual_sigma: if polished { refined.sigma } else { residual },
         converged: !polished || refined.converged,
         uncertainty: polished.then_some(refined.uncertainty),
@@ -281,6 +304,8 @@ fn assemble(records: &[Record], spec: &IdentifySpec, attempt: Attempt) -> Result
         precision: found.precision,
         cost_difference: found.cost_difference,
         validation: None,
+        regressions: Vec::new(),
+        repeatability: None,
         seconds: 0.0,
     })
 }

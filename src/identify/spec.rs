@@ -2,8 +2,11 @@
 
 use super::device::{DeviceSpec, PrecisionSpec};
 use super::extended::{Ladder, With};
+use super::feedforward::Regression;
 use super::method::{Method, Polish};
 use super::pace::Paces;
+use super::repeatability::Repeatability;
+use super::residuals::ResidualTests;
 use super::validate::Validation;
 use super::verify::Verification;
 use super::warnings::Warning;
@@ -130,6 +133,12 @@ pub struct Identification {
     pub cost_difference: Option<f64>,
     /// How well the parameters explain recordings that they were not fitted to, where there are any.
     pub validation: Option<Validation>,
+    /// The residuals of each recording, tested; empty without a polish.
+    pub residual_tests: Vec<ResidualTests>,
+    /// Feedforward characteristics by regression, to hold against [`super::Characteristics::of`].
+    pub regressions: Vec<Regression>,
+    /// How far recordings with the same input repeat, where there are such.
+    pub repeatability: Option<Repeatability>,
     /// Seconds of the estimation alone.
     pub seconds: f64,
 }

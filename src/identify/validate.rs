@@ -2,6 +2,7 @@
 
 use super::extended::{best_start, deviations, explained};
 use super::figures;
+use super::residuals::{self, ResidualTests};
 use super::spec::{Identification, IdentifySpec};
 use crate::Result;
 use crate::estimate::{fit_problem, initial_states};
@@ -27,6 +28,8 @@ pub struct HeldOut {
     pub fit_percent: [Option<f64>; 2],
     /// Standard deviation of the residuals of both.
     pub residual_sigma: [Option<f64>; 2],
+    /// The residuals of both, tested.
+    pub residual_tests: ResidualTests,
 }
 
 /// How well parameters explain held-out recordings.
@@ -49,27 +52,22 @@ pub struct Validation {
 pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Result<Validation> {
     let mut held_out = Vec::with_capacity(records.len());
     let mut sums = figures::Sums::default();
+    let moved = residuals::moved(found);
     for record in records {
-        let settled = settle(record, spec, found)?;
+        let Settled { problem, values, own } = settle(record, spec, found)?;
         let alone = std::slice::from_ref(record);
-        let own = figures::sums(alone, &settled.problem, &settled.values);
-        sums = sums.and(own);
-        let signals = &settled.problem.signals()[0];
+        let one = figures::sums(alone, &problem, &values);
+        sums = sums.and(one);
+        let signals = &problem.signals()[0];
         held_out.push(HeldOut {
             record: record.clone(),
             initial: signals.initial(),
             initial_is_estimated: signals.is_initial_free(),
-            own: settled
-                .problem
-                .space()
-                .free()
-                .iter()
-                .map(|a| a.parameter)
-                .zip(settled.values.iter().copied())
-                .collect(),
-            simulated: settled.problem.simulate(&settled.values, 0, signals.initial()),
-            fit_percent: own.fit_percent(),
-            residual_sigma: own.residual_sigma(),
+            own,
+            simulated: problem.simulate(&values, 0, signals.initial()),
+            fit_percent: one.fit_percent(),
+            residual_sigma: one.residual_sigma(),
+            residual_tests: residuals::tests(alone, &problem, &values, &moved)[0],
         });
     }
     Ok(Validation { held_out, fit_percent: sums.fit_percent(), residual_sigma: sums.residual_sigma() })
@@ -77,36 +75,47 @@ pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification)
 
 /// One recording with what belongs to it alone.
 struct Settled {
-    /// Its problem, from its state at the start; free are the parameters that it has for itself.
+    /// Its problem, from its state at the start; free are the parameters that all recordings share.
     problem: Problem,
     values: Vec<f64>,
+    /// What it has for itself.
+    own: Vec<(Parameter, f64)>,
 }
 
 fn settle(record: &Record, spec: &IdentifySpec, found: &Identification) -> Result<Settled> {
     let alone = std::slice::from_ref(record);
-    let (mut own, mut shared): (Vec<Axis>, Vec<(Parameter, Scope, f64)>) = (Vec::new(), Vec::new());
+    let (mut free, mut values, mut own): (Vec<Axis>, Vec<f64>, Vec<Axis>) = Default::default();
     for (axis, value) in found.space.free().iter().zip(&found.values) {
         if axis.scope == Scope::Shared {
-            shared.push((axis.parameter, Scope::Shared, *value));
+            free.push(*axis);
+            values.push(*value);
         } else if own.iter().all(|known| known.parameter != axis.parameter) {
             own.push(Axis { scope: Scope::Shared, ..*axis });
         }
     }
     let held = found.space.fixed().iter().filter(|(_, scope, _)| *scope == Scope::Shared);
-    shared.extend(held.copied());
-    let sigma = found.residual_sigma.map(|sigma| sigma.filter(|s| *s > 0.0).unwrap_or(1.0));
-    if own.is_empty() {
-        let problem = fit_problem(alone, &Space::held(shared), spec.model)?;
-        let initial = initial_states(&problem, &[], sigma)?;
-        return Ok(Settled { problem: problem.starting_from(&initial), values: Vec::new() });
+    let mut fixed: Vec<(Parameter, Scope, f64)> = held.copied().collect();
+    let mut estimated = Vec::new();
+    let mut initial = None;
+    if !own.is_empty() {
+        let known = free.iter().zip(&values).map(|(axis, value)| (axis.parameter, Scope::Shared, *value));
+        let space = Space::new(own.clone(), fixed.iter().copied().chain(known).collect())?;
+        let plain = fit_problem(alone, &space, spec.model)?;
+        let problem = Arc::new(Problem::new(alone, spec.model, space, spec.criterion)?);
+        let starts = explained(&problem, &[found.parameters.to_array()])?;
+        let settled = best_start(&plain, &starts, &deviations(alone));
+        initial = settled.as_ref().map(|settled| settled.initial.clone());
+        let of_own = settled.map(|settled| settled.values).or_else(|| starts.into_iter().next()).unwrap_or_default();
+        estimated = own.iter().map(|axis| axis.parameter).zip(of_own).collect();
+        fixed.extend(estimated.iter().map(|(parameter, value)| (*parameter, Scope::Shared, *value)));
     }
-    let space = Space::new(own, shared)?;
-    let plain = fit_problem(alone, &space, spec.model)?;
-    let problem = Arc::new(Problem::new(alone, spec.model, space, spec.criterion)?);
-    let starts = explained(&problem, &[found.parameters.to_array()])?;
-    let Some(settled) = best_start(&plain, &starts, &deviations(alone)) else {
-        let values = starts.into_iter().next().unwrap_or_default();
-        return Ok(Settled { problem: plain, values });
+    let problem = fit_problem(alone, &Space::unchecked(free, fixed), spec.model)?;
+    let initial = match initial {
+        Some(initial) => initial,
+        None => {
+            let sigma = found.residual_sigma.map(|sigma| sigma.filter(|s| *s > 0.0).unwrap_or(1.0));
+            initial_states(&problem, &values, sigma)?
+        }
     };
-    Ok(Settled { problem: plain.starting_from(&settled.initial), values: settled.values })
+    Ok(Settled { problem: problem.starting_from(&initial), values, own: estimated })
 }

@@ -292,7 +292,7 @@ impl<T: Number> Average<T> {
             self.sum = initial * whole;
         }
         let full = self.seen.len() == self.whole;
-        let oldest = self.seen.pop_front_if(|_| full).unwrap_or(initial);
+        let oldest = if full { self.seen.pop_front().unwrap_or(initial) } else { initial };
         self.seen.push_back(value);
         self.sum = self.sum + value - oldest;
         (self.sum + (self.window - T::constant(whole)) * oldest) / self.window

@@ -111,9 +111,9 @@ impl Space {
         Ok(space)
     }
 
-    /// Nothing free: every parameter held.
-    pub(crate) fn held(fixed: Vec<(Parameter, Scope, f64)>) -> Self {
-        Self { free: Vec::new(), fixed }
+    /// Of parts that belong to a checked space; here nothing need be free.
+    pub(crate) fn unchecked(free: Vec<Axis>, fixed: Vec<(Parameter, Scope, f64)>) -> Self {
+        Self { free, fixed }
     }
 
     /// All five parameters free within Table 2 of the paper.

@@ -1,5 +1,6 @@
 //! Results as JSON documents. What is not available or not finite is `null`.
 
+use super::identified;
 use crate::estimate::{ReferenceKind, Uncertainty};
 use crate::evaluate::{Level, cpu_name};
 use crate::identify::{
@@ -90,7 +91,9 @@ impl IdentifyDocument {
             "correlation": found.uncertainty.as_ref().map(|u| correlation(found, u)),
             "rank": found.uncertainty.as_ref().map(|u| u.rank),
             "condition": found.uncertainty.as_ref().map(|u| u.condition),
-            "residuals": found.uncertainty.as_ref().map(residuals),
+            "residuals": found.uncertainty.as_ref().map(|u| identified::residuals(found, u)),
+            "characteristics": identified::characteristics(found),
+            "repeatability": found.repeatability.as_ref().map(identified::repeatability),
             "verification": {
                 "status": check.status.name(),
                 "reference": check.reference.map(ReferenceKind::name),
@@ -119,6 +122,7 @@ fn validation(validation: &Validation) -> Value {
             "record": record_head(&held.record),
             "fit_percent": pair(held.fit_percent),
             "residual_sigma": pair(held.residual_sigma),
+            "residuals": identified::tests(&held.residual_tests),
             "initial_state": {"current": current, "speed": speed},
             "initial_state_estimated": held.initial_is_estimated,
             "estimated": held.own.iter().map(|(p, v)| (p.symbol().to_owned(), Value::from(*v))).collect::<Map<_, _>>(),
@@ -182,15 +186,6 @@ fn correlation(found: &Identification, uncertainty: &Uncertainty) -> Value {
     let entry = |a: Parameter, b: Parameter| uncertainty.correlation[place(found, a)?][place(found, b)?];
     let row = |a: &Parameter| Parameter::ALL.iter().map(|b| Value::from(entry(*a, *b))).collect::<Value>();
     Parameter::ALL.iter().map(row).collect()
-}
-
-/// The whiteness of the residuals.
-fn residuals(uncertainty: &Uncertainty) -> Value {
-    let one = |channel: usize| {
-        let white = uncertainty.whiteness[channel].as_ref();
-        white.map(|w| value!({"white": w.is_white, "ljung_box": w.statistic, "lag1": w.lag1}))
-    };
-    value!({"current": one(0), "speed": one(1)})
 }
 
 /// All parameters by their symbols. One that each of several recordings has for itself has a list of them.

@@ -1,10 +1,13 @@
 //! The pages of `identify` and `compare`: the answer first, then how sure, then the plots, then how to reproduce it.
 
+use super::characteristics::characteristics_table;
 use super::compare::{paper_tables, setting_name, tables};
 use super::figures::{self, Modelled};
+use super::held_out::held_out;
+use super::identified::repeatability_text;
 use super::page::{Figure, Page, Part, Section};
 use super::{Names, Table};
-use crate::identify::{Estimated, Identification, IdentifySpec, Status, Validation, Warning};
+use crate::identify::{Estimated, Identification, IdentifySpec, Status, Warning};
 use crate::motor::{Parameters, Scope};
 use crate::record::{Record, Severity};
 use crate::study::compare::{Block, Comparison, Contest};
@@ -65,6 +68,7 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     sure.extend(warnings(&found.warnings));
     sure.push(Part::Table(parameters(found)));
     sure.push(Part::Table(fit(found, spec)));
+    sure.push(Part::Table(characteristics_table(found)));
     sure.extend(figures::correlations(found).map(boxed));
     let mut plots: Vec<Part> = Vec::new();
     let modelled = found.modelled(records, spec).unwrap_or_default();
@@ -75,6 +79,9 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     plots.extend(figures::history(found, spec).map(boxed));
     let mut sections = vec![section("How sure this is", sure), section("Measured and modelled", plots)];
     sections.extend(found.validation.as_ref().map(|held| section("Held out", held_out(found, held))));
+    if let (Some(of), None) = (&found.repeatability, &found.validation) {
+        sections.push(section("Repeatability", vec![Part::Text(format!("{}.", repeatability_text(of)))]));
+    }
     sections.push(reproduce(records, how, Some((&found.device, found.precision))));
     let name =
         records.first().and_then(|r| r.source().path.as_ref()?.file_name().map(|f| f.to_string_lossy().into_owned()));
@@ -83,38 +90,6 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
         answer: format!("{answer}{tail}."),
         sections,
     }
-}
-
-/// Recordings that were not fitted: their fits beside that of the others, and how they are explained.
-fn held_out(found: &Identification, validation: &Validation) -> Vec<Part> {
-    let mut table = Table::new(
-        "held-out",
-        "Fit of what was fitted and of what was held out [%]",
-        &["recordings", "current", "speed", "residuals [A, rad/s]", "initial state"],
-    );
-    let cells = |fit: [Option<f64>; 2]| fit.map(|f| f.map_or("\u{2013}".to_owned(), |f| format!("{f:.2}")));
-    let left =
-        |sigma: [Option<f64>; 2]| sigma.map(|s| s.map_or("\u{2013}".to_owned(), |s| significant(s, 3))).join(", ");
-    let mut row = |name: String, fit: [Option<f64>; 2], sigma: [Option<f64>; 2], initial: &str| {
-        let [current, speed] = cells(fit);
-        table.row(vec![name, current, speed, left(sigma), initial.to_owned()]);
-    };
-    row("fitted".to_owned(), found.fit_percent, found.residual_sigma, "");
-    row("held out".to_owned(), validation.fit_percent, validation.residual_sigma, "");
-    let mut plots = Vec::new();
-    for (n, held) in (1..).zip(&validation.held_out) {
-        let source = held.record.source();
-        let name = source.path.as_ref().map_or_else(|| format!("recording {n}"), |path| path.display().to_string());
-        let name = source.part.iter().fold(name, |name, part| format!("{name} ({part})"));
-        let initial = if held.initial_is_estimated { "estimated" } else { "at rest" };
-        if validation.held_out.len() > 1 {
-            row(name, held.fit_percent, held.residual_sigma, initial);
-        }
-        let models = [Modelled { name: "model".to_owned(), signals: held.simulated.clone() }];
-        plots.push(boxed(figures::responses(&format!("held-out-{n}"), &held.record, &models)));
-    }
-    table.note("Held-out recordings are simulated with the parameters found; nothing of them is fitted but an initial state that is not known to be at rest.");
-    std::iter::once(Part::Table(table)).chain(plots).collect()
 }
 
 fn verdict(found: &Identification) -> String {
