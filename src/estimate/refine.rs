@@ -72,6 +72,8 @@ const SIGMA_CHANGE: f64 = 1e-6;
 const TRUST: f64 = 1.0;
 /// Residuals below this part of a channel's rms are rounding.
 const SIGMA_MIN: f64 = 1e-13;
+/// Residuals below so many σ of the noise are noise.
+const NOISY: f64 = 2.0;
 /// The smallest σ whose square is a number like any other.
 const SMALLEST: f64 = 1e-150;
 
@@ -313,7 +315,22 @@ impl<'a> Search<'a> {
                 sigma.max(SIGMA_MIN * part * signals.rms(channel)).max(SMALLEST)
             })
         };
-        self.fit.problem.signals().iter().enumerate().map(of).collect()
+        let own: Sigma = self.fit.problem.signals().iter().enumerate().map(of).collect();
+        if self.fit.problem.extent().is_linear() { own } else { self.shared(own) }
+    }
+
+    /// The same where residuals are far above the noise of their recording: what a model misses it misses in all of them,
+    /// and weighs alike. Else recordings that it happens to fit would count for more than all others.
+    fn shared(&self, own: Sigma) -> Sigma {
+        let pooled = self.pooled_sigma();
+        let of = |(signals, own): (&Arc<Signals>, [f64; 2])| {
+            [0, 1].map(|channel| {
+                let (Some(pooled), true) = (pooled[channel], signals.has(channel)) else { return own[channel] };
+                let noise = (NOISY * signals.noise(channel) / own[channel]).powi(2).min(1.0);
+                (noise * own[channel].powi(2) + (1.0 - noise) * pooled.powi(2)).sqrt()
+            })
+        };
+        self.fit.problem.signals().iter().zip(own).map(of).collect()
     }
 
     /// The same of each channel over all recordings.

@@ -21,37 +21,25 @@ pub(super) fn products(
     initial: [f64; 2],
 ) -> [Products; 2] {
     let case = Case { problem, recording, own, values, initial };
-    match case.unknowns() {
-        0..=4 => four(&case),
-        5..=8 => eight(&case),
-        9..=12 => twelve(&case),
-        _ => all(&case),
-    }
+    if case.unknowns() <= FEW { few(&case) } else { all(&case) }
 }
 
-// One for each number of derivatives: whole vectors.
-#[multiversion(targets("x86_64+avx2+fma"))]
-fn four(case: &Case<'_>) -> [Products; 2] {
-    case.products::<4>()
-}
+/// Derivatives that are carried: whole vectors of them.
+const FEW: usize = 8;
+const ALL: usize = 20;
 
 #[multiversion(targets("x86_64+avx2+fma"))]
-fn eight(case: &Case<'_>) -> [Products; 2] {
-    case.products::<8>()
-}
-
-#[multiversion(targets("x86_64+avx2+fma"))]
-fn twelve(case: &Case<'_>) -> [Products; 2] {
-    case.products::<12>()
+fn few(case: &Case<'_>) -> [Products; 2] {
+    case.products::<FEW>()
 }
 
 #[multiversion(targets("x86_64+avx2+fma"))]
 fn all(case: &Case<'_>) -> [Products; 2] {
-    case.products::<20>()
+    case.products::<ALL>()
 }
 
 // Of the five parameters of the motor, those of extensions, and the two initial states.
-const _: () = assert!(Parameter::COUNT + 2 <= 20);
+const _: () = assert!(Parameter::COUNT + 2 <= ALL);
 
 struct Case<'a> {
     problem: &'a Problem,

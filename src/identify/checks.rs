@@ -75,19 +75,18 @@ pub(super) fn after(
     Ok(())
 }
 
-/// The one parameter of the linear motor that the recordings cannot tell, where they tell all others: a direction of its
-/// own, or one that runs to a bound nobody gave.
+/// The one parameter that the recordings cannot tell, where they tell all others: a direction of its own, or one of the
+/// motor that runs to a bound nobody gave.
 pub(super) fn unknown_alone(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<Parameter> {
     let axes = space.free();
     let alone = |direction: &Vec<f64>| {
         let moves: Vec<usize> = (0..axes.len()).filter(|n| direction[*n].abs() > ALONE).collect();
         if let [only] = moves[..] { Some(axes[only].parameter) } else { None }
     };
-    let parameter = match &refined.uncertainty.unknown[..] {
-        [] => running(spec, space, refined)?.0,
-        directions => directions.iter().find_map(alone)?,
-    };
-    (!parameter.is_extension()).then_some(parameter)
+    match &refined.uncertainty.unknown[..] {
+        [] => running(spec, space, refined).map(|(parameter, _)| parameter),
+        directions => directions.iter().find_map(alone),
+    }
 }
 
 /// A direction belongs to a parameter alone when no other takes part by more than this.

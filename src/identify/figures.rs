@@ -9,60 +9,91 @@ use crate::record::Record;
 pub(super) struct Sums {
     /// Squares of what the model leaves.
     left: [f64; 2],
-    /// Squares about the mean of each recording.
-    about: [f64; 2],
-    count: [f64; 2],
+    measured: [Spread; 2],
+}
+
+/// How values spread about their mean.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Spread {
+    count: f64,
+    mean: f64,
+    squares: f64,
+}
+
+impl Spread {
+    /// Of some values.
+    pub(super) fn of(values: &[f64]) -> Self {
+        if values.is_empty() {
+            return Self::default();
+        }
+        let mean = mean(values);
+        #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
+        let count = values.len() as f64;
+        Self { count, mean, squares: values.iter().map(|y| (y - mean) * (y - mean)).sum() }
+    }
+
+    /// Of these and others together, about the mean of all (T. F. Chan, G. H. Golub, R. J. LeVeque 1983).
+    pub(super) fn and(self, other: Self) -> Self {
+        let count = self.count + other.count;
+        if count == 0.0 {
+            return self;
+        }
+        let apart = other.mean - self.mean;
+        let mean = self.mean + apart * other.count / count;
+        let between = apart * apart * self.count * other.count / count;
+        Self { count, mean, squares: self.squares + other.squares + between }
+    }
+
+    /// 100 (1 − √(left/squares)), where there is anything.
+    pub(super) fn fit_percent(&self, left: f64) -> Option<f64> {
+        let fit = 100.0 * (1.0 - (left / self.squares).sqrt());
+        (self.count > 0.0 && fit.is_finite()).then_some(fit)
+    }
 }
 
 impl Sums {
     /// These and those of other recordings.
     pub(super) fn and(self, other: Self) -> Self {
-        let add = |a: [f64; 2], b: [f64; 2]| [a[0] + b[0], a[1] + b[1]];
         Self {
-            left: add(self.left, other.left),
-            about: add(self.about, other.about),
-            count: add(self.count, other.count),
+            left: [0, 1].map(|c| self.left[c] + other.left[c]),
+            measured: [0, 1].map(|c| self.measured[c].and(other.measured[c])),
         }
     }
 
     /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) per channel.
     pub(super) fn fit_percent(&self) -> [Option<f64>; 2] {
-        [0, 1].map(|c| self.finite(100.0 * (1.0 - (self.left[c] / self.about[c]).sqrt()), c))
+        [0, 1].map(|c| self.measured[c].fit_percent(self.left[c]))
     }
 
     /// Standard deviation of the residuals.
     pub(super) fn residual_sigma(&self) -> [Option<f64>; 2] {
-        [0, 1].map(|c| self.finite((self.left[c] / self.count[c]).sqrt(), c))
-    }
-
-    fn finite(&self, value: f64, channel: usize) -> Option<f64> {
-        (self.count[channel] > 0.0 && value.is_finite()).then_some(value)
+        [0, 1].map(|c| {
+            let sigma = (self.left[c] / self.measured[c].count).sqrt();
+            (self.measured[c].count > 0.0 && sigma.is_finite()).then_some(sigma)
+        })
     }
 }
 
 /// The sums of the recordings of a problem.
 pub(super) fn sums(records: &[Record], problem: &Problem, candidate: &[f64]) -> Sums {
-    let mut sums = Sums::default();
-    for (recording, (record, signals)) in records.iter().zip(problem.signals()).enumerate() {
+    let of = |(recording, record): (usize, &Record)| {
+        let signals = &problem.signals()[recording];
         let model = problem.simulate(candidate, recording, signals.initial());
+        let mut sums = Sums::default();
         for (channel, (measured, simulated)) in record.measured().into_iter().zip(model).enumerate() {
             let Some(measured) = measured else { continue };
-            let counting: Vec<f64> =
-                measured.iter().enumerate().filter(|(n, _)| signals.counts(channel, *n)).map(|(_, y)| *y).collect();
-            let mean = mean(&counting);
-            for (_, (y, y_hat)) in
-                measured.iter().zip(simulated).enumerate().filter(|(n, _)| signals.counts(channel, *n))
-            {
-                sums.count[channel] += 1.0;
-                sums.left[channel] += (y - y_hat) * (y - y_hat);
-                sums.about[channel] += (y - mean) * (y - mean);
-            }
+            let counting = |(n, _): &(usize, (&f64, f64))| signals.counts(channel, *n);
+            let pairs: Vec<(f64, f64)> =
+                measured.iter().zip(simulated).enumerate().filter(counting).map(|(_, (y, x))| (*y, x)).collect();
+            sums.left[channel] = pairs.iter().map(|(y, x)| (y - x) * (y - x)).sum();
+            sums.measured[channel] = Spread::of(&pairs.iter().map(|(y, _)| *y).collect::<Vec<_>>());
         }
-    }
-    sums
+        sums
+    };
+    records.iter().enumerate().map(of).fold(Sums::default(), Sums::and)
 }
 
-/// Fits and standard deviations of residuals, norms over all recordings.
+/// Fits and standard deviations of residuals, norms and means over all recordings.
 pub(super) fn of(records: &[Record], problem: &Problem, candidate: &[f64]) -> ([Option<f64>; 2], [Option<f64>; 2]) {
     let sums = sums(records, problem, candidate);
     (sums.fit_percent(), sums.residual_sigma())

@@ -1,10 +1,10 @@
 //! A fit without the search of the whole box and without diagnoses: what a batch of thousands needs of each.
 
+use super::figures::Spread;
 use super::search::{around, steiglitz_mcbride};
 use super::spec::{IdentifySpec, side};
 use super::{Polish, checks, figures, refine_widening, warnings};
 use crate::Result;
-use crate::criterion::mean;
 use crate::estimate::{Refined, Uncertainty, fit_problem};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Parameters, Space};
@@ -145,7 +145,7 @@ pub fn check(records: &[Record], spec: &IdentifySpec, problem: &Problem) -> Resu
 /// How much of the signals the refined motor explains, from the sums that the refinement ended with.
 pub(super) fn fit_percent(records: &[Record], refined: &Refined) -> [Option<f64>; 2] {
     [0, 1].map(|channel| {
-        let mut about = 0.0;
+        let mut spread = Spread::default();
         for record in records {
             let Some(measured) = record.measured()[channel] else { continue };
             let counting = record.counting();
@@ -155,11 +155,8 @@ pub(super) fn fit_percent(records: &[Record], refined: &Refined) -> [Option<f64>
                     measured.iter().zip(&counting).filter(|(_, counts)| counts[channel]).map(|(y, _)| *y).collect()
                 }
             };
-            let mean = mean(&kept);
-            about += kept.iter().map(|y| (y - mean) * (y - mean)).sum::<f64>();
+            spread = spread.and(Spread::of(&kept));
         }
-        let left: f64 = refined.squares.iter().map(|squares| squares[channel]).sum();
-        let fit = 100.0 * (1.0 - (left / about).sqrt());
-        fit.is_finite().then_some(fit)
+        spread.fit_percent(refined.squares.iter().map(|squares| squares[channel]).sum())
     })
 }

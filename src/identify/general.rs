@@ -161,7 +161,7 @@ fn refined(
 }
 
 /// Parameters that may be found to be unknown, one after the other.
-const DROPPED: usize = 2;
+const DROPPED: usize = 6;
 
 /// Holds parameters of which the recordings tell nothing, each by itself, where they are: what else there is stays.
 fn drop_unknown(records: &[Record], spec: &IdentifySpec, attempt: &mut Attempt) -> Result<Vec<Parameter>> {

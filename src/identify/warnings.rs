@@ -237,7 +237,8 @@ pub(super) fn of_result(found: &Identification, estimate: &std::result::Result<E
 fn is_idle(found: &Identification, parameter: Parameter, side: &str) -> bool {
     let Some(axis) = found.space.free().iter().find(|axis| axis.parameter == parameter) else { return false };
     let at = if side == "min" { axis.min } else { axis.max };
-    parameter.is_extension() && (at == parameter.neutral() || (side == "max" && parameter == Parameter::Saturation))
+    parameter.is_extension()
+        && (at.to_bits() == parameter.neutral().to_bits() || (side == "max" && parameter == Parameter::Saturation))
 }
 
 /// A dead time of more than so many time constants does not belong to a motor.

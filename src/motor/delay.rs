@@ -58,6 +58,9 @@ pub(crate) fn sample_times(drive: &Drive<'_>) -> Vec<f64> {
     time
 }
 
+/// Changes nearer to the beginning of a step than this part of it are at its beginning.
+const ROUNDING: f64 = 1e-9;
+
 impl<T: Number, F: Fn(usize) -> [T; 2]> Late<'_, T, F> {
     /// When a piece begins to act, seen from time `from`; the piece after the last never does.
     #[inline(always)]
@@ -70,17 +73,18 @@ impl<T: Number, F: Fn(usize) -> [T; 2]> Late<'_, T, F> {
 
     /// Start and end of the line for step `n` of length `h`; `cursor` is the piece that acts at its beginning, counted
     /// from 1 (0: what was before the first), and only ever grows with n.
-    #[inline(always)]
     pub(crate) fn line(&self, n: usize, h: f64, cursor: &mut usize) -> [T; 2] {
         let from = self.time[n];
-        while self.begins(*cursor, from).is_some_and(|begin| begin.value() <= 0.0) {
+        // A change right at the beginning belongs to this step: without it, nothing would tell that it could come later.
+        let early = -ROUNDING * h;
+        while self.begins(*cursor, from).is_some_and(|begin| begin.value() < early) {
             *cursor += 1;
         }
         let zero = T::constant(0.0);
         let (mut sum, mut moment) = (zero, zero);
         let (mut begin, mut piece) = (zero, *cursor);
         loop {
-            let end = self.begins(piece, from).filter(|end| end.value() < h);
+            let end = self.begins(piece, from).filter(|end| end.value() < h + early);
             let [start, rate] = self.acts(piece, from);
             if end.is_none() && piece == *cursor {
                 return [start, start + rate * h];

@@ -136,8 +136,7 @@ pub fn walk_extended<T: Number>(
     initial: [T; 2],
     mut visit: impl FnMut([T; 2]),
 ) {
-    let method = setting.extent.method(setting.method);
-    let steps: Vec<Step<T>> = drive.step_s.iter().map(|&h| Step::new(motor, h, method)).collect();
+    let steps: Vec<Step<T>> = drive.step_s.iter().map(|&h| Step::new(motor, h, setting)).collect();
     let time = if setting.extent.is_delayed() { sample_times(drive) } else { Vec::new() };
     let mut inputs = Inputs { motor, drive, setting, cursor: 0, last: None };
     let mut sensors = [Parameter::CurrentAverage, Parameter::SpeedAverage]
@@ -221,16 +220,18 @@ pub(crate) fn terminal<T: Number>(motor: &Extended<T>, voltage: f64) -> T {
 /// The map of a step with the limits of its reactions.
 struct Step<T> {
     map: StepMaps<1, T>,
-    drop: T,
-    friction: T,
+    drop: Option<T>,
+    friction: Option<T>,
 }
 
 impl<T: Number> Step<T> {
-    fn new(motor: &Extended<T>, h: f64, method: Discretization) -> Self {
+    #[inline(never)]
+    fn new(motor: &Extended<T>, h: f64, setting: Setting) -> Self {
+        let limit = |of: Parameter| setting.extent.has(of).then(|| motor.get(of));
         Self {
-            map: step_maps(&motor.motor.map(|p| [p]), h, method),
-            drop: motor.get(Parameter::BrushDrop),
-            friction: motor.get(Parameter::Coulomb),
+            map: step_maps(&motor.motor.map(|p| [p]), h, setting.extent.method(setting.method)),
+            drop: limit(Parameter::BrushDrop),
+            friction: limit(Parameter::Coulomb),
         }
     }
 
@@ -241,9 +242,14 @@ impl<T: Number> Step<T> {
             let gain = map.taps[0][axis][0] * start + map.taps[1][axis][0] * end + map.torque[axis][0] * torque;
             x[axis] + (map.d[2 * axis][0] * x[0] + map.d[2 * axis + 1][0] * x[1] + gain)
         };
-        let held = [0, 1].map(|axis| -(map.taps[0][axis][0] + map.taps[1][axis][0]));
-        let flowing = react([free(0), free(1)], 0, held, *drop);
-        react(flowing, 1, map.torque.map(|[gain]| gain), *friction)
+        let mut x = [free(0), free(1)];
+        if let Some(drop) = *drop {
+            x = react(x, 0, [0, 1].map(|axis| -(map.taps[0][axis][0] + map.taps[1][axis][0])), drop);
+        }
+        match *friction {
+            Some(friction) => react(x, 1, map.torque.map(|[gain]| gain), friction),
+            None => x,
+        }
     }
 }
 
@@ -251,7 +257,7 @@ impl<T: Number> Step<T> {
 #[inline(always)]
 fn react<T: Number>(x: [T; 2], axis: usize, gain: [T; 2], limit: T) -> [T; 2] {
     let needed = -(x[axis] / gain[axis]);
-    let sticks = needed.value().abs() < limit.value();
+    let sticks = needed.value().abs() <= limit.value();
     let reaction = if sticks {
         needed
     } else if needed.value() > 0.0 {

@@ -94,31 +94,63 @@ pub(in super::super) fn explained(problem: &Arc<Problem>, motors: &[[f64; 5]]) -
     let mut starts: Vec<(f64, Vec<f64>)> = Vec::new();
     for motor in motors {
         for order in &orders {
-            let own = |axis: &Axis| match axis.parameter.is_extension() {
-                true => neutral(axis),
-                false => motor[axis.parameter as usize].clamp(axis.min, axis.max),
-            };
-            let mut start: Vec<f64> = axes.iter().map(own).collect();
-            let mut cost = f64::INFINITY;
-            for _ in 0..ROUNDS {
-                cost = descend(problem, &mut start, order)?;
-            }
-            if !starts.iter().any(|(_, other)| *other == start) {
-                starts.push((cost, start));
+            let start = descended(problem, neutral_start(axes, motor), order)?;
+            if !starts.iter().any(|(_, other)| *other == start.1) {
+                starts.push(start);
             }
         }
     }
     starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    starts.truncate(EXPLANATIONS);
+    starts.extend(limited(problem, motors, &orders[0])?);
     Ok(starts.into_iter().map(|(_, start)| start).collect())
 }
 
-/// Starts that are refined at most.
-const REFINED: usize = 6;
+/// A motor without extensions, within the bounds.
+fn neutral_start(axes: &[Axis], motor: &[f64; 5]) -> Vec<f64> {
+    let own = |axis: &Axis| match axis.parameter.is_extension() {
+        true => neutral(axis),
+        false => motor[axis.parameter as usize].clamp(axis.min, axis.max),
+    };
+    axes.iter().map(own).collect()
+}
+
+/// A start after some rounds over its axes, with its cost.
+fn descended(problem: &Arc<Problem>, mut start: Vec<f64>, order: &[usize]) -> Result<(f64, Vec<f64>)> {
+    let mut cost = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        cost = descend(problem, &mut start, order)?;
+    }
+    Ok((cost, start))
+}
+
+/// Parts of the largest voltage at which a drive may saturate.
+const LIMITS: [f64; 4] = [0.8, 0.6, 0.45, 0.3];
+
+/// Starts with a saturation that is kept: along its axis alone the cost rises, because the motor was found without it and
+/// has too low a gain.
+fn limited(problem: &Arc<Problem>, motors: &[[f64; 5]], order: &[usize]) -> Result<Vec<(f64, Vec<f64>)>> {
+    let axes = problem.space().free();
+    let Some(place) = axes.iter().position(|axis| axis.parameter == Parameter::Saturation) else {
+        return Ok(Vec::new());
+    };
+    let others: Vec<usize> = order.iter().copied().filter(|n| *n != place).collect();
+    let Some(motor) = motors.first() else { return Ok(Vec::new()) };
+    let limited = LIMITS.map(|limit| {
+        let mut start = neutral_start(axes, motor);
+        start[place] = (limit * axes[place].max).max(axes[place].min);
+        descended(problem, start, &others)
+    });
+    limited.into_iter().collect()
+}
+
+/// Explanations that are refined at most.
+const EXPLANATIONS: usize = 6;
 
 /// The best of the rough refinements of some starts, each channel divided by its standard deviation.
 pub(in super::super) fn best_start(plain: &Problem, starts: &[Vec<f64>], sigma: &[[f64; 2]]) -> Option<Refined> {
     use rayon::prelude::*;
-    let refined = starts.par_iter().take(REFINED).map(|start| refine_roughly(plain, start, sigma));
+    let refined = starts.par_iter().map(|start| refine_roughly(plain, start, sigma));
     let ends: Vec<Result<Refined>> = refined.collect();
     ends.into_iter().flatten().min_by(|a, b| a.weighted(sigma).total_cmp(&b.weighted(sigma)))
 }
