@@ -21,24 +21,31 @@ pub(super) fn products(
     initial: [f64; 2],
 ) -> [Products; 2] {
     let case = Case { problem, recording, own, values, initial };
-    if case.unknowns() <= FEW { few(&case) } else { all(&case) }
+    match case.unknowns() {
+        0..=8 => few(&case),
+        9..=12 => some(&case),
+        _ => all(&case),
+    }
 }
 
-/// Derivatives that are carried: whole vectors of them.
-const FEW: usize = 8;
-const ALL: usize = 20;
-
+// Derivatives that are carried, and entries of a row with the error behind them: whole vectors.
 #[multiversion(targets("x86_64+avx2+fma"))]
 fn few(case: &Case<'_>) -> [Products; 2] {
-    case.products::<FEW>()
+    case.products::<8, 12>()
+}
+
+#[multiversion(targets("x86_64+avx2+fma"))]
+fn some(case: &Case<'_>) -> [Products; 2] {
+    case.products::<12, 16>()
 }
 
 #[multiversion(targets("x86_64+avx2+fma"))]
 fn all(case: &Case<'_>) -> [Products; 2] {
-    case.products::<ALL>()
+    case.products::<ALL, 24>()
 }
 
-// Of the five parameters of the motor, those of extensions, and the two initial states.
+/// Of the five parameters of the motor, those of extensions, and the two initial states.
+const ALL: usize = 20;
 const _: () = assert!(Parameter::COUNT + 2 <= ALL);
 
 struct Case<'a> {
@@ -55,33 +62,28 @@ impl Case<'_> {
     }
 
     #[inline(always)]
-    fn products<const P: usize>(&self) -> [Products; 2] {
+    fn products<const P: usize, const ROW: usize>(&self) -> [Products; 2] {
         let Self { problem, recording, .. } = *self;
         let signals = &problem.signals()[recording];
         let (motor, initial) = self.numbers::<P>();
         let unknowns = self.unknowns();
         let first = problem.first_active(signals);
         let masked = !signals.weight.is_empty();
-        let mut totals = [0, 1].map(|_| DMatrix::zeros(unknowns + 1, unknowns + 1));
-        let mut rows = [0, 1].map(|_| Vec::with_capacity(BLOCK * (unknowns + 1)));
+        let mut sums = [0, 1].map(|_| Sums::<ROW> { size: unknowns + 1, ..Sums::default() });
         let mut n = 0;
         walk_extended(&motor, &signals.drive(), problem.setting(signals), initial, |seen: [Dual<P>; 2]| {
             for channel in 0..2 {
                 let counts = !masked || signals.weight[n][channel] != 0.0;
                 if n >= first && counts {
-                    rows[channel].extend_from_slice(&seen[channel].derivatives[..unknowns]);
-                    rows[channel].push(signals.measured[n][channel] - seen[channel].value);
-                }
-                if rows[channel].len() == BLOCK * (unknowns + 1) {
-                    add(&mut totals[channel], &mut rows[channel]);
+                    let mut row = [0.0; ROW];
+                    row[..P].copy_from_slice(&seen[channel].derivatives);
+                    row[unknowns] = signals.measured[n][channel] - seen[channel].value;
+                    sums[channel].add(&row);
                 }
             }
             n += 1;
         });
-        for (total, rows) in totals.iter_mut().zip(&mut rows) {
-            add(total, rows);
-        }
-        totals
+        sums.map(|sums| sums.total())
     }
 
     /// The motor and its initial state, each with its derivatives by the unknowns.
@@ -104,10 +106,45 @@ impl Case<'_> {
     }
 }
 
-/// Adds the products of rows to a total, and empties them.
-fn add(total: &mut Products, rows: &mut Vec<f64>) {
-    let width = total.nrows();
-    let rows_of = DMatrix::from_row_slice(rows.len() / width, width, rows);
-    total.gemm_tr(1.0, &rows_of, &rows_of, 1.0);
-    rows.clear();
+/// Sums of the products of rows, in blocks: rounding then grows with the length of a block.
+struct Sums<const ROW: usize> {
+    /// Entries of a row that are in use.
+    size: usize,
+    block: [[f64; ROW]; ROW],
+    added: usize,
+    whole: [[f64; ROW]; ROW],
+}
+
+impl<const ROW: usize> Default for Sums<ROW> {
+    fn default() -> Self {
+        Self { size: 0, block: [[0.0; ROW]; ROW], added: 0, whole: [[0.0; ROW]; ROW] }
+    }
+}
+
+impl<const ROW: usize> Sums<ROW> {
+    #[inline(always)]
+    fn add(&mut self, row: &[f64; ROW]) {
+        for (sums, one) in self.block[..self.size].iter_mut().zip(row) {
+            for (sum, other) in sums.iter_mut().zip(row) {
+                *sum += one * other;
+            }
+        }
+        self.added += 1;
+        if self.added == BLOCK {
+            self.flush();
+        }
+    }
+
+    fn flush(&mut self) {
+        for (whole, block) in self.whole.iter_mut().flatten().zip(self.block.iter_mut().flatten()) {
+            *whole += *block;
+            *block = 0.0;
+        }
+        self.added = 0;
+    }
+
+    fn total(mut self) -> Products {
+        self.flush();
+        DMatrix::from_fn(self.size, self.size, |a, b| self.whole[a][b])
+    }
 }

@@ -238,11 +238,12 @@ impl<T: Number> Step<T> {
     #[inline(always)]
     fn advance(&self, x: [T; 2], [start, end]: [T; 2], torque: T) -> [T; 2] {
         let Self { map, drop, friction } = self;
-        let free = |axis: usize| {
+        let mut next = x;
+        for axis in 0..2 {
             let gain = map.taps[0][axis][0] * start + map.taps[1][axis][0] * end + map.torque[axis][0] * torque;
-            x[axis] + (map.d[2 * axis][0] * x[0] + map.d[2 * axis + 1][0] * x[1] + gain)
-        };
-        let mut x = [free(0), free(1)];
+            next[axis] = x[axis] + (map.d[2 * axis][0] * x[0] + map.d[2 * axis + 1][0] * x[1] + gain);
+        }
+        let mut x = next;
         if let Some(drop) = *drop {
             x = react(x, 0, [0, 1].map(|axis| -(map.taps[0][axis][0] + map.taps[1][axis][0])), drop);
         }

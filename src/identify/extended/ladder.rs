@@ -6,6 +6,7 @@
 //! wrong model leaves are correlated, and counted as they are they would speak for any extension at all.
 
 use super::super::spec::IdentifySpec;
+use super::starts::{carried, warmed};
 use super::{Extension, best_start, explained, extended_space};
 use crate::Result;
 use crate::criterion::standard_deviation;
@@ -13,6 +14,7 @@ use crate::estimate::{Refined, fit_problem, refine_on};
 use crate::evaluate::Problem;
 use crate::motor::Space;
 use crate::record::Record;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// A model that was tried.
@@ -42,7 +44,7 @@ pub struct Ladder {
 const GAIN: f64 = 6.0;
 /// And the residuals of some channel by this part: below it nobody would notice.
 const SMALLEST: f64 = 0.01;
-/// Rungs at most.
+/// Extensions at most.
 const HEIGHT: usize = 6;
 
 /// A fitted model.
@@ -63,28 +65,90 @@ pub(in super::super) fn climb(
     motors: &[[f64; 5]],
 ) -> Result<(Vec<Extension>, Ladder)> {
     let mut ladder = Ladder::default();
-    let mut best = fitted(records, spec, (space, &[]), motors)?;
+    let scene = Scene { records, spec, space, motors };
+    let mut best = scene.first()?;
     ladder.rungs.push(rung(records, &best, None, true));
     while best.with.len() < HEIGHT {
-        let mut tried: Vec<(f64, Fit)> = Vec::new();
-        for extension in candidates(records, &best) {
-            let with: Vec<Extension> = best.with.iter().copied().chain([extension]).collect();
-            // One that cannot be fitted explains nothing.
-            let Ok(fit) = fitted(records, spec, (space, &with), motors) else { continue };
-            tried.push((gain(&best, &fit), fit));
-        }
+        let next = candidates(records, &best);
+        // One that cannot be fitted explains nothing.
+        let fits = next.par_iter().filter_map(|extension| scene.with(&best, *extension).ok());
+        let mut tried: Vec<(f64, Fit)> = fits.map(|fit| (gain(&best, &fit), fit)).collect();
         tried.sort_by(|a, b| a.0.total_cmp(&b.0));
         let take = tried.first().is_some_and(|(gain, fit)| *gain < -GAIN && is_smaller(&best, fit));
         for (n, (gain, fit)) in tried.iter().enumerate() {
             ladder.rungs.push(rung(records, fit, Some(*gain), take && n == 0));
         }
         match tried.into_iter().next().filter(|_| take) {
-            Some((_, fit)) => best = fit,
+            Some((_, fit)) => best = scene.pruned(fit)?,
             None => break,
         }
     }
     Ok((best.with, ladder))
 }
+
+/// What models are tried on.
+struct Scene<'a> {
+    records: &'a [Record],
+    spec: &'a IdentifySpec,
+    /// That of the linear motor.
+    space: &'a Space,
+    motors: &'a [[f64; 5]],
+}
+
+impl Scene<'_> {
+    /// The linear motor.
+    fn first(&self) -> Result<Fit> {
+        let starts = |problem: &Arc<Problem>| explained(problem, self.motors);
+        self.fitted(&[], starts)
+    }
+
+    /// A model with one extension more, from where it is without: that alone, and as the first explanation of all that is
+    /// late.
+    fn with(&self, from: &Fit, extension: Extension) -> Result<Fit> {
+        let with: Vec<Extension> = from.with.iter().copied().chain([extension]).collect();
+        let starts = |problem: &Arc<Problem>| {
+            let motor = from.refined.parameters.to_array();
+            let warm = warmed(problem, (&from.space, &from.refined.values))?;
+            let anew = explained(problem, &[motor])?;
+            Ok(std::iter::once(warm).chain(anew.into_iter().take(ANEW)).collect())
+        };
+        self.fitted(&with, starts)
+    }
+
+    /// Without extensions that another has made idle.
+    fn pruned(&self, fit: Fit) -> Result<Fit> {
+        let mut best = fit;
+        for extension in best.with.clone() {
+            let with: Vec<Extension> = best.with.iter().copied().filter(|e| *e != extension).collect();
+            if best.with.last() == Some(&extension) {
+                continue;
+            }
+            let warm = |problem: &Arc<Problem>| Ok(vec![carried(problem, (&best.space, &best.refined.values))]);
+            let less = self.fitted(&with, warm)?;
+            if gain(&less, &best) > -GAIN || !is_smaller(&less, &best) {
+                best = less;
+            }
+        }
+        Ok(best)
+    }
+
+    fn fitted(&self, with: &[Extension], starts: impl Fn(&Arc<Problem>) -> Result<Vec<Vec<f64>>>) -> Result<Fit> {
+        let Self { records, spec, space, motors } = *self;
+        let motor = motors.first().copied().unwrap_or([1.0; 5]);
+        let space = extended_space(records, spec, space, (with, &motor))?;
+        let problem = Arc::new(Problem::new(records, spec.model, space.clone(), spec.criterion)?);
+        let plain = fit_problem(records, &space, spec.model)?;
+        let starts = starts(&problem)?;
+        let rough = best_start(&plain, &starts, &deviations(records));
+        let values = rough.map(|refined| refined.values).or_else(|| starts.into_iter().next()).unwrap_or_default();
+        let refined = refine_on(&plain, &values, None)?;
+        let independent = independent(&plain, &refined);
+        Ok(Fit { with: with.to_vec(), space, refined, independent })
+    }
+}
+
+/// Explanations that are tried anew for an extension.
+const ANEW: usize = 2;
 
 /// Extensions that could be next: not what the model has, nor what the recordings cannot show.
 fn candidates(records: &[Record], model: &Fit) -> Vec<Extension> {
@@ -97,25 +161,8 @@ fn candidates(records: &[Record], model: &Fit) -> Vec<Extension> {
         Extension::BrushDrop => measured(0),
         _ => true,
     };
-    Extension::ALL.into_iter().filter(|e| !model.with.contains(e)).filter(can).collect()
-}
-
-fn fitted(
-    records: &[Record],
-    spec: &IdentifySpec,
-    (space, with): (&Space, &[Extension]),
-    motors: &[[f64; 5]],
-) -> Result<Fit> {
-    let motor = motors.first().copied().unwrap_or([1.0; 5]);
-    let space = extended_space(records, spec, space, (with, &motor))?;
-    let problem = Arc::new(Problem::new(records, spec.model, space.clone(), spec.criterion)?);
-    let plain = fit_problem(records, &space, spec.model)?;
-    let starts = explained(&problem, motors)?;
-    let rough = best_start(&plain, &starts, &deviations(records));
-    let values = rough.map(|refined| refined.values).or_else(|| starts.into_iter().next()).unwrap_or_default();
-    let refined = refine_on(&plain, &values, None)?;
-    let independent = independent(&plain, &refined);
-    Ok(Fit { with: with.to_vec(), space, refined, independent })
+    let extent = model.space.extent();
+    Extension::ALL.into_iter().filter(|e| !extent.has_any(e.parameters())).filter(can).collect()
 }
 
 /// Standard deviations of all signals; 1 for a channel not measured or that does not vary.

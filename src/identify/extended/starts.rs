@@ -8,7 +8,7 @@ use crate::Result;
 use crate::candidates::Candidates;
 use crate::estimate::{Refined, SmOptions, refine_roughly, try_steiglitz_mcbride};
 use crate::evaluate::{Batch, Evaluator as _, Group, Problem, Simd};
-use crate::motor::{Axis, Parameter};
+use crate::motor::{Axis, Parameter, Space};
 use crate::record::Record;
 use std::sync::Arc;
 
@@ -113,6 +113,26 @@ fn neutral_start(axes: &[Axis], motor: &[f64; 5]) -> Vec<f64> {
         false => motor[axis.parameter as usize].clamp(axis.min, axis.max),
     };
     axes.iter().map(own).collect()
+}
+
+/// Values of a smaller model, or a larger one, in the space of a problem; what they lack changes nothing.
+pub(super) fn carried(problem: &Arc<Problem>, (space, values): (&Space, &[f64])) -> Vec<f64> {
+    let own = |axis: &Axis| {
+        let same = |(other, _): &(&Axis, &f64)| (other.parameter, other.scope) == (axis.parameter, axis.scope);
+        let known = space.free().iter().zip(values).find(same).map(|(_, value)| *value);
+        known.map_or_else(|| neutral(axis), |value| value.clamp(axis.min, axis.max))
+    };
+    problem.space().free().iter().map(own).collect()
+}
+
+/// The same, lowered along what was not there.
+pub(super) fn warmed(problem: &Arc<Problem>, from: (&Space, &[f64])) -> Result<Vec<f64>> {
+    let mut start = carried(problem, from);
+    let has = |axis: &Axis| from.0.free().iter().any(|other| other.parameter == axis.parameter);
+    let axes = problem.space().free();
+    let order: Vec<usize> = (0..axes.len()).filter(|n| !has(&axes[*n])).collect();
+    descend(problem, &mut start, &order)?;
+    Ok(start)
 }
 
 /// A start after some rounds over its axes, with its cost.
