@@ -13,10 +13,13 @@ fn open() -> Option<Gpu> {
     gpu
 }
 
+fn usual(gpu: &Gpu) -> Variant {
+    let (precision, fetch) = (gpu.precision, Fetch::Direct);
+    Variant { precision, absolute: false, weighted: false, uniform: true, fetch, extras: None }
+}
+
 fn specimen(gpu: &Gpu) -> (Arc<Problem>, Vec<f64>) {
-    let fetch = Fetch::Direct;
-    let variant = Variant { precision: gpu.precision, absolute: false, weighted: false, uniform: true, fetch };
-    check::specimen(variant).unwrap()
+    check::specimen(usual(gpu)).unwrap()
 }
 
 fn evaluate(gpu: &mut Gpu, problem: &Arc<Problem>, values: &[f64]) -> Result<Vec<f64>> {
@@ -89,7 +92,7 @@ fn the_steady_state_makes_no_buffers_and_two_batches_overlap() {
     let Some(mut gpu) = open() else { return };
     let (problem, values) = specimen(&gpu);
     // A small budget: the batch goes in four submissions, two at a time.
-    gpu.budget = 10 * gpu.precision.fields() * gpu.precision.bytes();
+    gpu.budget = 10 * usual(&gpu).fields() * gpu.precision.bytes();
     let whole = evaluate(&mut gpu, &problem, &values).unwrap();
     let oracle: Vec<f64> = values.chunks(5).map(|row| Scalar::cost(&problem, row)).collect();
     check::compare(&gpu.device.facts, gpu.precision, &problem, &values, &whole).unwrap();

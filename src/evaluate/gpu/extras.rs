@@ -1,0 +1,179 @@
+//! Motors with extensions on the device: which parts of the shader they need, the constants of a candidate behind its
+//! step maps, and which problems go to the CPU instead.
+
+use super::shader::LANES;
+use crate::evaluate::extended::WINDOW_MAX;
+use crate::evaluate::late::Taps;
+use crate::evaluate::{Group, Problem, Signals};
+use crate::motor::{Extended, Extent, Parameter};
+
+/// Parts of a shader for motors with extensions, beyond friction and the drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Extras {
+    /// Whether brushes take their drop.
+    pub brushes: bool,
+    /// Whether the voltage acts late.
+    pub delayed: bool,
+    /// Which sensors average.
+    pub averages: [bool; 2],
+}
+
+/// Entries of a step map, and of each slot of constants behind the maps of a block.
+pub(super) const FIELDS: usize = 12;
+/// Entries of the state of a block between rounds: state and running sums.
+pub(super) const STATES: usize = 4;
+/// Words of a job.
+pub(super) const JOB: usize = 15;
+/// The sensors' windows, in samples.
+const WINDOWS: [Parameter; 2] = [Parameter::CurrentAverage, Parameter::SpeedAverage];
+/// Samples up to which f32 counts.
+const SAMPLES_MAX: usize = 1 << 24;
+/// A voltage that no drive reaches, for those that reach any.
+const VOLTS_MAX: f64 = 1e30;
+
+impl Extras {
+    /// Those of a model; `None` for the linear motor.
+    pub(super) fn of(extent: Extent) -> Option<Self> {
+        (!extent.is_linear()).then(|| Self {
+            brushes: extent.has(Parameter::BrushDrop),
+            delayed: extent.is_delayed(),
+            averages: WINDOWS.map(|window| extent.has(window)),
+        })
+    }
+
+    /// All there are.
+    pub fn all() -> impl Iterator<Item = Self> {
+        (0..16_u8).map(|bits| Self {
+            brushes: bits & 1 != 0,
+            delayed: bits & 2 != 0,
+            averages: [bits & 4 != 0, bits & 8 != 0],
+        })
+    }
+
+    /// What a block has behind its step maps.
+    pub(super) fn slots(self) -> &'static [Slot] {
+        match (self.averages != [false; 2], self.delayed) {
+            (false, false) => &[Slot::Drive],
+            (true, false) => &[Slot::Drive, Slot::Averages],
+            (false, true) => &[Slot::Drive, Slot::Taps, Slot::Special],
+            (true, true) => &[Slot::Drive, Slot::Averages, Slot::Taps, Slot::Special],
+        }
+    }
+
+    /// Sensors that average.
+    pub(super) fn channels(self) -> usize {
+        self.averages.into_iter().filter(|averages| *averages).count()
+    }
+}
+
+/// Constants of a candidate for one recording, [`FIELDS`] entries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Slot {
+    /// Limits of the reactions, load, and what the drive makes of a voltage.
+    Drive,
+    /// Of each sensor's window whole samples, the part of the oldest, and one over it.
+    Averages,
+    /// Whole samples of the dead time, the step of the first movement, and what one volt of each of three samples adds.
+    Taps,
+    /// Steps whose voltage no taps give, and what it adds.
+    Special,
+}
+
+impl Slot {
+    /// The constants; `time` is that of [`crate::evaluate::late::late_times`].
+    pub(super) fn constants(
+        self,
+        problem: &Problem,
+        signals: &Signals,
+        motor: &Extended,
+        time: &[f64],
+    ) -> [f64; FIELDS] {
+        let mut all = [0.0; FIELDS];
+        let taps = || Taps::new(signals, problem.setting(signals), motor, time);
+        // No sample has this number.
+        let never = signals.len() + 1;
+        match self {
+            Self::Drive => {
+                use Parameter as P;
+                let of = [P::BrushDrop, P::Coulomb, P::Load, P::Offset, P::Deadband, P::Saturation, P::ReverseGain];
+                all.iter_mut().zip(of).for_each(|(own, of)| *own = motor.get(of).min(VOLTS_MAX));
+            }
+            Self::Averages => {
+                for (own, window) in all.chunks_exact_mut(3).zip(WINDOWS.map(|of| motor.get(of))) {
+                    let whole = window.clamp(1.0, WINDOW_MAX).floor();
+                    own.copy_from_slice(&[whole, window - whole, 1.0 / window]);
+                }
+            }
+            Self::Taps => {
+                let Taps { delay, gains, movement, .. } = taps();
+                let first = problem.first_active(signals);
+                all[0] = number(delay.whole.min(never));
+                all[1] = number(movement.unwrap_or(0).min(never).saturating_sub(first));
+                all[2..8].copy_from_slice(gains.as_flattened());
+            }
+            Self::Special => {
+                let first = problem.first_active(signals);
+                for (own, (at, gains)) in all.chunks_exact_mut(3).zip(taps().special) {
+                    own.copy_from_slice(&[
+                        number(at.min(never).checked_sub(first).unwrap_or(never)),
+                        gains[0],
+                        gains[1],
+                    ]);
+                }
+            }
+        }
+        all
+    }
+}
+
+fn number(n: usize) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "at most SAMPLES_MAX")]
+    let number = n as f64;
+    number
+}
+
+/// Past values that the sensors of a candidate keep of one recording: a power of two, more than the longest window, or
+/// all samples.
+pub(super) fn ring(problem: &Problem, signals: &Signals) -> usize {
+    let longest = WINDOWS.map(|window| longest(problem, window)).into_iter().fold(1.0, f64::max);
+    let active = signals.len() - problem.first_active(signals);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and WINDOW_MAX")]
+    let longest = longest.clamp(1.0, WINDOW_MAX) as usize;
+    (longest + 1).min(active.max(1)).next_power_of_two()
+}
+
+/// The largest value of a parameter in the bounds of a problem.
+fn longest(problem: &Problem, parameter: Parameter) -> f64 {
+    let space = problem.space();
+    let free = space.free().iter().filter(|axis| axis.parameter == parameter).map(|axis| axis.max);
+    let held = space.fixed().iter().filter(|held| held.0 == parameter).map(|held| held.2);
+    free.chain(held).fold(0.0, f64::max)
+}
+
+/// Bytes of what the sensors of a candidate keep and its states, over all recordings.
+pub(super) fn kept_bytes(problem: &Problem, extras: Extras, number_bytes: usize) -> usize {
+    let channels = extras.channels();
+    let ring = |signals: &Signals| if channels == 0 { 0 } else { channels * ring(problem, signals) };
+    problem.signals().iter().map(|signals| number_bytes * (STATES + ring(signals))).sum()
+}
+
+/// Whether the device takes a group. Not where inputs come late and a recording's clock is uneven or its voltage is a
+/// line of its own over each step; where past values of sensors need more than `budget` bytes; where a candidate's
+/// windows are beyond the bounds that rings are made for; nor recordings so long that f32 does not count them.
+pub(super) fn is_served(group: &Group<'_>, number_bytes: usize, budget: usize) -> bool {
+    let problem = group.problem;
+    let Some(extras) = Extras::of(problem.extent()) else { return true };
+    let uneven = |s: &Signals| !s.step_index.is_empty() || s.has_own_lines();
+    let refused = |s: &Signals| s.len() > SAMPLES_MAX - 2 || (extras.delayed && uneven(s));
+    if problem.signals().iter().any(|s| refused(s)) || LANES * kept_bytes(problem, extras, number_bytes) > budget {
+        return false;
+    }
+    extras.channels() == 0 || {
+        let axes = problem.space().free();
+        let beyond = |row: &[f64]| {
+            let mut windows = axes.iter().zip(row).filter(|(axis, _)| WINDOWS.contains(&axis.parameter));
+            windows.any(|(axis, value)| *value > longest(problem, axis.parameter))
+        };
+        !(0..group.candidates.count()).any(|n| beyond(group.candidates.row(n)))
+    }
+}
