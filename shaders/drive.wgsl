@@ -16,7 +16,9 @@ fn load_drive(constants: u32) -> Drive {
 }
 
 fn terminal(drive: Drive, voltage: Lanes) -> Lanes {
-    let given = max(min(abs(voltage), drive.saturation) - drive.deadband, Lanes());
+    let size = abs(voltage);
+    let left = select(drive.saturation, size, size < drive.saturation) - drive.deadband;
+    let given = select(Lanes(), left, left > Lanes());
     return select(given, -(drive.reverse * given), voltage < Lanes()) + drive.offset;
 }
 

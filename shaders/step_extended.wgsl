@@ -23,8 +23,15 @@ fn load_step(at: u32, constants: u32) -> Step {
     );
 }
 
+// Of a reaction what is within its limit. By choices, because the least of two numbers takes twice the operations on
+// devices that promise what it is of no number.
+fn within(reaction: Lanes, limit: Lanes) -> Lanes {
+    let low = select(-limit, reaction, reaction > -limit);
+    return select(limit, low, low < limit);
+}
+
 fn react(x: Lanes2, adds: Lanes2, needed: Lanes, limit: Lanes) -> Lanes2 {
-    let reaction = min(max(needed, -limit), limit);
+    let reaction = within(needed, limit);
     return Lanes2(x.i + adds.i * reaction, x.w + adds.w * reaction);
 }
 

@@ -81,6 +81,8 @@ fn agree(ours: &[f64], oracle: &[f64], relative: f64) {
         let fits = ours.to_bits() == oracle.to_bits() || (ours - oracle).abs() <= relative * oracle;
         assert!(fits, "{row}: {ours:e} against {oracle:e}");
     }
+    let off = ours.iter().zip(oracle).filter(|(ours, oracle)| ours != oracle).map(|(a, b)| (a - b).abs() / b);
+    println!("off by {:.1e} at most", off.fold(0.0, f64::max));
 }
 
 #[test]

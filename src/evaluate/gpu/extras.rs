@@ -1,10 +1,10 @@
 //! Motors with extensions on the device: which parts of the shader they need, the constants of a candidate behind its
-//! step maps, and which problems go to the CPU instead.
+//! step maps, and what goes to the CPU instead.
 
 use super::shader::LANES;
 use crate::evaluate::extended::WINDOW_MAX;
 use crate::evaluate::late::Taps;
-use crate::evaluate::{Group, Problem, Signals};
+use crate::evaluate::{Problem, Signals};
 use crate::motor::{Extended, Extent, Parameter};
 
 /// Parts of a shader for motors with extensions, beyond friction and the drive.
@@ -157,23 +157,19 @@ pub(super) fn kept_bytes(problem: &Problem, extras: Extras, number_bytes: usize)
     problem.signals().iter().map(|signals| number_bytes * (STATES + ring(signals))).sum()
 }
 
-/// Whether the device takes a group. Not where inputs come late and a recording's clock is uneven or its voltage is a
-/// line of its own over each step; where past values of sensors need more than `budget` bytes; where a candidate's
-/// windows are beyond the bounds that rings are made for; nor recordings so long that f32 does not count them.
-pub(super) fn is_served(group: &Group<'_>, number_bytes: usize, budget: usize) -> bool {
-    let problem = group.problem;
+/// Whether the device takes a problem. Not where inputs come late and a recording's clock is uneven or its voltage is a
+/// line of its own over each step; where past values of sensors need more than `budget` bytes; nor recordings so long
+/// that f32 does not count them.
+pub(super) fn is_served(problem: &Problem, number_bytes: usize, budget: usize) -> bool {
     let Some(extras) = Extras::of(problem.extent()) else { return true };
     let uneven = |s: &Signals| !s.step_index.is_empty() || s.has_own_lines();
     let refused = |s: &Signals| s.len() > SAMPLES_MAX - 2 || (extras.delayed && uneven(s));
-    if problem.signals().iter().any(|s| refused(s)) || LANES * kept_bytes(problem, extras, number_bytes) > budget {
-        return false;
-    }
-    extras.channels() == 0 || {
-        let axes = problem.space().free();
-        let beyond = |row: &[f64]| {
-            let mut windows = axes.iter().zip(row).filter(|(axis, _)| WINDOWS.contains(&axis.parameter));
-            windows.any(|(axis, value)| *value > longest(problem, axis.parameter))
-        };
-        !(0..group.candidates.count()).any(|n| beyond(group.candidates.row(n)))
-    }
+    !problem.signals().iter().any(|s| refused(s)) && LANES * kept_bytes(problem, extras, number_bytes) <= budget
+}
+
+/// Whether a candidate's windows are beyond the bounds, for which its past values are kept: the device computes wrongly.
+pub(super) fn is_beyond(problem: &Problem, candidate: &[f64]) -> bool {
+    let axes = problem.space().free().iter().zip(candidate);
+    problem.extent().is_averaged()
+        && axes.into_iter().any(|(axis, v)| WINDOWS.contains(&axis.parameter) && *v > longest(problem, axis.parameter))
 }

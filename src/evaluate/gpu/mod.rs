@@ -5,7 +5,7 @@
 //! deviations from a reference, so that rounding is relative to the deviation.
 //!
 //! Motors with extensions are computed as they are in f32 too, because deviations of motors with friction are not linear;
-//! a few problems of them go to the CPU (see [`Evaluator::finish`] and `extras`).
+//! a few problems of them go to the CPU (`extras` says which).
 //!
 //! A batch is one submission unless it is larger than the budget; then it is cut, and two parts are in flight. Callers
 //! with two batches can overlap them too: [`Evaluator::begin`] the second before [`Evaluator::finish`] of the first.
@@ -181,7 +181,7 @@ impl Gpu {
 
     /// Whether the device takes a group; the CPU takes the others.
     fn serves(&self, group: &Group<'_>) -> bool {
-        extras::is_served(group, self.precision.bytes(), self.budget)
+        extras::is_served(group.problem, self.precision.bytes(), self.budget)
     }
 
     /// An idle set: the one that holds these groups' scene if there is one, else a new one, else the next in turn.
@@ -265,6 +265,22 @@ fn add(unit: &Unit, problem: &Problem, sums: &Sums<'_>, totals: &mut [f64]) {
     }
 }
 
+/// Makes costs of the totals of a group. A candidate that the device does not take goes to the CPU.
+fn form(group: &Group<'_>, costs: &mut [f64]) -> Result<()> {
+    for (row, cost) in costs.iter_mut().enumerate() {
+        let values = group.candidates.row(row);
+        if values.iter().any(|v| v.is_nan()) {
+            *cost = f64::INFINITY;
+        } else if extras::is_beyond(group.problem, values) {
+            let one = Group { candidates: Candidates::new(values, values.len()), ..*group };
+            Simd::default().evaluate(&Batch { groups: &[one] }, std::slice::from_mut(cost))?;
+        } else {
+            *cost = group.problem.cost(*cost);
+        }
+    }
+    Ok(())
+}
+
 impl Evaluator for Gpu {
     fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()> {
         batch.check(costs)?;
@@ -299,16 +315,9 @@ impl Evaluator for Gpu {
         costs.fill(0.0);
         let served = begun.served.clone();
         let offsets = self.guard(|gpu| gpu.land(batch, begun, costs))?;
-        for (n, (group, from)) in batch.groups.iter().zip(offsets).enumerate() {
-            if !served[n] {
-                let groups = &batch.groups[n..=n];
-                Simd::default().evaluate(&Batch { groups }, &mut costs[from..from + group.candidates.count()])?;
-                continue;
-            }
-            for (row, cost) in costs[from..from + group.candidates.count()].iter_mut().enumerate() {
-                let is_nan = group.candidates.row(row).iter().any(|v| v.is_nan());
-                *cost = if is_nan { f64::INFINITY } else { group.problem.cost(*cost) };
-            }
+        for ((group, from), served) in batch.groups.iter().zip(offsets).zip(served) {
+            let costs = &mut costs[from..from + group.candidates.count()];
+            if served { form(group, costs)? } else { Simd::default().evaluate(&Batch { groups: &[*group] }, costs)? }
         }
         Ok(())
     }

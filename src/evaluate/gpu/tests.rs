@@ -164,7 +164,7 @@ fn every_part_of_extended_shaders_computes_rightly_and_is_checked() {
     let (problem, values) = check::specimen(Variant { extras: Some(extras), ..usual(&gpu) }).unwrap();
     let candidates = Candidates::new(&values, problem.space().free().len());
     let group = Group { problem: &problem, candidates, reference: None };
-    assert!(gpu.serves(&group));
+    assert!(extras::is_served(&problem, 8, gpu.budget));
     assert_eq!(gpu.variant(&group, true).extras, Some(extras));
 }
 
@@ -176,20 +176,23 @@ fn what_the_device_cannot_do_goes_to_the_cpu() {
         let voltage = vec![1.0; 50];
         Record::new(Samples { time_s, voltage, torque: None, current: None, speed: Some(speed) }).unwrap()
     };
-    let serves = |uneven: f64, extension: Parameter, max: f64, value: f64, budget: usize| {
+    let problem = |uneven: f64, extension: Parameter, max: f64| {
         let space = Space::table2_with(&[(extension, 1.0, max)], &[]).unwrap();
-        let problem = Problem::new(&[record(uneven)], Model::default(), space, Criterion::default()).unwrap();
-        let values = [1.0, 1.0, 1.0, 1.0, 1.0, value];
-        let candidates = Candidates::new(&values, 6);
-        extras::is_served(&Group { problem: &Arc::new(problem), candidates, reference: None }, 8, budget)
+        Problem::new(&[record(uneven)], Model::default(), space, Criterion::default()).unwrap()
     };
-    assert!(serves(0.0, Parameter::DeadTime, 2.0, 1.0, 1 << 20));
-    assert!(!serves(3e-4, Parameter::DeadTime, 2.0, 1.0, 1 << 20), "late on an uneven clock");
-    assert!(serves(3e-4, Parameter::Coulomb, 2.0, 1.0, 1 << 20));
-    assert!(serves(3e-4, Parameter::SpeedAverage, 9.0, 8.0, 1 << 20));
-    assert!(!serves(3e-4, Parameter::SpeedAverage, 9.0, 9.5, 1 << 20), "beyond what is kept");
+    let serves = |uneven: f64, extension: Parameter, max: f64, budget: usize| {
+        extras::is_served(&problem(uneven, extension, max), 8, budget)
+    };
+    assert!(serves(0.0, Parameter::DeadTime, 2.0, 1 << 20));
+    assert!(!serves(3e-4, Parameter::DeadTime, 2.0, 1 << 20), "late on an uneven clock");
+    assert!(serves(3e-4, Parameter::Coulomb, 2.0, 1 << 20));
+    assert!(serves(3e-4, Parameter::SpeedAverage, 9.0, 1 << 20));
     // Two candidates keep 16 values and 4 states of 8 bytes each.
-    assert!(serves(0.0, Parameter::SpeedAverage, 9.0, 8.0, 320));
-    assert!(!serves(0.0, Parameter::SpeedAverage, 9.0, 8.0, 319), "more than the budget");
-    assert!(serves(0.0, Parameter::SpeedAverage, 1e9, 8.0, 2 * (64 + 4) * 8), "no more than all samples");
+    assert!(serves(0.0, Parameter::SpeedAverage, 9.0, 320));
+    assert!(!serves(0.0, Parameter::SpeedAverage, 9.0, 319), "more than the budget");
+    assert!(serves(0.0, Parameter::SpeedAverage, 1e9, 2 * (64 + 4) * 8), "no more than all samples");
+    let beyond = |window: f64| {
+        extras::is_beyond(&problem(0.0, Parameter::SpeedAverage, 9.0), &[1.0, 1.0, 1.0, 1.0, 1.0, window])
+    };
+    assert!(!beyond(9.0) && beyond(9.1) && beyond(f64::INFINITY));
 }
