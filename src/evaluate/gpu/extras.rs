@@ -66,7 +66,7 @@ impl Extras {
     }
 }
 
-/// Constants of a candidate for one recording, [`FIELDS`] entries.
+/// A group of a candidate's constants for one recording, [`FIELDS`] entries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Slot {
     /// Limits of the reactions, load, and what the drive makes of a voltage.
@@ -79,50 +79,52 @@ pub(super) enum Slot {
     Special,
 }
 
-impl Slot {
-    /// The constants; `time` is that of [`crate::evaluate::late::late_times`].
-    pub(super) fn constants(
-        self,
-        problem: &Problem,
-        signals: &Signals,
-        motor: &Extended,
-        time: &[f64],
-    ) -> [f64; FIELDS] {
-        let mut all = [0.0; FIELDS];
-        let taps = || Taps::new(signals, problem.setting(signals), motor, time);
-        // No sample has this number.
-        let never = signals.len() + 1;
-        match self {
-            Self::Drive => {
-                use Parameter as P;
-                let of = [P::BrushDrop, P::Coulomb, P::Load, P::Offset, P::Deadband, P::Saturation, P::ReverseGain];
-                all.iter_mut().zip(of).for_each(|(own, of)| *own = motor.get(of).min(VOLTS_MAX));
-            }
-            Self::Averages => {
-                for (own, window) in all.chunks_exact_mut(3).zip(WINDOWS.map(|of| motor.get(of))) {
-                    let whole = window.clamp(1.0, WINDOW_MAX).floor();
-                    own.copy_from_slice(&[whole, window - whole, 1.0 / window]);
-                }
-            }
-            Self::Taps => {
-                let Taps { delay, gains, movement, .. } = taps();
-                let first = problem.first_active(signals);
-                all[0] = number(delay.whole.min(never));
-                all[1] = number(movement.unwrap_or(0).min(never).saturating_sub(first));
-                all[2..8].copy_from_slice(gains.as_flattened());
-            }
-            Self::Special => {
-                let first = problem.first_active(signals);
-                for (own, (at, gains)) in all.chunks_exact_mut(3).zip(taps().special) {
-                    own.copy_from_slice(&[
-                        number(at.min(never).checked_sub(first).unwrap_or(never)),
-                        gains[0],
-                        gains[1],
-                    ]);
-                }
+/// A candidate's constants for one recording, slot after slot.
+pub(super) type Constants = [[f64; FIELDS]; 4];
+
+impl Extras {
+    /// The constants of a motor; `time` is that of [`crate::evaluate::late::late_times`].
+    pub(super) fn constants(self, problem: &Problem, signals: &Signals, motor: &Extended, time: &[f64]) -> Constants {
+        let taps = self.delayed.then(|| Taps::new(signals, problem.setting(signals), motor, time));
+        let first = problem.first_active(signals);
+        let mut constants = Constants::default();
+        for (slot, own) in self.slots().iter().zip(&mut constants) {
+            match (slot, &taps) {
+                (Slot::Drive, _) => put_drive(own, motor),
+                (Slot::Averages, _) => put_averages(own, motor),
+                (Slot::Taps, Some(taps)) => put_taps(own, taps, first, signals.len()),
+                (Slot::Special, Some(taps)) => put_special(own, taps, first, signals.len()),
+                (_, None) => {}
             }
         }
-        all
+        constants
+    }
+}
+
+fn put_drive(own: &mut [f64; FIELDS], motor: &Extended) {
+    use Parameter as P;
+    let of = [P::BrushDrop, P::Coulomb, P::Load, P::Offset, P::Deadband, P::Saturation, P::ReverseGain];
+    own.iter_mut().zip(of).for_each(|(own, of)| *own = motor.get(of).min(VOLTS_MAX));
+}
+
+fn put_averages(own: &mut [f64; FIELDS], motor: &Extended) {
+    for (own, window) in own.chunks_exact_mut(3).zip(WINDOWS.map(|of| motor.get(of))) {
+        let whole = window.clamp(1.0, WINDOW_MAX).floor();
+        own.copy_from_slice(&[whole, window - whole, 1.0 / window]);
+    }
+}
+
+/// Steps count from the `first` that is simulated; of `count` samples none has the number `count + 1`.
+fn put_taps(own: &mut [f64; FIELDS], taps: &Taps, first: usize, count: usize) {
+    own[0] = number(taps.delay.whole.min(count + 1));
+    own[1] = number(taps.movement.unwrap_or(0).min(count + 1).saturating_sub(first));
+    own[2..8].copy_from_slice(taps.gains.as_flattened());
+}
+
+fn put_special(own: &mut [f64; FIELDS], taps: &Taps, first: usize, count: usize) {
+    for (own, (at, gains)) in own.chunks_exact_mut(3).zip(taps.special) {
+        let at = at.min(count + 1).checked_sub(first).unwrap_or(count + 1);
+        own.copy_from_slice(&[number(at), gains[0], gains[1]]);
     }
 }
 

@@ -1,5 +1,6 @@
 //! Step maps of all candidates of a batch, made in f64 on all threads, as the shaders read them.
 
+use super::extras::{Constants, Extras};
 use super::layout::Unit;
 use super::reference::ReferenceStep;
 use super::shader::{LANES, Precision, Variant};
@@ -47,27 +48,45 @@ fn write<const BYTES: usize>(groups: &[Group<'_>], units: &[Unit], variant: Vari
 /// Writes maps, counted over all units, from `map` on until `bytes` is full.
 fn write_from(groups: &[Group<'_>], units: &[Unit], variant: Variant, mut map: usize, mut bytes: Bytes<'_>) {
     let Some(mut unit) = units.partition_point(|unit| unit.map_first <= map).checked_sub(1) else { return };
+    let mut made: Option<([usize; 2], [Constants; LANES])> = None;
     while !bytes.is_empty() {
-        let Unit { map_first, blocks, reference, .. } = &units[unit];
+        let Unit { map_first, blocks, reference, place, .. } = &units[unit];
         let each = reference.len() + variant.slots().len();
         if map == map_first + blocks * each {
             unit += 1;
             continue;
         }
-        let (block, place) = ((map - map_first) / each, (map - map_first) % each);
-        let precision = variant.precision;
-        let mut put = |values: &[f64; LANES]| match precision {
+        let (block, at) = ((map - map_first) / each, (map - map_first) % each);
+        let group = &groups[place.group];
+        let mut put = |values: &[f64; LANES]| match variant.precision {
             #[expect(clippy::cast_possible_truncation, reason = "they are stored in f32")]
             Precision::F32 | Precision::F32Plain => push(&mut bytes, bytemuck::cast_slice(&values.map(|v| v as f32))),
             Precision::F64 => push(&mut bytes, bytemuck::cast_slice(values)),
         };
-        if variant.extras.is_some() {
-            put_extended(&mut put, &groups[units[unit].place.group], &units[unit], variant, [block, place]);
-        } else {
-            put_linear(&mut put, &groups[units[unit].place.group], &units[unit], precision, [block, place]);
+        match (variant.extras, at.checked_sub(reference.len())) {
+            (None, _) => put_linear(&mut put, group, &units[unit], variant.precision, [block, at]),
+            (Some(_), None) => put_extended(&mut put, group, place.recording, [block, at]),
+            (Some(extras), Some(slot)) => {
+                // The slots of a block follow each other.
+                let known = made.filter(|(of, _)| *of == [unit, block]);
+                let (_, lanes) =
+                    known.unwrap_or_else(|| ([unit, block], constants_of(group, &units[unit], extras, block)));
+                made = Some(([unit, block], lanes));
+                (0..variant.fields()).for_each(|n| put(&lanes.map(|constants| constants[slot][n])));
+            }
         }
         map += 1;
     }
+}
+
+/// The constants of a block of candidates.
+fn constants_of(group: &Group<'_>, unit: &Unit, extras: Extras, block: usize) -> [Constants; LANES] {
+    let (problem, recording) = (group.problem, unit.place.recording);
+    std::array::from_fn(|lane| {
+        let values = row_of(group, block, lane);
+        let motor = Extended::new(&problem.parameters(values, recording), &problem.extensions(values, recording));
+        extras.constants(problem, &problem.signals()[recording], &motor, &unit.time)
+    })
 }
 
 /// Puts the map of a linear motor.
@@ -84,29 +103,12 @@ fn put_linear(
     put_map(put, precision, &maps, &unit.reference[step]);
 }
 
-/// Puts the map of a motor with extensions, or what it has behind its maps: D, gains, and the reactions that end current
-/// and speed at zero, per unit of them.
-fn put_extended(
-    put: &mut dyn FnMut(&[f64; LANES]),
-    group: &Group<'_>,
-    unit: &Unit,
-    variant: Variant,
-    [block, place]: [usize; 2],
-) {
-    let (problem, recording) = (group.problem, unit.place.recording);
-    let signals = &problem.signals()[recording];
-    if let Some(slot) = place.checked_sub(signals.step_s.len()).and_then(|n| variant.slots().get(n)) {
-        let lanes: [_; LANES] = std::array::from_fn(|lane| {
-            let values = row_of(group, block, lane);
-            let motor = Extended::new(&problem.parameters(values, recording), &problem.extensions(values, recording));
-            slot.constants(problem, signals, &motor, &unit.time)
-        });
-        (0..variant.fields()).for_each(|n| put(&lanes.map(|constants| constants[n])));
-        return;
-    }
-    let parameters = parameters_of(group, recording, block);
-    let method = problem.extent().method(problem.model().discretization);
-    let maps = step_maps(&parameters, signals.step_s[place], method);
+/// Puts the map of a motor with extensions: D, gains, and the reactions that end current and speed at zero, per unit of
+/// them.
+fn put_extended(put: &mut dyn FnMut(&[f64; LANES]), group: &Group<'_>, recording: usize, [block, step]: [usize; 2]) {
+    let signals = &group.problem.signals()[recording];
+    let method = group.problem.extent().method(group.problem.model().discretization);
+    let maps = step_maps(&parameters_of(group, recording, block), signals.step_s[step], method);
     maps.d.iter().for_each(&mut *put);
     [&maps.taps[0], &maps.taps[1], &maps.torque].into_iter().flatten().for_each(&mut *put);
     put(&std::array::from_fn(|lane| 1.0 / (maps.taps[0][0][lane] + maps.taps[1][0][lane])));
