@@ -180,6 +180,14 @@ pub(crate) struct ProblemArgs {
     /// From when time counts in itse and itae, in seconds from the start of the recording
     #[arg(long, value_name = "S", allow_negative_numbers = true, help_heading = "Criterion")]
     pub time_origin: Option<f64>,
+    /// What the motor has beyond the linear one: coulomb, load, dead-time, latency, offset, brush-drop, deadband,
+    /// saturation, direction-gain, sensor-average; or auto, which chooses. Their parameters Tc, TL, td, t0, v0, vb, vd,
+    /// vs, gn, Ni, Nw take --bounds and --fix too
+    #[arg(long, value_delimiter = ',', value_name = "LIST", help_heading = "Model")]
+    pub with: Vec<String>,
+    /// Parameters that each recording of a joint fit has for itself, as TL,K (a start latency always is one)
+    #[arg(long, value_delimiter = ',', value_name = "LIST", help_heading = "Model")]
+    pub per_recording: Vec<String>,
     /// One-step method: voltage held (zoh), a line between samples (foh), Runge–Kutta, Euler
     #[arg(long, value_enum, default_value = "zoh", help_heading = "Model")]
     pub discretization: DiscretizationName,

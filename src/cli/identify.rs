@@ -7,13 +7,14 @@ use super::progress::Reporter;
 use super::{Outcome, interrupt, methods, problem, reading};
 use motorfit::estimate::ReferenceKind;
 use motorfit::identify::{
-    Identification, IdentifySpec, Method, Polish, Status, identify_with, suspicions, validate, values,
+    Identification, IdentifySpec, Method, Polish, Status, identify_with, repeatability, suspicions, validate, values,
 };
-use motorfit::motor::Parameter;
+use motorfit::motor::Scope;
 use motorfit::optimize::Stop;
 use motorfit::record::Record;
-use motorfit::report::figures::model;
-use motorfit::report::{IdentifyDocument, Names, identify_page, json};
+use motorfit::report::{
+    IdentifyDocument, Names, characteristics_lines, identify_page, json, repeatability_text, verdicts,
+};
 use motorfit::text::{engineering, significant};
 use motorfit::{Error, Result};
 use std::fmt::Write as _;
@@ -39,6 +40,8 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     // What is wrong with the recordings may be why.
     let mut found = found.inspect_err(|_| style.warnings(&suspicions(&records, spec.model.discretization)))?;
     if !held_out.is_empty() {
+        let all: Vec<&Record> = records.iter().chain(&held_out).collect();
+        found.repeatability = repeatability(&all, spec.model)?;
         found.validation = Some(validate(&held_out, &spec, &found)?);
     }
     style.warnings(&found.warnings);
@@ -99,10 +102,9 @@ fn report(records: &[Record], spec: &IdentifySpec, found: &Identification, docum
 /// Measured and modelled signals of all recordings, one below the other.
 fn curves(records: &[Record], spec: &IdentifySpec, found: &Identification) -> String {
     let mut columns = vec![Vec::new(); 7];
-    for (n, record) in (1_u32..).zip(records) {
+    let modelled = found.modelled(records, spec).unwrap_or_default();
+    for ((n, record), [current, speed]) in (1_u32..).zip(records).zip(modelled) {
         let samples = record.samples();
-        let place = found.initial.get(n as usize - 1).copied().unwrap_or_default();
-        let [current, speed] = model(record, &found.parameters, place, spec.model.discretization);
         let none = || vec![f64::NAN; record.len()];
         columns[0].extend(vec![f64::from(n); record.len()]);
         columns[1].extend(&samples.time_s);
@@ -175,26 +177,28 @@ fn parameters(text: &mut String, found: &Identification) {
     if uncertainty.is_some() {
         let _ = writeln!(text, "  {DIM}{:<20}{:>12} {:<10} {:>11}   95 % interval{DIM:#}", "", "", "", "std. error");
     }
-    for parameter in Parameter::ALL {
-        let place = found.space.free().iter().position(|axis| axis.parameter == parameter);
-        let error = place.zip(uncertainty).and_then(|(n, u)| Some((u.std_error[n]?, u.ci95[n]?)));
-        let remark = match (place.map(|n| found.space.free()[n]), error) {
+    let estimates = found.estimates();
+    let width = estimates.iter().map(|e| e.parameter.symbol().len()).max().unwrap_or(1);
+    for e in estimates {
+        let remark = match (e.axis, e.std_error.zip(e.ci95)) {
+            _ if e.value.is_none() => format!("{DIM}not identifiable{DIM:#}"),
             (None, _) => format!("{DIM}held{DIM:#}"),
             (Some(_), Some((error, [low, high]))) => {
                 format!("{:>11}   {} … {}", significant(error, 2), significant(low, 6), significant(high, 6))
             }
             (Some(axis), None) => {
-                let bound = found.at_bound(parameter).map_or(String::new(), |side| format!(" (at its {side})"));
+                let bound = e.at_bound.map_or(String::new(), |side| format!(" (at its {side})"));
                 format!("{DIM}within {} … {}{bound}{DIM:#}", significant(axis.min, 3), significant(axis.max, 3))
             }
         };
+        let of = if let Scope::Recording(n) = e.scope { format!(" {}", n + 1) } else { String::new() };
+        let unit = if e.parameter.unit() == "1" { "" } else { e.parameter.unit() };
         let _ = writeln!(
             text,
-            "  {STRONG}{}{STRONG:#}  {:<17}{:>12} {:<10} {remark}",
-            parameter.symbol(),
-            parameter.name(),
-            significant(found.parameters.get(parameter), 6),
-            parameter.unit(),
+            "  {STRONG}{:<width$}{STRONG:#}  {:<17}{:>12} {unit:<10} {remark}",
+            e.parameter.symbol(),
+            format!("{}{of}", e.parameter.name()),
+            e.value.map_or_else(|| "\u{2013}".to_owned(), |value| significant(value, 6)),
         );
     }
 }
@@ -208,6 +212,7 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
     };
     let method = match found.searched.method {
         "sm" => format!("Steiglitz–McBride, {} iterations", found.evaluations),
+        "grid" => "starts from Steiglitz–McBride or one channel, and grids along the extensions".to_owned(),
         search => format!(
             "{search}, {} agents × {} generations, {} evaluations, seed {}",
             spec.population, spec.generations, found.evaluations, spec.seed
@@ -229,6 +234,8 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
     if found.residual_sigma == [None; 2] {
         lines.remove(1);
     }
+    lines.splice(1..1, characteristics_lines(found));
+    lines.splice(1..1, found.repeatability.iter().map(|of| ("ceiling", repeatability_text(of))));
     if let Some(validation) = &found.validation {
         let fit = channels(validation.fit_percent, &|fit| format!("{fit:.2} %"));
         let count = validation.held_out.len();
@@ -240,7 +247,10 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
             _ => "; initial states were estimated where they begin in motion",
         };
         let left = residuals(validation.residual_sigma);
-        lines.insert(1, ("held out", format!("{fit}; residual {left}{of}{started}")));
+        let tests: Vec<_> = validation.held_out.iter().map(|held| held.residual_tests).collect();
+        let [white, independent] = verdicts(&tests);
+        let tested = format!("residuals white: {white}; independent of the voltage: {independent} (current, speed)");
+        lines.splice(1..1, [("held out", format!("{fit}; residual {left}{of}{started}")), ("", tested)]);
     }
     lines
 }

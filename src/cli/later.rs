@@ -3,7 +3,7 @@
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use motorfit::Error;
 
-const FLAGS: [&str; 1] = ["--with"];
+const FLAGS: [&str; 0] = [];
 
 /// The error for a flag that a later version brings; `None` when clap's own words fit.
 pub(super) fn planned(error: &clap::Error) -> Option<Error> {

@@ -5,7 +5,7 @@ use super::cache;
 use super::output::Style;
 use motorfit::criterion::{Criterion, Norm, Scale};
 use motorfit::evaluate::{Initial, Model};
-use motorfit::identify::{DeviceSpec, IdentifySpec, PrecisionSpec, values};
+use motorfit::identify::{DeviceSpec, IdentifySpec, PrecisionSpec, With, values};
 use motorfit::motor::{Discretization, Space};
 use motorfit::{Error, Result};
 
@@ -41,6 +41,8 @@ pub(super) fn spec(args: &ProblemArgs, device: &DeviceArgs, style: &Style) -> Re
         model: Model { discretization: discretization(args.discretization), initial },
         space: Space::table2_with(&values::bounds(&args.bounds)?, &values::parameters(&args.fix, "--fix")?)?,
         auto_bounds: values::auto_bounds(&args.bounds)?,
+        with: With::parse(&args.with)?,
+        per_recording: values::named(&args.per_recording, "--per-recording")?,
         ..chosen
     })
 }

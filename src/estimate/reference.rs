@@ -44,6 +44,9 @@ pub struct Reference {
 /// Basins that are refined, and starts of a multi-start.
 const BASINS: usize = 4;
 const STARTS: usize = 24;
+/// With extensions derivatives cost some twenty times as much: fewer starts for long recordings.
+const EXTENDED_SAMPLES: usize = 50_000;
+const STARTS_MIN: usize = 2;
 
 /// Searches the whole box of `space` for the lowest sum of squares weighted by `sigma`, one pair for each recording.
 ///
@@ -91,15 +94,20 @@ fn middle(problem: &Problem) -> Vec<f64> {
 fn scattered(problem: &Problem) -> Vec<Vec<f64>> {
     let axes = problem.space().free();
     let mut generator = Xoshiro256PlusPlus::seed_from_u64(1);
-    let mut starts = vec![vec![0.0; axes.len()]; STARTS];
+    let count = if problem.extent().is_linear() {
+        STARTS
+    } else {
+        (EXTENDED_SAMPLES / problem.active().max(1)).clamp(STARTS_MIN, STARTS)
+    };
+    let mut starts = vec![vec![0.0; axes.len()]; count];
     for (n, axis) in axes.iter().enumerate() {
-        let mut parts: Vec<u32> = (0..).take(STARTS).collect();
-        for last in (1..STARTS).rev() {
+        let mut parts: Vec<u32> = (0..).take(count).collect();
+        for last in (1..count).rev() {
             parts.swap(last, generator.random_range(0..=last));
         }
         for (start, part) in starts.iter_mut().zip(parts) {
             #[expect(clippy::cast_precision_loss, reason = "small")]
-            let share = (f64::from(part) + generator.random::<f64>()) / STARTS as f64;
+            let share = (f64::from(part) + generator.random::<f64>()) / count as f64;
             let [low, high] = [axis.min, axis.max].map(|bound| axis.coordinate(bound));
             start[n] = axis.value(low + share * (high - low));
         }

@@ -4,6 +4,7 @@
 use super::normal::Products;
 use crate::evaluate::Problem;
 use crate::motor::{Dual, Extended, Number as _, Parameter, walk_extended};
+use multiversion::multiversion;
 use nalgebra::DMatrix;
 
 /// Samples whose products are summed before they go to the total.
@@ -21,11 +22,36 @@ pub(super) fn products(
 ) -> [Products; 2] {
     let case = Case { problem, recording, own, values, initial };
     match case.unknowns() {
-        0..=6 => case.products::<6>(),
-        7..=10 => case.products::<10>(),
-        _ => case.products::<{ Parameter::COUNT + 2 }>(),
+        0..=4 => four(&case),
+        5..=8 => eight(&case),
+        9..=12 => twelve(&case),
+        _ => all(&case),
     }
 }
+
+// One for each number of derivatives: whole vectors.
+#[multiversion(targets("x86_64+avx2+fma"))]
+fn four(case: &Case<'_>) -> [Products; 2] {
+    case.products::<4>()
+}
+
+#[multiversion(targets("x86_64+avx2+fma"))]
+fn eight(case: &Case<'_>) -> [Products; 2] {
+    case.products::<8>()
+}
+
+#[multiversion(targets("x86_64+avx2+fma"))]
+fn twelve(case: &Case<'_>) -> [Products; 2] {
+    case.products::<12>()
+}
+
+#[multiversion(targets("x86_64+avx2+fma"))]
+fn all(case: &Case<'_>) -> [Products; 2] {
+    case.products::<20>()
+}
+
+// Of the five parameters of the motor, those of extensions, and the two initial states.
+const _: () = assert!(Parameter::COUNT + 2 <= 20);
 
 struct Case<'a> {
     problem: &'a Problem,
@@ -40,6 +66,7 @@ impl Case<'_> {
         self.own.len() + if self.problem.signals()[self.recording].initial_is_free { 2 } else { 0 }
     }
 
+    #[inline(always)]
     fn products<const P: usize>(&self) -> [Products; 2] {
         let Self { problem, recording, .. } = *self;
         let signals = &problem.signals()[recording];

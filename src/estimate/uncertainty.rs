@@ -41,6 +41,14 @@ pub struct Whiteness {
     pub is_white: bool,
 }
 
+impl Whiteness {
+    /// Tests residuals of a channel whose root mean square is `size`; `None` for too few of them, or for rounding.
+    #[must_use]
+    pub fn of(residuals: &[f64], size: f64) -> Option<Self> {
+        ljung_box(residuals, size)
+    }
+}
+
 /// Lags of the whiteness test, and the 99.9 % quantile of χ² with as many degrees of freedom.
 const LAGS: usize = 20;
 const CHI2: f64 = 45.31;
@@ -51,7 +59,7 @@ const INFORMATION_MIN: f64 = 1e-13;
 /// Residuals below this part of a signal are rounding.
 const ROUNDING: f64 = 1e-10;
 /// Below this part of independent samples residuals are not tested.
-const INDEPENDENT_MIN: f64 = 0.9;
+pub(crate) const INDEPENDENT_MIN: f64 = 0.9;
 /// Quantile of the normal distribution for 95 %.
 const Z95: f64 = 1.959_963_984_540_054;
 

@@ -199,6 +199,11 @@ impl Signals {
         self.noise.get_or_init(|| [0, 1].map(of))[channel]
     }
 
+    /// What was measured of a channel; zeros for one that was not.
+    pub fn measured(&self, channel: usize) -> impl Iterator<Item = f64> {
+        self.measured.iter().map(move |y| y[channel])
+    }
+
     /// Whether a channel of a sample counts.
     #[must_use]
     pub fn counts(&self, channel: usize, sample: usize) -> bool {

@@ -6,7 +6,7 @@ use super::warnings::Warning;
 use super::{Method, Polish, not_identified, warnings};
 use crate::estimate::{Refined, describe};
 use crate::evaluate::Problem;
-use crate::motor::{Axis, Space};
+use crate::motor::{Axis, Parameter, Space};
 use crate::record::{Record, diagnose};
 use crate::{Error, Result};
 
@@ -75,6 +75,33 @@ pub(super) fn after(
     Ok(())
 }
 
+/// The one parameter of the linear motor that the recordings cannot tell, where they tell all others: a direction of its
+/// own, or one that runs to a bound nobody gave.
+pub(super) fn unknown_alone(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<Parameter> {
+    let axes = space.free();
+    let alone = |direction: &Vec<f64>| {
+        let moves: Vec<usize> = (0..axes.len()).filter(|n| direction[*n].abs() > ALONE).collect();
+        if let [only] = moves[..] { Some(axes[only].parameter) } else { None }
+    };
+    let parameter = match &refined.uncertainty.unknown[..] {
+        [] => running(spec, space, refined)?.0,
+        directions => directions.iter().find_map(alone)?,
+    };
+    (!parameter.is_extension()).then_some(parameter)
+}
+
+/// A direction belongs to a parameter alone when no other takes part by more than this.
+const ALONE: f64 = 0.05;
+
+/// The parameter that runs to a bound nobody gave, and which.
+fn running(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<(Parameter, &'static str)> {
+    let runs = |(axis, side): (&Axis, &Option<&'static str>)| {
+        let side = side.filter(|_| spec.auto_bounds.contains(&axis.parameter) && !spec.method.is_search())?;
+        (!axis.parameter.is_extension()).then_some((axis.parameter, side))
+    };
+    space.free().iter().zip(&refined.at_bound).find_map(runs)
+}
+
 /// What the recordings cannot tell: directions without information, and parameters that run to a bound nobody gave.
 fn unknown(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<String> {
     let axes = space.free();
@@ -93,12 +120,9 @@ fn unknown(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<Stri
             symbols.join(", ")
         ));
     }
-    let runs = |(axis, side): (&Axis, &Option<&str>)| {
-        let side = side.filter(|_| spec.auto_bounds.contains(&axis.parameter) && !spec.method.is_search())?;
-        Some((axis.parameter.symbol(), if side == "min" { "zero" } else { "ever larger values" }))
-    };
-    let (symbol, where_to) = axes.iter().zip(&refined.at_bound).find_map(runs)?;
-    Some(format!("the recordings cannot tell {symbol}: the best fit takes it to {where_to}"))
+    let (parameter, side) = running(spec, space, refined)?;
+    let where_to = if side == "min" { "zero" } else { "ever larger values" };
+    Some(format!("the recordings cannot tell {}: the best fit takes it to {where_to}", parameter.symbol()))
 }
 
 /// Whether the result is one: a simulation that explains nothing in any channel is none.

@@ -143,7 +143,7 @@ pub fn check(records: &[Record], spec: &IdentifySpec, problem: &Problem) -> Resu
 }
 
 /// How much of the signals the refined motor explains, from the sums that the refinement ended with.
-fn fit_percent(records: &[Record], refined: &Refined) -> [Option<f64>; 2] {
+pub(super) fn fit_percent(records: &[Record], refined: &Refined) -> [Option<f64>; 2] {
     [0, 1].map(|channel| {
         let mut about = 0.0;
         for record in records {

@@ -103,6 +103,17 @@ fn around(motor: &[f64; 5]) -> Result<Space> {
 
 /// What speed alone tells: R = 1 Ω and no friction, so that the gain is 1/K, the time constants J/K² and L/R.
 fn by_speed(record: &Record) -> Result<(Space, Vec<f64>)> {
+    let start = guess_by_speed(record)?;
+    let [_, k, _] = start;
+    let axis = |parameter, value: f64| Axis { parameter, scope: Scope::Shared, min: 1e-3 * value, max: 1e3 * value };
+    let held = [(Parameter::R, 1.0), (Parameter::B, 1e-6 * k * k)];
+    let fixed = held.map(|(parameter, value)| (parameter, Scope::Shared, value)).to_vec();
+    let free = [Parameter::L, Parameter::K, Parameter::J].into_iter().zip(&start).map(|(p, v)| axis(p, *v)).collect();
+    Ok((Space::new(free, fixed)?, start.to_vec()))
+}
+
+/// L, K and J of a motor with R = 1 Ω and no friction that about does what the speed shows.
+pub(super) fn guess_by_speed(record: &Record) -> Result<[f64; 3]> {
     let samples = record.samples();
     let speed = samples.speed.as_deref().unwrap_or_default();
     let h = record.period_s();
@@ -123,12 +134,7 @@ fn by_speed(record: &Record) -> Result<(Space, Vec<f64>)> {
         return Err(Error::data("the speed does not follow the voltage", "Check the recording."));
     }
     let (k, j) = (1.0 / gain, constant / (gain * gain));
-    let axis = |parameter, value: f64| Axis { parameter, scope: Scope::Shared, min: 1e-3 * value, max: 1e3 * value };
-    let held = [(Parameter::R, 1.0), (Parameter::B, 1e-6 * k * k)];
-    let fixed = held.map(|(parameter, value)| (parameter, Scope::Shared, value)).to_vec();
-    let start = vec![0.3 * h, k, j];
-    let free = [Parameter::L, Parameter::K, Parameter::J].into_iter().zip(&start).map(|(p, v)| axis(p, *v)).collect();
-    Ok((Space::new(free, fixed)?, start))
+    Ok([0.3 * h, k, j])
 }
 
 /// What the outputs say of an assumption, in words.

@@ -4,16 +4,26 @@
 //! space, every generation evaluated at once. The polish refines it to the maximum-likelihood estimate. Both are held
 //! against a search of the whole box.
 
+mod channels;
+mod characteristics;
 mod checks;
 mod costs;
 mod device;
+mod estimated;
+mod extended;
+mod feedforward;
 mod figures;
 mod fit;
+mod friction;
+mod general;
 mod held;
+mod input_test;
 mod lockstep;
 mod method;
 mod outlook;
 mod pace;
+mod repeatability;
+mod residuals;
 mod search;
 mod spec;
 mod validate;
@@ -21,14 +31,21 @@ pub mod values;
 mod verify;
 mod warnings;
 
+pub use characteristics::{Characteristic, Characteristics, Constants, Covariance, characteristics};
 pub use costs::Costs;
 pub use device::{DeviceSpec, OnLoss, PrecisionSpec};
+pub use estimated::Estimated;
+pub use extended::{Extension, Ladder, Rung, With};
+pub use feedforward::{Regression, regression, regressions};
 pub use fit::{Fitted, check, fit, fit_on, polished, search_space};
 pub use held::{Between, between_samples, suspicions};
+pub use input_test::{InputTest, Residuals, input_test};
 pub use lockstep::Lockstep;
 pub use method::{Method, Polish};
 pub use outlook::{Inspection, Outlook};
 pub use pace::{AdapterPace, Pace, Paces, Work};
+pub use repeatability::{Repeatability, repeatability};
+pub use residuals::{ResidualTest, ResidualTests};
 pub use spec::{Identification, IdentifySpec, Searched};
 pub use validate::{HeldOut, Validation, validate};
 pub use verify::{Status, Verification};
@@ -87,6 +104,13 @@ fn run(
     spec: &IdentifySpec,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Identification> {
+    let stand = match spec.polish {
+        Polish::LevenbergMarquardt => channels::stand_in(records, spec)?,
+        Polish::None => None,
+    };
+    if stand.is_some() || general::is_extended(spec) {
+        return general::run(records, spec, stand, observe);
+    }
     let mut warnings = warnings::warnings_of(records, spec);
     let started = Instant::now();
     let problem = Problem::new(records, spec.model, spec.space.clone(), spec.criterion)?;
@@ -100,6 +124,10 @@ fn run(
         if other.refined.weighted(&attempt.refined.sigmas) < attempt.refined.weighted(&attempt.refined.sigmas) {
             attempt = other;
         }
+    }
+    let searched_for = matches!(spec.method, Method::Auto) && spec.polish == Polish::LevenbergMarquardt;
+    if searched_for && checks::unknown_alone(spec, &attempt.space, &attempt.refined).is_some() {
+        return general::run(records, spec, None, observe);
     }
     let claim = Claim {
         records,
@@ -119,14 +147,25 @@ fn run(
     }
     warnings.append(&mut attempt.found.warnings);
     checks::after(records, spec, &attempt.space, &attempt.refined, &mut warnings)?;
+    warnings.append(&mut friction::differs(records, spec, &plain, &attempt));
     let mut result = Identification { verification, ..assemble(records, spec, attempt)? };
     checks::fit(records, spec, result.fit_percent)?;
     warnings.extend(warnings::of_result(&result, &estimate));
     warnings.extend(held::of_result(records, spec, &result));
-    warnings.extend(held::coarse(records, &result));
     result.warnings = warnings;
+    complete(records, spec, &mut result)?;
     result.seconds = started.elapsed().as_secs_f64();
     Ok(result)
+}
+
+/// What is said of a result whatever the motor: its warnings, regressions beside it, and how recordings repeat.
+fn complete(records: &[Record], spec: &IdentifySpec, result: &mut Identification) -> Result<()> {
+    let told = residuals::of_result(records, result).into_iter().chain(held::coarse(records, result));
+    let told: Vec<Warning> = told.chain(warnings::long_dead_time(result)).collect();
+    result.warnings.extend(told);
+    result.regressions = regressions(records, Characteristics::of(result).map(|c| c.time_constant.value));
+    result.repeatability = repeatability(&records.iter().collect::<Vec<_>>(), spec.model)?;
+    Ok(())
 }
 
 /// A first optimum with its refinement.
@@ -145,7 +184,9 @@ impl Attempt {
         let problem = Problem::new(records, *self.problem.model(), self.space.clone(), *self.problem.criterion())?;
         let problem = problem.starting_from(&self.refined.initial);
         let (fit, _) = figures::of(records, &problem, &self.refined.values);
-        let stuck = self.refined.at_bound.iter().any(Option::is_some);
+        // An extension that does nothing is no sign of a wrong optimum.
+        let sides = self.space.free().iter().zip(&self.refined.at_bound);
+        let stuck = sides.filter(|(axis, _)| !axis.parameter.is_extension()).any(|(_, side)| side.is_some());
         Ok(stuck || fit.iter().flatten().any(|percent| *percent < 50.0))
     }
 }
@@ -230,7 +271,7 @@ fn assemble(records: &[Record], spec: &IdentifySpec, attempt: Attempt) -> Result
     let Attempt { found, problem, refined, space } = attempt;
     let searched = Searched {
         method: found.method,
-        is_fallback: spec.method == Method::Auto && found.method != "sm",
+        is_fallback: spec.method == Method::Auto && !matches!(found.method, "sm" | "grid"),
         parameters: problem.parameters(&found.values, 0),
         cost: Scalar::cost(&problem, &found.values),
     };
@@ -241,11 +282,15 @@ fn assemble(records: &[Record], spec: &IdentifySpec, attempt: Attempt) -> Result
     let (fit_percent, residual) = figures::of(records, &problem, values);
     Ok(Identification {
         parameters: problem.parameters(values, 0),
+        values: values.clone(),
+        unidentified: Vec::new(),
+        ladder: None,
         cost: Scalar::cost(&problem, values),
         searched,
         space,
         initial: problem.signals().iter().map(|s| s.initial()).collect(),
         fit_percent,
+        residual_tests: if polished { residuals::tests(records, &problem, values, &[]) } else { Vec::new() },
         residual_sigma: if polished { refined.sigma } else { residual },
         converged: !polished || refined.converged,
         uncertainty: polished.then_some(refined.uncertainty),
@@ -259,6 +304,8 @@ fn assemble(records: &[Record], spec: &IdentifySpec, attempt: Attempt) -> Result
         precision: found.precision,
         cost_difference: found.cost_difference,
         validation: None,
+        regressions: Vec::new(),
+        repeatability: None,
         seconds: 0.0,
     })
 }

@@ -80,13 +80,18 @@ pub(super) fn around(spec: &IdentifySpec, estimate: &Estimate) -> Result<Space> 
 pub(super) fn taken(estimate: &Estimate, spec: &IdentifySpec, problem: &Arc<Problem>) -> Result<Found> {
     let inside = |axis: &Axis| estimate.parameters.get(axis.parameter).clamp(axis.min, axis.max);
     let values: Vec<f64> = problem.space().free().iter().map(inside).collect();
+    Ok(Found { method: "sm", evaluations: estimate.iterations as u64, ..evaluated(problem, spec, values)? })
+}
+
+/// Values as a first optimum of a problem, by nothing but its costs. A device that is asked for evaluates them too.
+pub(super) fn evaluated(problem: &Arc<Problem>, spec: &IdentifySpec, values: Vec<f64>) -> Result<Found> {
     let mut evaluation = Lockstep::on(Opened::for_check(spec, problem)?, vec![problem.clone()]);
     let cost_difference = evaluation.cost_difference(0, &values);
     let (device_kind, device, precision) = evaluation.device();
     Ok(Found {
-        method: "sm",
+        method: "grid",
         stop: Stop::Converged,
-        evaluations: estimate.iterations as u64,
+        evaluations: 0,
         history: Vec::new(),
         cost_difference,
         device_kind,

@@ -1,8 +1,12 @@
 //! What is asked for and what was found.
 
 use super::device::{DeviceSpec, PrecisionSpec};
+use super::extended::{Ladder, With};
+use super::feedforward::Regression;
 use super::method::{Method, Polish};
 use super::pace::Paces;
+use super::repeatability::Repeatability;
+use super::residuals::ResidualTests;
 use super::validate::Validation;
 use super::verify::Verification;
 use super::warnings::Warning;
@@ -33,6 +37,10 @@ pub struct IdentifySpec {
     pub space: Space,
     /// Parameters whose bounds become a decade to each side of the Steiglitz–McBride estimate, where there is one.
     pub auto_bounds: Vec<Parameter>,
+    /// Extensions of the motor whose parameters the space may lack: they get bounds from the recordings.
+    pub with: With,
+    /// Parameters that each recording of a joint fit has for itself; a start latency always is one.
+    pub per_recording: Vec<Parameter>,
     /// What evaluates a population.
     pub device: DeviceSpec,
     /// With which numbers.
@@ -55,6 +63,8 @@ impl Default for IdentifySpec {
             model: Model::default(),
             space: Space::table2(),
             auto_bounds: Parameter::ALL.to_vec(),
+            with: With::default(),
+            per_recording: Vec::new(),
             device: DeviceSpec::default(),
             precision: PrecisionSpec::default(),
             paces: None,
@@ -81,6 +91,12 @@ pub struct Searched {
 pub struct Identification {
     /// The parameters after the polish, those held included.
     pub parameters: Parameters,
+    /// Values of what is free, in the order of the space; extensions and what belongs to one recording are among them.
+    pub values: Vec<f64>,
+    /// Parameters that the recordings do not tell: what stands for them in `parameters` does the same and says nothing.
+    pub unidentified: Vec<Parameter>,
+    /// The models that were tried, where extensions were to be chosen.
+    pub ladder: Option<Ladder>,
     /// Their cost in the chosen criterion, by the scalar oracle.
     pub cost: f64,
     /// What the method found.
@@ -117,6 +133,12 @@ pub struct Identification {
     pub cost_difference: Option<f64>,
     /// How well the parameters explain recordings that they were not fitted to, where there are any.
     pub validation: Option<Validation>,
+    /// The residuals of each recording, tested; empty without a polish.
+    pub residual_tests: Vec<ResidualTests>,
+    /// Feedforward characteristics by regression, to hold against [`super::Characteristics::of`].
+    pub regressions: Vec<Regression>,
+    /// How far recordings with the same input repeat, where there are such.
+    pub repeatability: Option<Repeatability>,
     /// Seconds of the estimation alone.
     pub seconds: f64,
 }
@@ -126,18 +148,20 @@ impl Identification {
     /// itself.
     #[must_use]
     pub fn at_bound(&self, parameter: Parameter) -> Option<&'static str> {
-        let shared = |a: &&Axis| a.parameter == parameter && a.scope == Scope::Shared;
-        let axis = self.space.free().iter().find(shared)?;
-        side(axis, self.parameters.get(parameter))
+        let shared = |(axis, _): &(&Axis, &f64)| axis.parameter == parameter && axis.scope == Scope::Shared;
+        let (axis, value) = self.space.free().iter().zip(&self.values).find(shared)?;
+        side(axis, *value)
     }
 }
 
 /// The bound that a value stands at, as [`Identification::at_bound`] has it.
 pub(super) fn side(axis: &Axis, value: f64) -> Option<&'static str> {
     let near = 1e-4 * (axis.max - axis.min);
-    if value - axis.min <= near && value <= 1.01 * axis.min {
+    // A bound of zero has no size of its own.
+    let by_size = |bound: f64| if bound == 0.0 { near } else { near.min(0.01 * bound.abs()) };
+    if value - axis.min <= by_size(axis.min) {
         Some("min")
-    } else if axis.max - value <= near && value >= 0.99 * axis.max {
+    } else if axis.max - value <= by_size(axis.max) {
         Some("max")
     } else {
         None

@@ -1,10 +1,15 @@
 //! Validation: how well parameters explain recordings that they were not fitted to.
 
+use super::extended::{best_start, deviations, explained};
 use super::figures;
+use super::residuals::{self, ResidualTests};
 use super::spec::{Identification, IdentifySpec};
 use crate::Result;
 use crate::estimate::{fit_problem, initial_states};
+use crate::evaluate::Problem;
+use crate::motor::{Axis, Parameter, Scope, Space};
 use crate::record::Record;
+use std::sync::Arc;
 
 /// A recording that was held out.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,12 +18,18 @@ pub struct HeldOut {
     pub record: Record,
     /// The state `[i, ω]` at its start.
     pub initial: [f64; 2],
-    /// Whether that was estimated from the recording: all that is.
+    /// Whether that was estimated from the recording.
     pub initial_is_estimated: bool,
+    /// Parameters that each recording has for itself, estimated from this one: what else is, is its initial state.
+    pub own: Vec<(Parameter, f64)>,
+    /// What the motor is said to do: current and speed, one value a sample.
+    pub simulated: [Vec<f64>; 2],
     /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed; `None` for a channel not measured.
     pub fit_percent: [Option<f64>; 2],
     /// Standard deviation of the residuals of both.
     pub residual_sigma: [Option<f64>; 2],
+    /// The residuals of both, tested.
+    pub residual_tests: ResidualTests,
 }
 
 /// How well parameters explain held-out recordings.
@@ -32,29 +43,79 @@ pub struct Validation {
     pub residual_sigma: [Option<f64>; 2],
 }
 
-/// Simulates held-out recordings with the parameters that were found, without another fit: the state at the start alone is
-/// estimated where a recording begins in motion.
+/// Simulates held-out recordings with the parameters that were found, without another fit: what belongs to a recording
+/// alone is estimated from it, its state at the start where it begins in motion and the parameters that each has for
+/// itself.
 ///
 /// # Errors
 /// As for a problem of these recordings.
 pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Result<Validation> {
-    let problem = fit_problem(records, &found.space, spec.model)?;
-    let values: Vec<f64> = found.space.free().iter().map(|axis| found.parameters.get(axis.parameter)).collect();
-    let sigma = found.residual_sigma.map(|sigma| sigma.filter(|s| *s > 0.0).unwrap_or(1.0));
-    let initial = initial_states(&problem, &values, sigma)?;
-    let one = |(n, record): (usize, &Record)| {
+    let mut held_out = Vec::with_capacity(records.len());
+    let mut sums = figures::Sums::default();
+    let moved = residuals::moved(found);
+    for record in records {
+        let Settled { problem, values, own } = settle(record, spec, found)?;
         let alone = std::slice::from_ref(record);
-        let own = fit_problem(alone, &found.space, spec.model)?.starting_from(&initial[n..=n]);
-        let (fit_percent, residual_sigma) = figures::of(alone, &own, &values);
-        Ok(HeldOut {
+        let one = figures::sums(alone, &problem, &values);
+        sums = sums.and(one);
+        let signals = &problem.signals()[0];
+        held_out.push(HeldOut {
             record: record.clone(),
-            initial: initial[n],
-            initial_is_estimated: own.signals()[0].is_initial_free(),
-            fit_percent,
-            residual_sigma,
-        })
+            initial: signals.initial(),
+            initial_is_estimated: signals.is_initial_free(),
+            own,
+            simulated: problem.simulate(&values, 0, signals.initial()),
+            fit_percent: one.fit_percent(),
+            residual_sigma: one.residual_sigma(),
+            residual_tests: residuals::tests(alone, &problem, &values, &moved)[0],
+        });
+    }
+    Ok(Validation { held_out, fit_percent: sums.fit_percent(), residual_sigma: sums.residual_sigma() })
+}
+
+/// One recording with what belongs to it alone.
+struct Settled {
+    /// Its problem, from its state at the start; free are the parameters that all recordings share.
+    problem: Problem,
+    values: Vec<f64>,
+    /// What it has for itself.
+    own: Vec<(Parameter, f64)>,
+}
+
+fn settle(record: &Record, spec: &IdentifySpec, found: &Identification) -> Result<Settled> {
+    let alone = std::slice::from_ref(record);
+    let (mut free, mut values, mut own): (Vec<Axis>, Vec<f64>, Vec<Axis>) = Default::default();
+    for (axis, value) in found.space.free().iter().zip(&found.values) {
+        if axis.scope == Scope::Shared {
+            free.push(*axis);
+            values.push(*value);
+        } else if own.iter().all(|known| known.parameter != axis.parameter) {
+            own.push(Axis { scope: Scope::Shared, ..*axis });
+        }
+    }
+    let held = found.space.fixed().iter().filter(|(_, scope, _)| *scope == Scope::Shared);
+    let mut fixed: Vec<(Parameter, Scope, f64)> = held.copied().collect();
+    let mut estimated = Vec::new();
+    let mut initial = None;
+    if !own.is_empty() {
+        let known = free.iter().zip(&values).map(|(axis, value)| (axis.parameter, Scope::Shared, *value));
+        let space = Space::new(own.clone(), fixed.iter().copied().chain(known).collect())?;
+        let plain = fit_problem(alone, &space, spec.model)?;
+        let problem = Arc::new(Problem::new(alone, spec.model, space, spec.criterion)?);
+        let starts = explained(&problem, &[found.parameters.to_array()])?;
+        let settled = best_start(&plain, &starts, &deviations(alone));
+        initial = settled.as_ref().map(|settled| settled.initial.clone());
+        let of_own = settled.map(|settled| settled.values).or_else(|| starts.into_iter().next()).unwrap_or_default();
+        estimated = own.iter().map(|axis| axis.parameter).zip(of_own).collect();
+        fixed.extend(estimated.iter().map(|(parameter, value)| (*parameter, Scope::Shared, *value)));
+    }
+    let problem = fit_problem(alone, &Space::unchecked(free, fixed), spec.model)?;
+    let initial = match initial {
+        Some(initial) => initial,
+        None => {
+            let sigma = found.residual_sigma.map(|sigma| sigma.filter(|s| *s > 0.0).unwrap_or(1.0));
+            initial_states(&problem, &values, sigma)?
+        }
     };
-    let held_out = records.iter().enumerate().map(one).collect::<Result<Vec<_>>>()?;
-    let (fit_percent, residual_sigma) = figures::of(records, &problem.starting_from(&initial), &values);
-    Ok(Validation { held_out, fit_percent, residual_sigma })
+    Ok(Settled { problem: problem.starting_from(&initial), values, own: estimated })
 }

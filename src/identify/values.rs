@@ -2,7 +2,7 @@
 //! errors.
 
 use crate::criterion::Noise;
-use crate::motor::{Parameter, Parameters};
+use crate::motor::{Extensions, Parameter, Parameters};
 use crate::text::excerpt;
 use crate::{Error, Result};
 
@@ -35,8 +35,8 @@ pub fn parameters(items: &[String], flag: &str) -> Result<Vec<(Parameter, f64)>>
         let (symbol, value) = pair(item, flag, "R=0.92,L=0.0078")?;
         let parameter: Parameter = symbol.parse()?;
         let value = number(value, flag)?;
-        if value <= 0.0 {
-            let message = format!("{flag}: {symbol} is {value}, expected a positive value");
+        if !parameter.admits(value) {
+            let message = format!("{flag}: {symbol} is {value}, expected a {} value", parameter.domain());
             return Err(Error::usage(message, format!("Give it in {}.", parameter.unit())));
         }
         if list.iter().any(|(p, _)| *p == parameter) {
@@ -47,17 +47,22 @@ pub fn parameters(items: &[String], flag: &str) -> Result<Vec<(Parameter, f64)>>
     Ok(list)
 }
 
-/// All five parameters of a motor, or `m2`.
+/// All five parameters of a motor, or `m2`; with it parameters of extensions.
 ///
 /// # Errors
 /// `Usage` when it is not.
-pub fn motor(text: &str) -> Result<Parameters> {
-    if text.eq_ignore_ascii_case("m2") {
-        return Ok(Parameters::M2);
+pub fn motor(text: &str) -> Result<(Parameters, Extensions)> {
+    let is_m2 = |item: &str| item.trim().eq_ignore_ascii_case("m2");
+    let named: Vec<String> = text.split(',').filter(|item| !is_m2(item)).map(str::to_owned).collect();
+    let list = parameters(&named, "--parameters")?;
+    let extensions = list.iter().fold(Extensions::NONE, |all, (parameter, value)| all.with(*parameter, *value));
+    let mut values = Parameters::M2.to_array();
+    if text.split(',').any(is_m2) {
+        for &(parameter, value) in list.iter().filter(|(parameter, _)| !parameter.is_extension()) {
+            values[parameter as usize] = value;
+        }
+        return Ok((Parameters::from_array(values), extensions));
     }
-    let items: Vec<String> = text.split(',').map(str::to_owned).collect();
-    let list = parameters(&items, "--parameters")?;
-    let mut values = [0.0; 5];
     for parameter in Parameter::ALL {
         let found = list.iter().find(|(p, _)| *p == parameter);
         let &(_, value) = found.ok_or_else(|| {
@@ -66,7 +71,7 @@ pub fn motor(text: &str) -> Result<Parameters> {
         })?;
         values[parameter as usize] = value;
     }
-    Ok(Parameters::from_array(values))
+    Ok((Parameters::from_array(values), extensions))
 }
 
 /// The parameters without bounds of their own that follow the estimate: all such, or none under `table2`.
@@ -110,6 +115,15 @@ pub fn ranges(items: &[String], flag: &str) -> Result<Vec<(Parameter, f64, f64)>
         list.push((parameter, number(min, flag)?, number(max, flag)?));
     }
     Ok(list)
+}
+
+/// `TL,K`, …: parameters by their symbols.
+///
+/// # Errors
+/// `Usage` when it is not.
+pub fn named(items: &[String], flag: &str) -> Result<Vec<Parameter>> {
+    let names = items.iter().map(|item| item.trim()).filter(|item| !item.is_empty());
+    names.map(|name| name.parse().map_err(|e: Error| Error::usage(format!("{flag}: {e}"), e.remedy()))).collect()
 }
 
 /// `40dB`, or `i=0.05,w=0.5`.

@@ -1,12 +1,14 @@
 //! What the reader of a result should know.
 
+use super::characteristics::Characteristics;
+use super::estimated::Estimated;
 use super::spec::{Identification, IdentifySpec};
 use super::verify::Status;
 use crate::estimate::{Estimate, SmFailure, Whiteness};
 use crate::evaluate::Initial;
 use crate::motor::Parameter;
 use crate::record::{Finding, Quantity, Record, Severity, diagnose};
-use crate::text::significant;
+use crate::text::{engineering, significant};
 use std::fmt;
 
 /// Something that the reader of a result should know.
@@ -158,7 +160,7 @@ pub fn warnings_of_records(records: &[Record]) -> Vec<Warning> {
     records.iter().flat_map(named).collect()
 }
 
-fn name_of(record: &Record) -> String {
+pub(super) fn name_of(record: &Record) -> String {
     let Some(path) = &record.source().path else { return "the recording".to_owned() };
     record.source().part.iter().fold(path.display().to_string(), |name, part| format!("{name} ({part})"))
 }
@@ -172,9 +174,17 @@ pub(super) fn of_result(found: &Identification, estimate: &std::result::Result<E
         let message = format!("Steiglitz–McBride cannot serve: {}; a population search took over", failure.message());
         warn("sm_failed", message);
     }
-    for parameter in Parameter::ALL {
+    for parameter in Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS) {
         if let Some(side) = found.at_bound(parameter) {
             let symbol = parameter.symbol();
+            if is_idle(found, parameter, side) {
+                let name = parameter.name();
+                warn(
+                    "extension_idle",
+                    format!("the recordings show no {name}: {symbol} ended where it changes nothing"),
+                );
+                continue;
+            }
             warn(
                 "at_bound",
                 format!(
@@ -221,6 +231,33 @@ pub(super) fn of_result(found: &Identification, estimate: &std::result::Result<E
         );
     }
     warnings
+}
+
+/// Whether a parameter of an extension stands at the bound at which it changes nothing.
+fn is_idle(found: &Identification, parameter: Parameter, side: &str) -> bool {
+    let Some(axis) = found.space.free().iter().find(|axis| axis.parameter == parameter) else { return false };
+    let at = if side == "min" { axis.min } else { axis.max };
+    parameter.is_extension() && (at == parameter.neutral() || (side == "max" && parameter == Parameter::Saturation))
+}
+
+/// A dead time of more than so many time constants does not belong to a motor.
+const DEAD_TIME_MAX: f64 = 3.0;
+
+/// The warning for a dead time that is long against the motor.
+pub(super) fn long_dead_time(found: &Identification) -> Option<Warning> {
+    let constant = Characteristics::of(found)?.time_constant.value;
+    let estimates = found.estimates();
+    let long =
+        |e: &&Estimated| e.parameter == Parameter::DeadTime && e.value.is_some_and(|td| td > DEAD_TIME_MAX * constant);
+    let dead_time = estimates.iter().find(long)?.value?;
+    let message = format!(
+        "the dead time, {}, is {} of the motor's time constants ({}): a clock that is off, or a recording that begins \
+         before the drive, looks like that",
+        engineering(dead_time, "s", 3),
+        significant(dead_time / constant, 2),
+        engineering(constant, "s", 3)
+    );
+    Some(Warning::new("dead_time_long", message))
 }
 
 /// What speed alone or current alone cannot give, and what to do.

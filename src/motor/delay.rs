@@ -60,6 +60,7 @@ pub(crate) fn sample_times(drive: &Drive<'_>) -> Vec<f64> {
 
 impl<T: Number, F: Fn(usize) -> [T; 2]> Late<'_, T, F> {
     /// When a piece begins to act, seen from time `from`; the piece after the last never does.
+    #[inline(always)]
     fn begins(&self, piece: usize, from: f64) -> Option<T> {
         let own = self.dead_time + T::constant(*self.time.get(piece)? - from);
         let Some(latency) = self.latency.filter(|_| piece >= self.first_movement) else { return Some(own) };
@@ -69,6 +70,7 @@ impl<T: Number, F: Fn(usize) -> [T; 2]> Late<'_, T, F> {
 
     /// Start and end of the line for step `n` of length `h`; `cursor` is the piece that acts at its beginning, counted
     /// from 1 (0: what was before the first), and only ever grows with n.
+    #[inline(always)]
     pub(crate) fn line(&self, n: usize, h: f64, cursor: &mut usize) -> [T; 2] {
         let from = self.time[n];
         while self.begins(*cursor, from).is_some_and(|begin| begin.value() <= 0.0) {
@@ -97,6 +99,7 @@ impl<T: Number, F: Fn(usize) -> [T; 2]> Late<'_, T, F> {
     }
 
     /// What acts: its value at time `from` and its rate.
+    #[inline(always)]
     fn acts(&self, counted: usize, from: f64) -> [T; 2] {
         let zero = T::constant(0.0);
         let Some(piece) = counted.checked_sub(1) else { return [self.before, zero] };

@@ -42,16 +42,19 @@ pub struct Dual<const P: usize> {
 }
 
 impl<const P: usize> Dual<P> {
+    #[inline(always)]
     fn new(value: f64, derivative: impl Fn(usize) -> f64) -> Self {
         Self { value, derivatives: std::array::from_fn(derivative) }
     }
 }
 
 impl<const P: usize> Number for Dual<P> {
+    #[inline(always)]
     fn constant(value: f64) -> Self {
         Self { value, derivatives: [0.0; P] }
     }
 
+    #[inline(always)]
     fn value(self) -> f64 {
         self.value
     }
@@ -60,6 +63,7 @@ impl<const P: usize> Number for Dual<P> {
 impl<const P: usize> Add for Dual<P> {
     type Output = Self;
 
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         Self::new(self.value + other.value, |p| self.derivatives[p] + other.derivatives[p])
     }
@@ -68,6 +72,7 @@ impl<const P: usize> Add for Dual<P> {
 impl<const P: usize> Sub for Dual<P> {
     type Output = Self;
 
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         Self::new(self.value - other.value, |p| self.derivatives[p] - other.derivatives[p])
     }
@@ -76,6 +81,7 @@ impl<const P: usize> Sub for Dual<P> {
 impl<const P: usize> Mul for Dual<P> {
     type Output = Self;
 
+    #[inline(always)]
     #[expect(clippy::suspicious_arithmetic_impl, reason = "the product rule adds")]
     fn mul(self, other: Self) -> Self {
         let slope = |p: usize| self.derivatives[p] * other.value + self.value * other.derivatives[p];
@@ -86,6 +92,7 @@ impl<const P: usize> Mul for Dual<P> {
 impl<const P: usize> Mul<f64> for Dual<P> {
     type Output = Self;
 
+    #[inline(always)]
     fn mul(self, factor: f64) -> Self {
         Self::new(self.value * factor, |p| self.derivatives[p] * factor)
     }
@@ -94,6 +101,7 @@ impl<const P: usize> Mul<f64> for Dual<P> {
 impl<const P: usize> Div for Dual<P> {
     type Output = Self;
 
+    #[inline(always)]
     #[expect(clippy::suspicious_arithmetic_impl, reason = "the quotient rule subtracts")]
     fn div(self, other: Self) -> Self {
         let value = self.value / other.value;
@@ -104,6 +112,7 @@ impl<const P: usize> Div for Dual<P> {
 impl<const P: usize> Neg for Dual<P> {
     type Output = Self;
 
+    #[inline(always)]
     fn neg(self) -> Self {
         Self::new(-self.value, |p| -self.derivatives[p])
     }

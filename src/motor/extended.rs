@@ -16,6 +16,7 @@ use super::discretize::{Discretization, StepMaps, step_maps};
 use super::dual::Number;
 use super::parameter::{Extensions, Parameter};
 use super::simulate::Drive;
+use std::collections::VecDeque;
 
 /// Which extensions a model has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -120,12 +121,14 @@ pub struct Setting {
 
 impl Setting {
     /// A line as the method takes it: where that holds its input, its mean.
+    #[inline(always)]
     pub(crate) fn held<T: Number>(&self, [start, end]: [T; 2]) -> [T; 2] {
         if self.extent.method(self.method).uses_next_input() { [start, end] } else { [(start + end) * 0.5; 2] }
     }
 }
 
 /// Simulates over all samples from the state `initial` = `[i, ω]`, handing what the sensors show of each to `visit`.
+#[inline(always)]
 pub fn walk_extended<T: Number>(
     motor: &Extended<T>,
     drive: &Drive<'_>,
@@ -135,11 +138,12 @@ pub fn walk_extended<T: Number>(
 ) {
     let method = setting.extent.method(setting.method);
     let steps: Vec<Step<T>> = drive.step_s.iter().map(|&h| Step::new(motor, h, method)).collect();
-    let inputs = inputs(motor, drive, setting);
+    let time = if setting.extent.is_delayed() { sample_times(drive) } else { Vec::new() };
+    let mut inputs = Inputs { motor, drive, setting, cursor: 0, last: None };
     let mut sensors = [Parameter::CurrentAverage, Parameter::SpeedAverage]
         .map(|of| setting.extent.has(of).then(|| Average::new(motor.get(of))));
     let mut x = initial;
-    for (n, input) in inputs.into_iter().enumerate() {
+    for n in 0..drive.voltage.len() {
         let mut seen = x;
         for channel in 0..2 {
             if let Some(sensor) = &mut sensors[channel] {
@@ -148,30 +152,44 @@ pub fn walk_extended<T: Number>(
         }
         visit(seen);
         let torque = T::constant(drive.torque.get(n).copied().unwrap_or(0.0)) + motor.get(Parameter::Load);
-        x = steps[drive.index(n)].advance(x, input, torque);
+        x = steps[drive.index(n)].advance(x, inputs.line(n, &time), torque);
     }
 }
 
-/// The voltage at the motor at the start and at the end of each step.
-fn inputs<T: Number>(motor: &Extended<T>, drive: &Drive<'_>, setting: Setting) -> Vec<[T; 2]> {
-    let lines = setting.method.uses_next_input();
-    let count = drive.voltage.len();
-    let pieces: Vec<[T; 2]> = (0..count)
-        .map(|n| {
-            let start = terminal(motor, drive.voltage[n]);
-            [start, if lines { terminal(motor, drive.end(n)) } else { start }]
-        })
-        .collect();
-    if !setting.extent.is_delayed() {
-        return pieces;
+/// The voltage at the motor, step by step.
+struct Inputs<'a, T> {
+    motor: &'a Extended<T>,
+    drive: &'a Drive<'a>,
+    setting: Setting,
+    cursor: usize,
+    /// The voltages that the drive was told last, and what it gave.
+    last: Option<([u64; 2], [T; 2])>,
+}
+
+impl<T: Number> Inputs<'_, T> {
+    /// At the start and at the end of a step.
+    #[inline(always)]
+    fn line(&mut self, n: usize, time: &[f64]) -> [T; 2] {
+        let Self { motor, drive, setting, .. } = *self;
+        if setting.extent.is_delayed() {
+            let late = late(motor, setting, time, |n| {
+                let lines = setting.method.uses_next_input();
+                let start = terminal(motor, drive.voltage[n]);
+                [start, if lines { terminal(motor, drive.end(n)) } else { start }]
+            });
+            return setting.held(late.line(n, drive.step(n), &mut self.cursor));
+        }
+        let told = [drive.voltage[n], if setting.method.uses_next_input() { drive.end(n) } else { drive.voltage[n] }];
+        let bits = told.map(f64::to_bits);
+        match self.last {
+            Some((known, given)) if known == bits => given,
+            _ => self.last.insert((bits, told.map(|v| terminal(motor, v)))).1,
+        }
     }
-    let time = sample_times(drive);
-    let late = late(motor, setting, &time, |n| pieces[n]);
-    let mut cursor = 0;
-    (0..count).map(|n| setting.held(late.line(n, drive.step(n), &mut cursor))).collect()
 }
 
 /// The voltage of a motor as it comes late; `piece` is that at the motor, at the start and at the end of each step.
+#[inline(always)]
 pub(crate) fn late<'a, T: Number, F: Fn(usize) -> [T; 2]>(
     motor: &Extended<T>,
     setting: Setting,
@@ -189,6 +207,7 @@ pub(crate) fn late<'a, T: Number, F: Fn(usize) -> [T; 2]>(
 }
 
 /// What the drive makes of a voltage that it is told.
+#[inline(always)]
 pub(crate) fn terminal<T: Number>(motor: &Extended<T>, voltage: f64) -> T {
     let (deadband, saturation) = (motor.get(Parameter::Deadband), motor.get(Parameter::Saturation));
     let told = T::constant(voltage.abs());
@@ -215,6 +234,7 @@ impl<T: Number> Step<T> {
         }
     }
 
+    #[inline(always)]
     fn advance(&self, x: [T; 2], [start, end]: [T; 2], torque: T) -> [T; 2] {
         let Self { map, drop, friction } = self;
         let free = |axis: usize| {
@@ -228,6 +248,7 @@ impl<T: Number> Step<T> {
 }
 
 /// A state after a reaction of at most ±`limit` that ends `axis` at zero if it can; `gain` is what one unit of it adds.
+#[inline(always)]
 fn react<T: Number>(x: [T; 2], axis: usize, gain: [T; 2], limit: T) -> [T; 2] {
     let needed = -(x[axis] / gain[axis]);
     let sticks = needed.value().abs() < limit.value();
@@ -250,7 +271,8 @@ fn react<T: Number>(x: [T; 2], axis: usize, gain: [T; 2], limit: T) -> [T; 2] {
 struct Average<T> {
     window: T,
     whole: usize,
-    seen: Vec<T>,
+    /// The last `whole` values, the oldest first.
+    seen: VecDeque<T>,
     sum: T,
 }
 
@@ -259,17 +281,19 @@ impl<T: Number> Average<T> {
         // More than any recording has is as good as all.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and 1e6")]
         let whole = window.value().clamp(1.0, 1e6) as usize;
-        Self { window, whole, seen: Vec::new(), sum: T::constant(0.0) }
+        Self { window, whole, seen: VecDeque::new(), sum: T::constant(0.0) }
     }
 
+    #[inline(always)]
     fn shows(&mut self, value: T, initial: T) -> T {
         #[expect(clippy::cast_precision_loss, reason = "at most 1e6")]
         let whole = self.whole as f64;
         if self.seen.is_empty() {
             self.sum = initial * whole;
         }
-        let oldest = self.seen.len().checked_sub(self.whole).map_or(initial, |n| self.seen[n]);
-        self.seen.push(value);
+        let full = self.seen.len() == self.whole;
+        let oldest = if full { self.seen.pop_front().unwrap_or(initial) } else { initial };
+        self.seen.push_back(value);
         self.sum = self.sum + value - oldest;
         (self.sum + (self.window - T::constant(whole)) * oldest) / self.window
     }

@@ -149,6 +149,12 @@ impl Parameter {
         value.is_finite() && if above { value > lowest } else { value >= lowest }
     }
 
+    /// The lowest value that there is, or what all are above.
+    #[must_use]
+    pub fn lowest(self) -> f64 {
+        self.facts().lowest.0
+    }
+
     /// What it can be, in words.
     #[must_use]
     pub fn domain(self) -> &'static str {

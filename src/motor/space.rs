@@ -66,7 +66,7 @@ impl Axis {
             return [value * (-distance).exp(), value * distance.exp()];
         }
         let distance = distance * (self.max - self.min);
-        [value - distance, value + distance]
+        [(value - distance).max(self.parameter.lowest()), value + distance]
     }
 
     /// The middle of the bounds: of their logarithms for the five of the motor.
@@ -109,6 +109,11 @@ impl Space {
             space.check_once(parameter)?;
         }
         Ok(space)
+    }
+
+    /// Of parts that belong to a checked space; here nothing need be free.
+    pub(crate) fn unchecked(free: Vec<Axis>, fixed: Vec<(Parameter, Scope, f64)>) -> Self {
+        Self { free, fixed }
     }
 
     /// All five parameters free within Table 2 of the paper.

@@ -195,6 +195,13 @@ impl Record {
         Self { samples: Samples { current: None, ..self.samples.clone() }, ..self.clone() }
     }
 
+    /// The same with the voltage some samples later; what was before the first lasts on.
+    pub(crate) fn with_late_voltage(&self, samples: usize) -> Self {
+        let voltage = &self.samples.voltage;
+        let late = (0..voltage.len()).map(|n| voltage[n.saturating_sub(samples)]).collect();
+        Self { samples: Samples { voltage: late, ..self.samples.clone() }, ..self.clone() }
+    }
+
     /// The same with the voltage held over each step as a line that does not rise.
     pub(crate) fn with_level_steps(&self) -> Self {
         Self { slope: vec![0.0; self.len()], ..self.clone() }

@@ -1,9 +1,12 @@
 //! Results as JSON documents. What is not available or not finite is `null`.
 
+use super::identified;
 use crate::estimate::{ReferenceKind, Uncertainty};
 use crate::evaluate::{Level, cpu_name};
-use crate::identify::{Costs, HeldOut, Identification, IdentifySpec, Place, Validation, Warning};
-use crate::motor::{Parameter, Parameters};
+use crate::identify::{
+    Costs, Estimated, HeldOut, Identification, IdentifySpec, Ladder, Place, Rung, Validation, Warning,
+};
+use crate::motor::{Parameter, Parameters, Scope};
 use crate::record::{Record, Severity};
 use crate::text::printable_json;
 use serde_json::{Map, Value, json as value};
@@ -58,7 +61,6 @@ impl IdentifyDocument {
     #[must_use]
     pub fn of(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Value {
         let names = Names::of(spec);
-        let parameters: Map<String, Value> = Parameter::ALL.iter().map(|&p| parameter(found, p)).collect();
         let axes = found.space.free().iter();
         let bounds: Map<String, Value> =
             axes.map(|a| (a.parameter.symbol().to_owned(), value!([a.min, a.max]))).collect();
@@ -78,7 +80,9 @@ impl IdentifyDocument {
             "initial": names.initial,
             "bounds": bounds,
             "device": {"kind": found.device_kind, "name": found.device, "precision": found.precision},
-            "parameters": parameters,
+            "parameters": parameters(records, found),
+            "with": found.extensions().iter().map(|e| e.name()).collect::<Value>(),
+            "ladder": found.ladder.as_ref().map(ladder),
             "cost": found.cost,
             "searched": {"method": searched.method, "parameters": plain(&searched.parameters), "cost": searched.cost},
             "fit_percent": {"current": found.fit_percent[0], "speed": found.fit_percent[1]},
@@ -87,7 +91,9 @@ impl IdentifyDocument {
             "correlation": found.uncertainty.as_ref().map(|u| correlation(found, u)),
             "rank": found.uncertainty.as_ref().map(|u| u.rank),
             "condition": found.uncertainty.as_ref().map(|u| u.condition),
-            "residuals": found.uncertainty.as_ref().map(residuals),
+            "residuals": found.uncertainty.as_ref().map(|u| identified::residuals(found, u)),
+            "characteristics": identified::characteristics(found),
+            "repeatability": found.repeatability.as_ref().map(identified::repeatability),
             "verification": {
                 "status": check.status.name(),
                 "reference": check.reference.map(ReferenceKind::name),
@@ -116,8 +122,10 @@ fn validation(validation: &Validation) -> Value {
             "record": record_head(&held.record),
             "fit_percent": pair(held.fit_percent),
             "residual_sigma": pair(held.residual_sigma),
+            "residuals": identified::tests(&held.residual_tests),
             "initial_state": {"current": current, "speed": speed},
             "initial_state_estimated": held.initial_is_estimated,
+            "estimated": held.own.iter().map(|(p, v)| (p.symbol().to_owned(), Value::from(*v))).collect::<Map<_, _>>(),
         })
     };
     value!({
@@ -180,27 +188,61 @@ fn correlation(found: &Identification, uncertainty: &Uncertainty) -> Value {
     Parameter::ALL.iter().map(row).collect()
 }
 
-/// The whiteness of the residuals.
-fn residuals(uncertainty: &Uncertainty) -> Value {
-    let one = |channel: usize| {
-        let white = uncertainty.whiteness[channel].as_ref();
-        white.map(|w| value!({"white": w.is_white, "ljung_box": w.statistic, "lag1": w.lag1}))
-    };
-    value!({"current": one(0), "speed": one(1)})
+/// All parameters by their symbols. One that each of several recordings has for itself has a list of them.
+fn parameters(records: &[Record], found: &Identification) -> Map<String, Value> {
+    let mut all = Map::new();
+    let estimates = found.estimates();
+    for group in estimates.chunk_by(|a, b| a.parameter == b.parameter) {
+        let Some(first) = group.first() else { continue };
+        let own = matches!(first.scope, Scope::Recording(_));
+        let entry = if let [only] = group {
+            let scope = if own || (only.parameter == Parameter::Latency) { "recording" } else { "shared" };
+            estimate(only, scope)
+        } else {
+            let of = |e: &Estimated| {
+                let mut entry = estimate(e, "recording");
+                if let Scope::Recording(n) = e.scope {
+                    let path = records.get(n as usize).and_then(|r| r.source().path.as_ref());
+                    entry["record"] = path.map(|path| path.to_string_lossy()).into();
+                }
+                entry
+            };
+            value!({
+                "value": null, "unit": first.parameter.unit(), "std_error": null, "ci95": null, "at_bound": null,
+                "fixed": first.fixed, "identified": first.value.is_some(), "scope": "recording",
+                "recordings": group.iter().map(of).collect::<Value>(),
+            })
+        };
+        all.insert(first.parameter.symbol().to_owned(), entry);
+    }
+    all
 }
 
-fn parameter(found: &Identification, parameter: Parameter) -> (String, Value) {
-    let place = place(found, parameter);
-    let uncertainty = found.uncertainty.as_ref();
-    let entry = value!({
-        "value": found.parameters.get(parameter),
-        "unit": parameter.unit(),
-        "std_error": place.zip(uncertainty).and_then(|(n, u)| u.std_error[n]),
-        "ci95": place.zip(uncertainty).and_then(|(n, u)| u.ci95[n]),
-        "at_bound": found.at_bound(parameter),
-        "fixed": place.is_none(),
-    });
-    (parameter.symbol().to_owned(), entry)
+fn estimate(e: &Estimated, scope: &str) -> Value {
+    value!({
+        "value": e.value,
+        "unit": e.parameter.unit(),
+        "std_error": e.std_error,
+        "ci95": e.ci95,
+        "at_bound": e.at_bound,
+        "fixed": e.fixed,
+        "identified": e.value.is_some(),
+        "scope": scope,
+    })
+}
+
+/// The models that were tried.
+fn ladder(ladder: &Ladder) -> Value {
+    let rung = |rung: &Rung| {
+        value!({
+            "with": rung.with.iter().map(|e| e.name()).collect::<Value>(),
+            "free": rung.free,
+            "fit_percent": {"current": rung.fit_percent[0], "speed": rung.fit_percent[1]},
+            "criterion_gain": rung.gain,
+            "taken": rung.taken,
+        })
+    };
+    ladder.rungs.iter().map(rung).collect()
 }
 
 /// Settings by the names of their flags.

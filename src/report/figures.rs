@@ -5,7 +5,7 @@ use super::plot::{Boxes, Chart, Line, boxes, chart, correlation, panels};
 use crate::criterion::{Criterion, Scale};
 use crate::evaluate::{Initial, Model, Problem};
 use crate::identify::{Identification, IdentifySpec};
-use crate::motor::{Discretization, Parameter, Parameters, Space, simulate};
+use crate::motor::{Axis, Discretization, Parameter, Parameters, Scope, Space, simulate};
 use crate::record::Record;
 use crate::report::compare::quartiles;
 use crate::study::compare::{Block, Comparison, Contest, reached};
@@ -94,8 +94,16 @@ fn transient(record: &Record) -> [f64; 2] {
 #[must_use]
 pub fn correlations(found: &Identification) -> Option<Figure> {
     let uncertainty = found.uncertainty.as_ref()?;
-    let free: Vec<Parameter> = found.space.free().iter().map(|axis| axis.parameter).collect();
-    let names: Vec<String> = free.iter().map(|p| p.symbol().to_owned()).collect();
+    let free = found.space.free();
+    // Those of many recordings are too many to be seen.
+    if free.len() > CORRELATED {
+        return None;
+    }
+    let name = |axis: &Axis| match axis.scope {
+        Scope::Shared => axis.parameter.symbol().to_owned(),
+        Scope::Recording(n) => format!("{} {}", axis.parameter.symbol(), n + 1),
+    };
+    let names: Vec<String> = free.iter().map(name).collect();
     let values: Option<Vec<Vec<f64>>> =
         uncertainty.correlation[..free.len()].iter().map(|row| row[..free.len()].iter().copied().collect()).collect();
     let pairs = (0..free.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
@@ -112,6 +120,9 @@ pub fn correlations(found: &Identification) -> Option<Figure> {
         caption,
     })
 }
+
+/// Parameters whose correlations are drawn at most.
+const CORRELATED: usize = 16;
 
 /// The lowest cost after each generation.
 #[must_use]

@@ -2,10 +2,15 @@
 
 mod bench;
 #[cfg(feature = "report")]
+mod characteristics;
+#[cfg(feature = "report")]
 pub mod compare;
 mod document;
 #[cfg(feature = "report")]
 pub mod figures;
+#[cfg(feature = "report")]
+mod held_out;
+mod identified;
 mod inspect;
 #[cfg(feature = "report")]
 mod page;
@@ -20,6 +25,7 @@ mod table;
 
 pub use bench::BenchDocument;
 pub use document::{Devices, EvaluateDocument, IdentifyDocument, Names, json};
+pub use identified::{characteristics_lines, repeatability_text, verdicts};
 #[cfg(feature = "report")]
 pub use inspect::inspect_page;
 pub use inspect::{InspectDocument, SignalFacts};

@@ -1,11 +1,14 @@
 //! The pages of `identify` and `compare`: the answer first, then how sure, then the plots, then how to reproduce it.
 
+use super::characteristics::characteristics_table;
 use super::compare::{paper_tables, setting_name, tables};
 use super::figures::{self, Modelled};
+use super::held_out::held_out;
+use super::identified::repeatability_text;
 use super::page::{Figure, Page, Part, Section};
 use super::{Names, Table};
-use crate::identify::{Identification, IdentifySpec, Status, Validation, Warning};
-use crate::motor::{Parameter, Parameters};
+use crate::identify::{Estimated, Identification, IdentifySpec, Status, Warning};
+use crate::motor::{Parameters, Scope};
 use crate::record::{Record, Severity};
 use crate::study::compare::{Block, Comparison, Contest};
 use crate::text::{engineering, significant};
@@ -53,29 +56,32 @@ pub(super) fn reproduce<'a>(
 /// The page of an identification.
 #[must_use]
 pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identification, how: &Reproduced) -> Page {
-    let value = |p: Parameter| {
-        let place = found.space.free().iter().position(|axis| axis.parameter == p);
-        let error = place.and_then(|n| found.uncertainty.as_ref()?.std_error[n]);
-        let spread = error.map_or(String::new(), |e| format!(" ± {}", significant(1.96 * e, 2)));
-        format!("{} = {}{spread} {}", p.symbol(), significant(found.parameters.get(p), 5), p.unit())
+    let value = |e: &Estimated| {
+        let spread = e.std_error.map_or(String::new(), |error| format!(" ± {}", significant(1.96 * error, 2)));
+        let unit = if e.parameter.unit() == "1" { String::new() } else { format!(" {}", e.parameter.unit()) };
+        Some(format!("{} = {}{spread}{unit}", e.parameter.symbol(), significant(e.value?, 5)))
     };
-    let answer = Parameter::ALL.map(value).join(", ");
+    let shared = |e: &&Estimated| e.scope == Scope::Shared || records.len() == 1;
+    let answer = found.estimates().iter().filter(shared).filter_map(value).collect::<Vec<_>>().join(", ");
     let tail = if found.uncertainty.is_some() { " (95 % intervals)" } else { " (without a polish: no intervals)" };
     let mut sure = vec![Part::Text(verdict(found))];
     sure.extend(warnings(&found.warnings));
     sure.push(Part::Table(parameters(found)));
     sure.push(Part::Table(fit(found, spec)));
+    sure.push(Part::Table(characteristics_table(found)));
     sure.extend(figures::correlations(found).map(boxed));
     let mut plots: Vec<Part> = Vec::new();
-    for (n, record) in records.iter().enumerate() {
-        let initial = found.initial.get(n).copied().unwrap_or_default();
-        let signals = figures::model(record, &found.parameters, initial, spec.model.discretization);
+    let modelled = found.modelled(records, spec).unwrap_or_default();
+    for (n, (record, signals)) in records.iter().zip(modelled).enumerate() {
         let models = [Modelled { name: "model".to_owned(), signals }];
         plots.push(boxed(figures::responses(&format!("response-{}", n + 1), record, &models)));
     }
     plots.extend(figures::history(found, spec).map(boxed));
     let mut sections = vec![section("How sure this is", sure), section("Measured and modelled", plots)];
-    sections.extend(found.validation.as_ref().map(|held| section("Held out", held_out(found, spec, held))));
+    sections.extend(found.validation.as_ref().map(|held| section("Held out", held_out(found, held))));
+    if let (Some(of), None) = (&found.repeatability, &found.validation) {
+        sections.push(section("Repeatability", vec![Part::Text(format!("{}.", repeatability_text(of)))]));
+    }
     sections.push(reproduce(records, how, Some((&found.device, found.precision))));
     let name =
         records.first().and_then(|r| r.source().path.as_ref()?.file_name().map(|f| f.to_string_lossy().into_owned()));
@@ -84,39 +90,6 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
         answer: format!("{answer}{tail}."),
         sections,
     }
-}
-
-/// Recordings that were not fitted: their fits beside that of the others, and how they are explained.
-fn held_out(found: &Identification, spec: &IdentifySpec, validation: &Validation) -> Vec<Part> {
-    let mut table = Table::new(
-        "held-out",
-        "Fit of what was fitted and of what was held out [%]",
-        &["recordings", "current", "speed", "residuals [A, rad/s]", "initial state"],
-    );
-    let cells = |fit: [Option<f64>; 2]| fit.map(|f| f.map_or("\u{2013}".to_owned(), |f| format!("{f:.2}")));
-    let left =
-        |sigma: [Option<f64>; 2]| sigma.map(|s| s.map_or("\u{2013}".to_owned(), |s| significant(s, 3))).join(", ");
-    let mut row = |name: String, fit: [Option<f64>; 2], sigma: [Option<f64>; 2], initial: &str| {
-        let [current, speed] = cells(fit);
-        table.row(vec![name, current, speed, left(sigma), initial.to_owned()]);
-    };
-    row("fitted".to_owned(), found.fit_percent, found.residual_sigma, "");
-    row("held out".to_owned(), validation.fit_percent, validation.residual_sigma, "");
-    let mut plots = Vec::new();
-    for (n, held) in (1..).zip(&validation.held_out) {
-        let source = held.record.source();
-        let name = source.path.as_ref().map_or_else(|| format!("recording {n}"), |path| path.display().to_string());
-        let name = source.part.iter().fold(name, |name, part| format!("{name} ({part})"));
-        let initial = if held.initial_is_estimated { "estimated" } else { "at rest" };
-        if validation.held_out.len() > 1 {
-            row(name, held.fit_percent, held.residual_sigma, initial);
-        }
-        let signals = figures::model(&held.record, &found.parameters, held.initial, spec.model.discretization);
-        let models = [Modelled { name: "model".to_owned(), signals }];
-        plots.push(boxed(figures::responses(&format!("held-out-{n}"), &held.record, &models)));
-    }
-    table.note("Held-out recordings are simulated with the parameters found; nothing of them is fitted but an initial state that is not known to be at rest.");
-    std::iter::once(Part::Table(table)).chain(plots).collect()
 }
 
 fn verdict(found: &Identification) -> String {
@@ -137,22 +110,21 @@ fn parameters(found: &Identification) -> Table {
     let heads = ["parameter", "value", "unit", "standard error", "95 % interval", "remark"];
     let mut table = Table::new("parameters", "Parameters", &heads);
     let dash = || "\u{2013}".to_owned();
-    for p in Parameter::ALL {
-        let place = found.space.free().iter().position(|axis| axis.parameter == p);
-        let known = place.zip(found.uncertainty.as_ref());
-        let error = known.and_then(|(n, u)| u.std_error[n]);
-        let interval = known.and_then(|(n, u)| u.ci95[n]);
-        let remark = match (place, found.at_bound(p)) {
-            (None, _) => "held".to_owned(),
+    for e in found.estimates() {
+        let p = e.parameter;
+        let remark = match (e.value, e.at_bound) {
+            (None, _) => "not identifiable".to_owned(),
+            _ if e.fixed => "held".to_owned(),
             (_, Some(side)) => format!("at its {side}"),
             _ => String::new(),
         };
+        let of = if let Scope::Recording(n) = e.scope { format!(" of recording {}", n + 1) } else { String::new() };
         table.row(vec![
-            format!("{}, {}", p.symbol(), p.name()),
-            significant(found.parameters.get(p), 6),
+            format!("{}, {}{of}", p.symbol(), p.name()),
+            e.value.map_or_else(dash, |value| significant(value, 6)),
             p.unit().to_owned(),
-            error.map_or_else(dash, |e| significant(e, 2)),
-            interval.map_or_else(dash, |[low, high]| format!("{} … {}", significant(low, 6), significant(high, 6))),
+            e.std_error.map_or_else(dash, |error| significant(error, 2)),
+            e.ci95.map_or_else(dash, |[low, high]| format!("{} … {}", significant(low, 6), significant(high, 6))),
             remark,
         ]);
     }

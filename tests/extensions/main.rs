@@ -13,6 +13,7 @@ mod contract;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod meaning;
+mod recovery;
 
 use motorfit::experiment::{Excitation, simulated_with};
 use motorfit::motor::{Discretization, Extensions, Parameter, Parameters};

@@ -1,0 +1,146 @@
+//! Feedforward characteristics of a motor: the voltage that a speed ω \[rad/s\] and an acceleration a \[rad/s²\] need,
+//! `v = kS sgn(ω) + kV ω + kA a`, with standard errors by the delta method.
+//!
+//! Eliminating the current from `L di/dt = v − R i − K ω − vb sgn(ω)` and `J dω/dt = K i − B ω − Tc sgn(ω)` gives
+//! `v = (R Tc/K + vb) sgn(ω) + (R B + K²)/K ω + (R J + L B)/K dω/dt + L J/K d²ω/dt²`; feedforward leaves out the last
+//! term. `kA/kV` is the sum of the motor's two time constants.
+
+use super::spec::Identification;
+use crate::motor::{Parameter, Scope};
+
+/// Constants of a motor, SI units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Constants {
+    /// Resistance \[ohm\].
+    pub r: f64,
+    /// Inductance \[H\].
+    pub l: f64,
+    /// Torque and back-EMF constant \[V·s/rad\].
+    pub k: f64,
+    /// Viscous friction \[N·m·s/rad\].
+    pub b: f64,
+    /// Moment of inertia \[kg·m²\].
+    pub j: f64,
+    /// Coulomb friction \[N·m\]; `None` where the model has none.
+    pub tc: Option<f64>,
+    /// Voltage drop of the brushes \[V\]; `None` where the model has none.
+    pub vb: Option<f64>,
+}
+
+/// Covariances of R, L, K, B, J, Tc, vb in their units: zero for what is held, `None` for what is not known.
+pub type Covariance = [[Option<f64>; CONSTANTS]; CONSTANTS];
+
+/// Constants there are.
+const CONSTANTS: usize = 7;
+/// The parameters that they are.
+const IN_ORDER: [Parameter; CONSTANTS] =
+    [Parameter::R, Parameter::L, Parameter::K, Parameter::B, Parameter::J, Parameter::Coulomb, Parameter::BrushDrop];
+
+/// A value with its standard error, `None` where it depends on what is not known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Characteristic {
+    /// The value.
+    pub value: f64,
+    /// Its standard error.
+    pub std_error: Option<f64>,
+}
+
+/// What feedforward needs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Characteristics {
+    /// Voltage that friction and brushes take \[V\]; `None` where the model has neither.
+    pub ks: Option<Characteristic>,
+    /// Voltage per speed \[V·s/rad\].
+    pub kv: Characteristic,
+    /// Voltage per acceleration \[V·s²/rad\].
+    pub ka: Characteristic,
+    /// Speed per voltage at standstill of the rest, 1/kV \[rad/s/V\].
+    pub gain: Characteristic,
+    /// `kA/kV` \[s\].
+    pub time_constant: Characteristic,
+}
+
+impl Characteristics {
+    /// Those of what was found, with their names and units as in results.
+    #[must_use]
+    pub fn named(found: &Identification) -> [(&'static str, &'static str, Option<Characteristic>); 5] {
+        let all = Self::of(found);
+        [
+            ("kS", "V", all.and_then(|c| c.ks)),
+            ("kV", "V*s/rad", all.map(|c| c.kv)),
+            ("kA", "V*s^2/rad", all.map(|c| c.ka)),
+            ("gain", "rad/s/V", all.map(|c| c.gain)),
+            ("time_constant", "s", all.map(|c| c.time_constant)),
+        ]
+    }
+
+    /// The characteristics of what was found; `None` where it does not determine them.
+    #[must_use]
+    pub fn of(found: &Identification) -> Option<Self> {
+        // What stands for motors of the same speed has their characteristics; of current it has not.
+        let unknown = |parameter| found.unidentified.contains(&parameter);
+        let by_speed = found.residual_sigma[1].is_some();
+        let told = if unknown(Parameter::K) { by_speed } else { !unknown(Parameter::R) && !unknown(Parameter::J) };
+        let [r, l, k, b, j] = found.parameters.to_array();
+        let one = |parameter: Parameter| {
+            let all = found.estimates();
+            let own = all.iter().find(|e| e.parameter == parameter && e.scope == Scope::Shared)?;
+            own.value
+        };
+        let constants = Constants { r, l, k, b, j, tc: one(Parameter::Coulomb), vb: one(Parameter::BrushDrop) };
+        told.then(|| characteristics(&constants, &covariance(found)))
+    }
+}
+
+/// The characteristics of a motor whose constants are known with a covariance.
+#[must_use]
+pub fn characteristics(constants: &Constants, covariance: &Covariance) -> Characteristics {
+    let Constants { r, l, k, b, j, tc, vb } = *constants;
+    let entry = |value: f64, slope: [f64; CONSTANTS]| Characteristic { value, std_error: error(&slope, covariance) };
+    let friction = (tc.is_some() || vb.is_some()).then(|| (tc.unwrap_or(0.0), vb.unwrap_or(0.0)));
+    let ks = friction.map(|(tc, vb)| entry(r * tc / k + vb, [tc / k, 0.0, -r * tc / (k * k), 0.0, 0.0, r / k, 1.0]));
+    let (kv, ka) = ((r * b + k * k) / k, (r * j + l * b) / k);
+    let kv_slope = [b / k, 0.0, 1.0 - r * b / (k * k), r / k, 0.0, 0.0, 0.0];
+    let ka_slope = [j / k, b / k, -ka / k, l / k, r / k, 0.0, 0.0];
+    let time_constant = ka / kv;
+    let mut time_slope = [0.0; CONSTANTS];
+    for (n, slope) in time_slope.iter_mut().enumerate() {
+        *slope = (ka_slope[n] - time_constant * kv_slope[n]) / kv;
+    }
+    Characteristics {
+        ks,
+        kv: entry(kv, kv_slope),
+        ka: entry(ka, ka_slope),
+        gain: entry(1.0 / kv, kv_slope.map(|slope| -slope / (kv * kv))),
+        time_constant: entry(time_constant, time_slope),
+    }
+}
+
+/// `√(gᵀ C g)` over the constants that a characteristic depends on.
+fn error(slope: &[f64; CONSTANTS], covariance: &Covariance) -> Option<f64> {
+    let mut variance = 0.0;
+    for (a, row) in slope.iter().zip(covariance) {
+        for (b, entry) in slope.iter().zip(row) {
+            if *a != 0.0 && *b != 0.0 {
+                variance += a * b * (*entry)?;
+            }
+        }
+    }
+    // Rounding may take a sum that is zero below it.
+    let error = variance.max(0.0).sqrt();
+    error.is_finite().then_some(error)
+}
+
+/// The covariance of the parameters found, by their standard errors and correlations.
+fn covariance(found: &Identification) -> Covariance {
+    let place = |n: usize| {
+        let parameter = IN_ORDER[n];
+        found.space.free().iter().position(|axis| axis.parameter == parameter && axis.scope == Scope::Shared)
+    };
+    let entry = |a: usize, b: usize| {
+        let (Some(a), Some(b)) = (place(a), place(b)) else { return Some(0.0) };
+        let known = found.uncertainty.as_ref()?;
+        Some(known.correlation[a][b]? * known.std_error[a]? * known.std_error[b]?)
+    };
+    std::array::from_fn(|a| std::array::from_fn(|b| entry(a, b)))
+}

@@ -1,0 +1,199 @@
+//! The job for all but the linear motor with both channels: extensions, missing channels, parameters that the recordings
+//! do not tell.
+//!
+//! Motors near the right one come from Steiglitz–McBride at several lags, or from what a channel alone shows; extensions
+//! from grids along their axes; the refinement of the best of these starts is the estimate.
+
+use super::channels::{Stand, guess};
+use super::extended::{With, best_start, climb, deviations, explained, extended_space, lagged};
+use super::search::{Found, evaluated, population};
+use super::spec::{Identification, IdentifySpec};
+use super::verify::{Claim, Status, Verified, verify};
+use super::warnings::{self, Warning};
+use super::{Attempt, Method, Polish, assemble, checks, complete, friction, refine_widening};
+use crate::Result;
+use crate::estimate::{SmFailure, fit_problem, global_reference};
+use crate::evaluate::Problem;
+use crate::motor::{Axis, Parameter, Scope, Space};
+use crate::optimize::Progress;
+use crate::record::Record;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Whether a spec asks for more than the linear motor.
+pub(super) fn is_extended(spec: &IdentifySpec) -> bool {
+    spec.with != With::default() || !spec.space.extent().is_linear() || !spec.per_recording.is_empty()
+}
+
+pub(super) fn run(
+    records: &[Record],
+    spec: &IdentifySpec,
+    stand: Option<Stand>,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Identification> {
+    let mut warnings = warnings::warnings_of(records, spec);
+    let started = Instant::now();
+    let unknown = stand.as_ref().map_or_else(Vec::new, |stand| stand.unknown.clone());
+    if let Some(stand) = &stand {
+        warnings.retain(|warning| warning.code != stand.warning.code);
+        warnings.insert(0, stand.warning.clone());
+    }
+    let spec = &IdentifySpec { space: stand.as_ref().map_or(&spec.space, |s| &s.space).clone(), ..spec.clone() };
+    checks::before(records, spec, &Problem::new(records, spec.model, spec.space.clone(), spec.criterion)?)?;
+    let (motors, space) = near(records, spec, stand.as_ref())?;
+    let (with, ladder) = match &spec.with {
+        With::These(list) => (list.clone(), None),
+        With::Auto => climb(records, spec, &space, &motors).map(|(with, ladder)| (with, Some(ladder)))?,
+    };
+    let space = extended_space(records, spec, &space, (&with, &motors[0]))?;
+    let mut attempt = attempt(records, spec, (&space, &motors), observe)?;
+    let dropped = drop_unknown(records, spec, &mut attempt)?;
+    checks::after(records, spec, &attempt.space, &attempt.refined, &mut warnings)?;
+    let claim = Claim {
+        records,
+        space: &attempt.space,
+        model: spec.model,
+        refined: &attempt.refined,
+        searched: &attempt.found.values,
+        unpolished: spec.polish == Polish::None,
+        is_judged: spec.method.is_search() || spec.polish == Polish::None,
+        estimate: None,
+    };
+    let Verified { mut verification, better } = verify(&claim);
+    if let (Method::Auto, Polish::LevenbergMarquardt, Some(better)) = (spec.method, spec.polish, better) {
+        let plain = fit_problem(records, &attempt.space, spec.model)?;
+        (attempt.refined, attempt.space) = refine_widening(&plain, spec, &attempt.space, &better.values)?;
+        (verification.status, verification.cost_gap) = (Status::Agrees, Some(0.0));
+    }
+    warnings.append(&mut attempt.found.warnings);
+    let plain = fit_problem(records, &attempt.space, spec.model)?;
+    warnings.append(&mut friction::differs(records, spec, &plain, &attempt));
+    let mut result = Identification { verification, ladder, ..assemble(records, spec, attempt)? };
+    result.unidentified = unknown.into_iter().chain(dropped.iter().copied()).collect();
+    result.unidentified.sort_by_key(|p| *p as usize);
+    result.unidentified.dedup();
+    checks::fit(records, spec, result.fit_percent)?;
+    warnings.extend(dropped.into_iter().map(not_told));
+    warnings.extend(warnings::of_result(&result, &Err(SmFailure::PoorFit)));
+    result.warnings = warnings;
+    complete(records, spec, &mut result)?;
+    result.seconds = started.elapsed().as_secs_f64();
+    Ok(result)
+}
+
+/// Motors near the right one, the likeliest first, and the space of the linear motor around them.
+fn near(records: &[Record], spec: &IdentifySpec, stand: Option<&Stand>) -> Result<(Vec<[f64; 5]>, Space)> {
+    if let Some(stand) = stand {
+        return Ok((vec![stand.motor], stand.space.clone()));
+    }
+    let mut motors = lagged(records, spec);
+    motors.extend(guess(records, spec));
+    if motors.is_empty() {
+        let linear = linear(&spec.space)?;
+        let found = global_reference(records, &linear, spec.model, &deviations(records))?;
+        motors.push(found.refined.parameters.to_array());
+    }
+    let around = |axis: &Axis| {
+        let values = || motors.iter().filter_map(|motor| motor.get(axis.parameter as usize));
+        if axis.parameter.is_extension() || !spec.auto_bounds.contains(&axis.parameter) {
+            return *axis;
+        }
+        let [low, high] = [values().copied().fold(f64::INFINITY, f64::min), values().copied().fold(0.0, f64::max)];
+        Axis { min: 0.1 * low, max: 10.0 * high, ..*axis }
+    };
+    let space = Space::new(spec.space.free().iter().map(around).collect(), spec.space.fixed().to_vec())?;
+    Ok((motors, space))
+}
+
+/// A space without extensions.
+fn linear(space: &Space) -> Result<Space> {
+    let free = space.free().iter().filter(|axis| !axis.parameter.is_extension()).copied().collect();
+    let fixed = space.fixed().iter().filter(|(parameter, _, _)| !parameter.is_extension()).copied().collect();
+    Space::new(free, fixed)
+}
+
+/// The best of the starts, refined; a population search where that is asked for, or where they all fit badly.
+fn attempt(
+    records: &[Record],
+    spec: &IdentifySpec,
+    (space, motors): (&Space, &[[f64; 5]]),
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Attempt> {
+    let problem = Arc::new(Problem::new(records, spec.model, space.clone(), spec.criterion)?);
+    let plain = fit_problem(records, space, spec.model)?;
+    let sigma = deviations(records);
+    let mut searched = |starts: Vec<Vec<f64>>| -> Result<Attempt> {
+        let found = population(&problem, spec, observe)?;
+        // A search's best is refined alone: what is found is its own.
+        let starts = if spec.method.is_search() {
+            vec![found.values.clone()]
+        } else {
+            [vec![found.values.clone()], starts].concat()
+        };
+        refined(spec, (&problem, &plain), found, (&starts, &sigma))
+    };
+    if spec.method.is_search() || spec.polish == Polish::None {
+        return searched(Vec::new());
+    }
+    let starts = explained(&problem, motors)?;
+    let found = evaluated(&problem, spec, starts.first().cloned().unwrap_or_default())?;
+    let attempt = refined(spec, (&problem, &plain), found, (&starts, &sigma))?;
+    if !attempt.is_poor(records)? {
+        return Ok(attempt);
+    }
+    let other = searched(starts)?;
+    let better = other.refined.weighted(&sigma) < attempt.refined.weighted(&sigma);
+    Ok(if better { other } else { attempt })
+}
+
+/// What was found, with the refinement of the best start.
+fn refined(
+    spec: &IdentifySpec,
+    (problem, plain): (&Arc<Problem>, &Problem),
+    found: Found,
+    (starts, sigma): (&[Vec<f64>], &[[f64; 2]]),
+) -> Result<Attempt> {
+    let rough = best_start(plain, starts, sigma);
+    let values = rough.map_or_else(|| found.values.clone(), |rough| rough.values);
+    let (refined, space) = refine_widening(plain, spec, problem.space(), &values)?;
+    Ok(Attempt { found, problem: problem.clone(), refined, space })
+}
+
+/// Parameters that may be found to be unknown, one after the other.
+const DROPPED: usize = 2;
+
+/// Holds parameters of which the recordings tell nothing, each by itself, where they are: what else there is stays.
+fn drop_unknown(records: &[Record], spec: &IdentifySpec, attempt: &mut Attempt) -> Result<Vec<Parameter>> {
+    let mut dropped = Vec::new();
+    while dropped.len() < DROPPED && spec.polish == Polish::LevenbergMarquardt {
+        let Some(parameter) = checks::unknown_alone(spec, &attempt.space, &attempt.refined) else { break };
+        let shared = |axis: &Axis| axis.parameter == parameter && axis.scope == Scope::Shared;
+        let Some(place) = attempt.space.free().iter().position(shared) else { break };
+        let (mut free, mut fixed) = (attempt.space.free().to_vec(), attempt.space.fixed().to_vec());
+        if free.len() == 1 {
+            break;
+        }
+        let mut values = attempt.refined.values.clone();
+        fixed.push((parameter, Scope::Shared, values.remove(place)));
+        free.remove(place);
+        attempt.found.values.remove(place);
+        attempt.space = Space::new(free, fixed)?;
+        let plain = fit_problem(records, &attempt.space, spec.model)?;
+        (attempt.refined, attempt.space) = refine_widening(&plain, spec, &attempt.space, &values)?;
+        let problem = Problem::new(records, spec.model, attempt.space.clone(), spec.criterion)?;
+        attempt.problem = Arc::new(problem);
+        dropped.push(parameter);
+    }
+    Ok(dropped)
+}
+
+fn not_told(parameter: Parameter) -> Warning {
+    let message = format!(
+        "the recordings do not tell {}, the {}: the others hold whatever it is; record faster, or under a voltage that \
+         changes more",
+        parameter.symbol(),
+        parameter.name()
+    );
+    Warning::new("not_identifiable", message)
+}

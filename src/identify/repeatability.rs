@@ -1,0 +1,164 @@
+//! How far recordings with the same input repeat: what differs between them no model of the motor explains.
+//!
+//! Of m recordings of one input the variance of what does not repeat is that within them,
+//! `σ² = Σ_n Σ_r (y_rn − ȳ_n)²/(N(m − 1))`, for two `mean((y_a − y_b)²)/2`. A model that knows all that repeats leaves
+//! σ² in each, so that its fit is expected to be `100 (1 − √(Σ σ²)/‖y − mean y‖)`, the ceiling.
+
+use crate::criterion::{mean, peak};
+use crate::evaluate::{Model, Problem};
+use crate::record::Record;
+use crate::{Result, estimate::fit_problem, motor::Space};
+
+/// How far recordings with the same input repeat.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Repeatability {
+    /// Which recordings have the same input, by their numbers from 0 on.
+    pub groups: Vec<Vec<usize>>,
+    /// Samples that were compared in each group.
+    pub samples: Vec<usize>,
+    /// The fit that no model can be expected to exceed on them, of current and speed \[%\]; `None` for a channel not
+    /// measured.
+    pub ceiling_percent: [Option<f64>; 2],
+    /// σ of what does not repeat, in A and rad/s.
+    pub sigma: [Option<f64>; 2],
+}
+
+/// Voltages that differ by less than this part of their peak are the same.
+const SAME: f64 = 1e-3;
+/// Periods that differ by less than this part are the same.
+const SAME_PERIOD: f64 = 1e-4;
+/// Samples to compare.
+const SAMPLES_MIN: usize = 20;
+/// Recordings that are looked through.
+const RECORDINGS_MAX: usize = 200;
+
+/// How far recordings repeat that begin at rest and have the same voltage, aligned where it first changes; `None` where
+/// no two of them do. Recordings that are the same to the last bit are one.
+///
+/// # Errors
+/// As for a problem of these recordings.
+pub fn repeatability(records: &[&Record], model: Model) -> Result<Option<Repeatability>> {
+    let mut groups: Vec<Vec<Aligned<'_>>> = Vec::new();
+    for (number, record) in records.iter().take(RECORDINGS_MAX).enumerate() {
+        let problem = fit_problem(std::slice::from_ref(*record), &Space::table2(), model)?;
+        let Some(aligned) = Aligned::of(number, record, &problem) else { continue };
+        match groups.iter_mut().find(|group| group[0].is_same_input(&aligned)) {
+            Some(group) if group.iter().any(|other| other.record.samples() == record.samples()) => {}
+            Some(group) => group.push(aligned),
+            None => groups.push(vec![aligned]),
+        }
+    }
+    groups.retain(|group| group.len() > 1);
+    Ok((!groups.is_empty()).then(|| judged(&groups)))
+}
+
+/// A recording that begins at rest.
+struct Aligned<'a> {
+    number: usize,
+    record: &'a Record,
+    /// The sample at which its voltage first changes.
+    onset: usize,
+    counting: Vec<[bool; 2]>,
+}
+
+impl<'a> Aligned<'a> {
+    fn of(number: usize, record: &'a Record, problem: &Problem) -> Option<Self> {
+        let voltage = &record.samples().voltage;
+        let change = SAME * peak(voltage);
+        let onset = voltage.iter().position(|v| (v - voltage[0]).abs() > change).unwrap_or(0);
+        let evenly = record.steps().step_index.is_empty();
+        let usable = problem.signals()[0].starts_at_rest() && evenly && record.slope().is_empty();
+        usable.then(|| Self { number, record, onset, counting: record.counting() })
+    }
+
+    /// The samples before and after the onset that two have in common.
+    fn common(&self, other: &Self) -> [usize; 2] {
+        let after = |of: &Self| of.record.len() - of.onset;
+        [self.onset.min(other.onset), after(self).min(after(other))]
+    }
+
+    fn is_same_input(&self, other: &Self) -> bool {
+        let (a, b) = (self.record, other.record);
+        let [before, after] = self.common(other);
+        let alike = |a: &[f64], b: &[f64]| {
+            let differs = SAME * peak(a).max(peak(b));
+            let pairs = a[self.onset - before..self.onset + after].iter().zip(&b[other.onset - before..]);
+            pairs.into_iter().all(|(a, b)| (a - b).abs() <= differs)
+        };
+        let torque = match (&a.samples().torque, &b.samples().torque) {
+            (None, None) => true,
+            (Some(a), Some(b)) => alike(a, b),
+            _ => false,
+        };
+        let channels = a.measured().map(|m| m.is_some()) == b.measured().map(|m| m.is_some());
+        let clock = (a.period_s() / b.period_s() - 1.0).abs() < SAME_PERIOD;
+        channels
+            && clock
+            && before + after >= SAMPLES_MIN
+            && torque
+            && alike(&a.samples().voltage, &b.samples().voltage)
+    }
+
+    /// The value of a channel so many samples from the start of what is common, where it counts.
+    fn value(&self, channel: usize, before: usize, n: usize) -> Option<f64> {
+        let n = self.onset - before + n;
+        let counts = self.counting.get(n).is_none_or(|counts| counts[channel]);
+        self.record.measured()[channel].filter(|_| counts).map(|signal| signal[n])
+    }
+}
+
+fn judged(groups: &[Vec<Aligned<'_>>]) -> Repeatability {
+    let mut sums = [Sums::default(); 2];
+    let mut samples = Vec::new();
+    for group in groups {
+        let common = group.iter().map(|of| group[0].common(of));
+        let [before, after] = common.fold([usize::MAX; 2], |a, b| [a[0].min(b[0]), a[1].min(b[1])]);
+        samples.push(before + after);
+        for (channel, sums) in sums.iter_mut().enumerate() {
+            sums.add(group, channel, [before, after]);
+        }
+    }
+    Repeatability {
+        groups: groups.iter().map(|group| group.iter().map(|of| of.number).collect()).collect(),
+        samples,
+        ceiling_percent: sums.map(|of| finite(100.0 * (1.0 - (of.noise / of.about).sqrt()))),
+        sigma: sums.map(|of| finite((of.noise / of.count).sqrt())),
+    }
+}
+
+/// Sums over all groups.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    /// Of σ² for each value.
+    noise: f64,
+    /// Of squares about the mean of each recording.
+    about: f64,
+    /// Of values.
+    count: f64,
+}
+
+impl Sums {
+    fn add(&mut self, group: &[Aligned<'_>], channel: usize, [before, after]: [usize; 2]) {
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let size = group.len() as f64;
+        let mut kept = vec![Vec::with_capacity(before + after); group.len()];
+        for n in 0..before + after {
+            // A sample counts where it counts in all of them.
+            let values: Option<Vec<f64>> = group.iter().map(|of| of.value(channel, before, n)).collect();
+            let Some(values) = values else { continue };
+            let middle = mean(&values);
+            let within: f64 = values.iter().map(|y| (y - middle) * (y - middle)).sum();
+            self.noise += size * within / (size - 1.0);
+            self.count += size;
+            kept.iter_mut().zip(values).for_each(|(kept, y)| kept.push(y));
+        }
+        for signal in kept {
+            let middle = mean(&signal);
+            self.about += signal.iter().map(|y| (y - middle) * (y - middle)).sum::<f64>();
+        }
+    }
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}

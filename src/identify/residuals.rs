@@ -1,0 +1,118 @@
+//! The residuals of each recording, tested: whether they are white, and whether they depend on the voltage.
+
+use super::input_test::{InputTest, Residuals, input_test};
+use super::spec::Identification;
+use super::warnings::{Warning, name_of};
+use crate::estimate::{INDEPENDENT_MIN, Uncertainty, Whiteness};
+use crate::evaluate::Problem;
+use crate::motor::{Axis, Scope};
+use crate::record::Record;
+use crate::text::significant;
+use nalgebra::DMatrix;
+
+/// The tests of the residuals of a channel of a recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ResidualTest {
+    /// Against themselves.
+    pub whiteness: Whiteness,
+    /// Against the voltage; `None` where it does not change enough.
+    pub voltage: Option<InputTest>,
+}
+
+/// The tests of current and speed of one recording.
+pub type ResidualTests = [Option<ResidualTest>; 2];
+
+/// Tests the residuals of every recording of a problem. `moved` are candidates that are off by one independent error of
+/// the parameters each, where these are no part of what was fitted.
+pub(super) fn tests(records: &[Record], problem: &Problem, values: &[f64], moved: &[Vec<f64>]) -> Vec<ResidualTests> {
+    let of = |(recording, record): (usize, &Record)| {
+        let signals = &problem.signals()[recording];
+        let simulated = |values: &[f64]| problem.simulate(values, recording, signals.initial());
+        let model = simulated(values);
+        let moved: Vec<[Vec<f64>; 2]> = moved.iter().map(|values| simulated(values)).collect();
+        [0, 1].map(|channel| {
+            // What a filter has passed is correlated, whatever the model misses.
+            let measured = record.measured()[channel].filter(|_| signals.independent >= INDEPENDENT_MIN)?;
+            let counting: Vec<bool> = match record.excluded().is_empty() {
+                true => Vec::new(),
+                false => (0..record.len()).map(|n| signals.counts(channel, n)).collect(),
+            };
+            let less = |from: &[f64]| from.iter().zip(&model[channel]).map(|(a, b)| a - b).collect::<Vec<f64>>();
+            let residuals = Residuals {
+                values: &less(measured),
+                voltage: &record.samples().voltage,
+                counting: &counting,
+                moves: &moved.iter().map(|signals| less(&signals[channel])).collect::<Vec<_>>(),
+            };
+            of_channel(&residuals, signals.rms(channel))
+        })
+    };
+    records.iter().enumerate().map(of).collect()
+}
+
+fn of_channel(residuals: &Residuals<'_>, size: f64) -> Option<ResidualTest> {
+    let counts = |n: usize| residuals.counting.get(n).copied().unwrap_or(true);
+    let kept: Vec<f64> = residuals.values.iter().enumerate().filter(|(n, _)| counts(*n)).map(|(_, e)| *e).collect();
+    // Where that test has nothing to say, neither has the other.
+    let whiteness = Whiteness::of(&kept, size)?;
+    Some(ResidualTest { whiteness, voltage: input_test(residuals) })
+}
+
+/// Candidates (values of what is shared) that are off by one independent error of the parameters each.
+///
+/// The errors are those of the coordinates, as far as they are known: the columns of a root of their covariance. Where the
+/// residuals of the fit were correlated they are larger than they say, by as much as samples count less.
+pub(super) fn moved(found: &Identification) -> Vec<Vec<f64>> {
+    let Some(uncertainty) = &found.uncertainty else { return Vec::new() };
+    let (axes, values) = (found.space.free(), &found.values);
+    let shared: Vec<usize> = (0..axes.len()).filter(|n| axes[*n].scope == Scope::Shared).collect();
+    let known: Vec<(usize, f64)> =
+        shared.iter().filter_map(|&n| Some((n, uncertainty.std_error[n]? / axes[n].slope(values[n])))).collect();
+    let more = inflation(uncertainty);
+    let covariance = DMatrix::from_fn(known.len(), known.len(), |a, b| {
+        let ((row, of_row), (column, of_column)) = (known[a], known[b]);
+        more * of_row * of_column * uncertainty.correlation[row][column].unwrap_or(0.0)
+    });
+    let Some(root) = covariance.cholesky() else { return Vec::new() };
+    let root = root.l();
+    let one = |column: usize| {
+        let mut values = values.clone();
+        let moves = |axis: &Axis, value: f64, by: f64| axis.value(axis.coordinate(value) + by);
+        known
+            .iter()
+            .enumerate()
+            .for_each(|(row, (n, _))| values[*n] = moves(&axes[*n], values[*n], root[(row, column)]));
+        shared.iter().map(|n| values[*n]).collect()
+    };
+    (0..known.len()).map(one).collect()
+}
+
+/// By how much variances are larger than those of independent residuals, by the correlation from sample to sample.
+pub(super) fn inflation(uncertainty: &Uncertainty) -> f64 {
+    let lags = uncertainty.whiteness.iter().flatten().map(|white| white.lag1.clamp(0.0, 0.999));
+    lags.map(|lag| (1.0 + lag) / (1.0 - lag)).fold(1.0, f64::max)
+}
+
+/// Of what is left, less than this part that the voltage explains does not matter \[%\].
+const EXPLAINED_MIN: f64 = 1.0;
+
+/// The warning for residuals that depend on the voltage.
+pub(super) fn of_result(records: &[Record], found: &Identification) -> Option<Warning> {
+    let follows = |test: &ResidualTest| test.voltage.filter(|v| !v.is_independent).map(|v| v.explained_percent);
+    let mut list: Vec<String> = Vec::new();
+    for (channel, name) in ["current", "speed"].into_iter().enumerate() {
+        let each = found.residual_tests.iter().zip(records);
+        let each = each.filter_map(|(tests, record)| Some((follows(tests[channel].as_ref()?)?, record)));
+        let Some((explained, record)) = each.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
+        if explained >= EXPLAINED_MIN {
+            let place = if records.len() > 1 { format!(" in {}", name_of(record)) } else { String::new() };
+            list.push(format!("{} % of what is left of the {name}{place}", significant(explained, 2)));
+        }
+    }
+    let message = format!(
+        "the model misses how the voltage acts: the voltage still explains {}; parameters may be off by more than their \
+         errors",
+        list.join(" and ")
+    );
+    (!list.is_empty()).then(|| Warning::new("residuals_follow_voltage", message))
+}

@@ -1,0 +1,30 @@
+//! The table of feedforward characteristics.
+
+use super::Table;
+use super::identified::{window, with_error};
+use crate::identify::{Characteristic, Characteristics, Identification};
+
+/// The characteristics as a table.
+pub(super) fn characteristics_table(found: &Identification) -> Table {
+    let mut heads = vec!["characteristic".to_owned(), "unit".to_owned(), "output error".to_owned()];
+    heads.extend(found.regressions.iter().map(|r| format!("regression over {}", window(r))));
+    let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+    let mut table = Table::new("characteristics", "Feedforward characteristics (\u{b1} standard error)", &heads);
+    let cell = |c: Option<Characteristic>| c.map_or("\u{2013}".to_owned(), with_error);
+    for (n, (name, unit, by_error)) in Characteristics::named(found).into_iter().enumerate() {
+        let mut row = vec![name.replace('_', " "), unit.to_owned(), cell(by_error)];
+        row.extend(found.regressions.iter().map(|r| cell([r.ks, r.kv, r.ka].get(n).copied())));
+        table.row(row);
+    }
+    let beside = match found.regressions.is_empty() {
+        true => "A regression of the speed's differences has too little to tell them apart here.",
+        false => {
+            "The regression takes differences of the measured speed, which flatten what is fast; noise and inductance bias \
+             it."
+        }
+    };
+    table.note(format!(
+        "v = kS sgn(\u{3c9}) + kV \u{3c9} + kA d\u{3c9}/dt. By output error they follow from the parameters. {beside}"
+    ));
+    table
+}

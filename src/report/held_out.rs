@@ -1,0 +1,67 @@
+//! Fitted and held-out recordings side by side.
+
+use super::Table;
+use super::figures::{self, Modelled};
+use super::identified::{repeatability_text, verdicts};
+use super::page::Part;
+use crate::identify::{HeldOut, Identification, ResidualTests, Validation};
+use crate::text::significant;
+
+const HEADS: [&str; 7] =
+    ["recordings", "current", "speed", "residuals [A, rad/s]", "white", "independent of the voltage", "estimated"];
+
+/// Recordings that were not fitted: their fits beside that of the others, and how they are explained.
+pub(super) fn held_out(found: &Identification, validation: &Validation) -> Vec<Part> {
+    let plot = |(n, held): (usize, &HeldOut)| {
+        let models = [Modelled { name: "model".to_owned(), signals: held.simulated.clone() }];
+        Part::Figure(Box::new(figures::responses(&format!("held-out-{}", n + 1), &held.record, &models)))
+    };
+    let plots = validation.held_out.iter().enumerate().map(plot);
+    std::iter::once(Part::Table(table(found, validation))).chain(plots).collect()
+}
+
+fn table(found: &Identification, validation: &Validation) -> Table {
+    let mut table = Table::new("held-out", "Fit of what was fitted and of what was held out [%]", &HEADS);
+    let mut row = |name: String, fit: [Option<f64>; 2], sigma: [Option<f64>; 2], tests: &[ResidualTests]| {
+        let [current, speed] = fit.map(|f| f.map_or("\u{2013}".to_owned(), |f| format!("{f:.2}")));
+        let left = sigma.map(|s| s.map_or("\u{2013}".to_owned(), |s| significant(s, 3))).join(", ");
+        let [white, independent] = if tests.is_empty() { Default::default() } else { verdicts(tests) };
+        table.row(vec![name, current, speed, left, white, independent, String::new()]);
+    };
+    let held = &validation.held_out;
+    row("fitted".to_owned(), found.fit_percent, found.residual_sigma, &found.residual_tests);
+    let tests: Vec<ResidualTests> = held.iter().map(|held| held.residual_tests).collect();
+    row("held out".to_owned(), validation.fit_percent, validation.residual_sigma, &tests);
+    if held.len() > 1 {
+        for (n, held) in (1..).zip(held) {
+            row(name_of(n, held), held.fit_percent, held.residual_sigma, &[held.residual_tests]);
+        }
+    }
+    if let Some(of) = &found.repeatability {
+        row("ceiling".to_owned(), of.ceiling_percent, of.sigma, &[]);
+    }
+    let own = |held: &HeldOut| {
+        let initial = held.initial_is_estimated.then(|| "initial state".to_owned());
+        let values = held.own.iter().map(|(p, v)| format!("{} = {} {}", p.symbol(), significant(*v, 3), p.unit()));
+        initial.into_iter().chain(values).collect::<Vec<_>>().join(", ")
+    };
+    let first = if held.len() > 1 { 2 } else { 1 };
+    for (row, held) in table.rows.iter_mut().skip(first).zip(held) {
+        row[HEADS.len() - 1] = own(held);
+    }
+    table.note(
+        "Held-out recordings are simulated with the parameters found; what is estimated from one itself stands beside \
+         it: its state where it begins in motion, and parameters that each recording has for itself. White and independent of the voltage: whether the residuals of current and \
+         speed are, as those of a model that misses nothing.",
+    );
+    if let Some(of) = &found.repeatability {
+        table.note(format!("Ceiling: {}.", repeatability_text(of)));
+    }
+    table
+}
+
+fn name_of(n: usize, held: &HeldOut) -> String {
+    let source = held.record.source();
+    let name = source.path.as_ref().map_or_else(|| format!("recording {n}"), |path| path.display().to_string());
+    source.part.iter().fold(name, |name, part| format!("{name} ({part})"))
+}
