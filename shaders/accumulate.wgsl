@@ -1,24 +1,6 @@
 // The loop over the samples of one round. Sums are kept per BLOCK of samples and then added, so that their rounding
 // does not grow with the recording.
 
-fn lose(e: Lanes, weight: Scalar, sum: Lanes) -> Lanes {
-    var part = e * e;
-    if ABSOLUTE {
-        part = abs(e);
-    }
-    if WEIGHTED {
-        part *= weight;
-    }
-    return sum + part;
-}
-
-fn weight_of(at: u32) -> Pair {
-    if WEIGHTED {
-        return weights[at];
-    }
-    return Pair();
-}
-
 // The state and the sums of a block of samples.
 struct Run {
     x: Lanes2,

@@ -10,25 +10,14 @@ mod support;
 
 use motorfit::candidates::Candidates;
 use motorfit::criterion::{Criterion, Norm, Scale};
-use motorfit::evaluate::gpu::{Gpu, Precision, Selector, list};
+use motorfit::evaluate::gpu::{Gpu, Precision, Selector};
 use motorfit::evaluate::{Group, Initial, Model, Problem, Scalar, Simd};
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::motor::{Discretization, Parameters};
 use std::sync::Arc;
+use support::adapter::open;
 use support::suite::{check, edges, mixed_records, suite};
 use support::{NORMS, SCALES, batch, costs, criterion, driven, m2_record, near, problem, uniform};
-
-/// The best adapter in a precision; `None`, visibly, where there is none and skips are allowed.
-fn open(precision: Precision) -> Option<Gpu> {
-    let adapters = list();
-    let wanted = adapters.iter().find(|a| precision == Precision::F32 || a.f64);
-    let Some(adapter) = wanted else {
-        assert!(std::env::var_os("MOTORFIT_NO_SKIP").is_none(), "no adapter for {precision:?}: {adapters:?}");
-        println!("SKIPPED: no adapter for {precision:?}");
-        return None;
-    };
-    Some(Gpu::open(&Selector::Index(adapter.index), Some(precision)).unwrap_or_else(|e| panic!("{e}")))
-}
 
 /// A motor as far from the optimum as the reference of a search soon is, at least one percent in each parameter.
 fn reference() -> [f64; 5] {

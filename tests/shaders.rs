@@ -5,7 +5,7 @@
 #![cfg(feature = "gpu")]
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
-use motorfit::evaluate::gpu::{Fetch, LANES, Precision, Variant, assemble};
+use motorfit::evaluate::gpu::{Extras, Fetch, LANES, Precision, Variant, assemble};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 fn validate(source: &str, capabilities: Capabilities) -> Result<(naga::Module, naga::valid::ModuleInfo), String> {
@@ -23,7 +23,8 @@ fn capabilities(variant: Variant) -> Capabilities {
 
 #[test]
 fn every_variant_is_valid() {
-    assert_eq!(Variant::all().count(), 48);
+    // Three precisions of linear motors; two of motors with extensions, each in sixteen variants.
+    assert_eq!(Variant::all().count(), 16 * (3 + 2 * 16));
     for variant in Variant::all() {
         validate(&assemble(variant), capabilities(variant)).unwrap_or_else(|e| panic!("{variant:?}: {e}"));
     }
@@ -64,8 +65,14 @@ fn layouts_are_what_is_packed() {
 
 #[test]
 fn a_broken_shader_is_rejected() {
-    let variant =
-        Variant { precision: Precision::F32, absolute: false, weighted: false, uniform: true, fetch: Fetch::Direct };
+    let variant = Variant {
+        precision: Precision::F32,
+        absolute: false,
+        weighted: false,
+        uniform: true,
+        fetch: Fetch::Direct,
+        extras: None,
+    };
     let good = assemble(variant);
     validate(&good, Capabilities::empty()).unwrap();
     for (from, to) in
@@ -73,6 +80,13 @@ fn a_broken_shader_is_rejected() {
     {
         assert!(good.contains(from));
         assert!(validate(&good.replacen(from, to, 1), Capabilities::empty()).is_err(), "{from} -> {to} went unnoticed");
+    }
+    let extras = Some(Extras { brushes: true, delayed: true, averages: [true; 2] });
+    let extended = assemble(Variant { precision: Precision::F32Plain, extras, ..variant });
+    validate(&extended, Capabilities::empty()).unwrap();
+    for (from, to) in [("fn advance(", "fn advances("), ("delay.shift", "delay.shaft"), ("const TAPS", "const TIPS")] {
+        assert!(extended.contains(from));
+        assert!(validate(&extended.replacen(from, to, 1), Capabilities::empty()).is_err(), "{from} -> {to}");
     }
     let f64 = assemble(Variant { precision: Precision::F64, ..variant });
     assert!(validate(&f64, Capabilities::empty()).is_err(), "f64 needs its capability");

@@ -6,7 +6,7 @@ use motorfit::candidates::Candidates;
 use motorfit::criterion::Criterion;
 use motorfit::evaluate::{Batch, Evaluator, Group, Model, Problem};
 use motorfit::experiment::{Excitation, simulated};
-use motorfit::motor::{Discretization, Parameters, Space};
+use motorfit::motor::{Discretization, Parameter, Parameters, Space};
 use motorfit::record::Record;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -36,16 +36,27 @@ pub fn problem_with(records: &[Record]) -> Arc<Problem> {
     Arc::new(Problem::new(records, Model::default(), Space::table2(), Criterion::default()).unwrap())
 }
 
+/// nrmse/std with these extensions besides, free within bounds.
+pub fn extended_problem(extensions: &[(Parameter, f64, f64)]) -> Arc<Problem> {
+    let space = Space::table2_with(extensions, &[]).unwrap();
+    Arc::new(Problem::new(&[m2_record()], Model::default(), space, Criterion::default()).unwrap())
+}
+
 /// Uniform candidates of the box of Table 2, row-major.
 pub fn candidates(count: usize) -> Vec<f64> {
+    candidates_of(&Space::table2(), count)
+}
+
+/// Uniform candidates of a box, row-major.
+pub fn candidates_of(space: &Space, count: usize) -> Vec<f64> {
     let mut generator = Xoshiro256PlusPlus::seed_from_u64(7);
-    let bounds = Space::table2().bounds();
+    let bounds = space.bounds();
     (0..count).flat_map(|_| bounds.iter().map(|&(a, b)| generator.random_range(a..b)).collect::<Vec<_>>()).collect()
 }
 
 /// Evaluates all candidates once.
 pub fn evaluate(evaluator: &mut dyn Evaluator, problem: &Arc<Problem>, values: &[f64], costs: &mut [f64]) {
-    let candidates = Candidates::new(values, 5);
+    let candidates = Candidates::new(values, problem.space().free().len());
     let groups = [Group { problem, candidates, reference: None }];
     evaluator.evaluate(&Batch { groups: &groups }, costs).unwrap();
 }

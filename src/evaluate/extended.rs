@@ -30,7 +30,7 @@ pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {
 pub(super) const CHUNK: usize = 64;
 
 /// The longest average, in samples.
-const WINDOW_MAX: f64 = 1e6;
+pub(super) const WINDOW_MAX: f64 = 1e6;
 
 /// A pair of numbers (current, speed) of each candidate.
 pub(super) type Pair<const L: usize> = [[f64; L]; 2];

@@ -29,17 +29,23 @@ enum Kind<'a, const L: usize> {
 /// How the voltage comes late in one candidate.
 #[derive(Clone, Copy)]
 pub(super) struct Taps {
-    delay: DelayTaps,
+    pub delay: DelayTaps,
     /// What one volt of each of the three samples adds to both states.
-    gains: [[f64; 3]; 2],
+    pub gains: [[f64; 3]; 2],
     /// The step in which the first movement begins after its latency; none waits for it without one.
-    movement: Option<usize>,
+    pub movement: Option<usize>,
     /// Steps whose voltage no taps give, and what it adds to both states: that one, and those in which lines begin.
-    special: [(usize, [f64; 2]); 3],
+    pub special: [(usize, [f64; 2]); 3],
 }
 
 /// No step.
-const NEVER: usize = usize::MAX;
+pub(super) const NEVER: usize = usize::MAX;
+
+/// Times of the samples where [`Taps`] need them; the same for all candidates.
+pub(super) fn late_times(signals: &Signals, setting: Setting) -> Vec<f64> {
+    let needed = setting.method.uses_next_input() || setting.extent.has(Parameter::Latency);
+    if needed { sample_times(&signals.drive()) } else { Vec::new() }
+}
 
 impl<'a, const L: usize> Inputs<'a, L> {
     pub(super) fn new(problem: &'a Problem, signals: &'a Signals, motors: &[Extended; L]) -> Self {
@@ -47,7 +53,8 @@ impl<'a, const L: usize> Inputs<'a, L> {
         let kind = if !setting.extent.is_delayed() {
             Kind::Spans { spans: problem.spans(signals), now: None }
         } else if signals.step_index.is_empty() && !signals.has_own_lines() {
-            let taps = |lane: usize| Taps::new(signals, setting, &motors[lane]);
+            let time = late_times(signals, setting);
+            let taps = |lane: usize| Taps::new(signals, setting, &motors[lane], &time);
             Kind::Even(Box::new(std::array::from_fn(taps)))
         } else {
             Kind::Uneven { time: sample_times(&signals.drive()), cursors: [0; L] }
@@ -161,7 +168,8 @@ impl Told<'_> {
 }
 
 impl Taps {
-    fn new(signals: &Signals, setting: Setting, motor: &Extended) -> Self {
+    /// `time`: of [`late_times`].
+    pub(super) fn new(signals: &Signals, setting: Setting, motor: &Extended, time: &[f64]) -> Self {
         let h = signals.step_s[0];
         let lines = setting.method.uses_next_input();
         let delay = DelayTaps::new(motor.get(Parameter::DeadTime) / h, lines);
@@ -180,14 +188,15 @@ impl Taps {
         });
         let begin = if lines { [delay.whole.checked_sub(1), Some(delay.whole)] } else { [None; 2] };
         let drive = signals.drive();
-        let time = if lines || movement.is_some() { sample_times(&drive) } else { Vec::new() };
-        let late = late(motor, setting, &time, |n| {
+        let late = late(motor, setting, time, |n| {
             let start = terminal(motor, drive.voltage[n]);
             [start, if lines { terminal(motor, drive.end(n)) } else { start }]
         });
-        let special = [movement, begin[0], begin[1]].map(|at| match at.filter(|at| *at < signals.len()) {
-            Some(at) => (at, gain(late.line(at, h, &mut 0))),
-            None => (NEVER, [0.0; 2]),
+        // What acts there is known but for a piece or two; from the first one on it would be found too.
+        let acts = setting.beginning.first_movement.saturating_sub(2);
+        let special = [(movement, acts), (begin[0], 0), (begin[1], 0)].map(|(at, mut acts)| {
+            let at = at.filter(|at| *at < signals.len());
+            at.map_or((NEVER, [0.0; 2]), |at| (at, gain(late.line(at, h, &mut acts))))
         });
         Self { delay, gains: [0, 1].map(|axis| taps.map(|tap| tap[axis])), movement, special }
     }

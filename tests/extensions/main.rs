@@ -1,5 +1,5 @@
-//! Proves: what extensions mean (closed forms, shifted inputs, finer simulations); that every evaluator of the CPU means
-//! what the oracle means with any of them; that derivatives are those of differences; that extensions are recovered from
+//! Proves: what extensions mean (closed forms, shifted inputs, finer simulations); that every evaluator of the CPU and of
+//! GPUs means what the oracle means with any of them; that derivatives are those of differences; that extensions are recovered from
 //! recordings of known truth, with standard errors that hold.
 //! Does not prove: that real motors are like that (see real.rs).
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
@@ -10,6 +10,8 @@
 mod support;
 
 mod contract;
+#[cfg(feature = "gpu")]
+mod gpu;
 mod meaning;
 mod recovery;
 

@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "each test file uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
+#[cfg(feature = "gpu")]
+pub mod adapter;
 pub mod suite;
 
 use motorfit::Result;

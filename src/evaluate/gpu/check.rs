@@ -2,10 +2,11 @@
 //! oracle before its first use.
 
 use super::device::AdapterFacts;
+use super::extras::Extras;
 use super::shader::{Precision, Variant};
 use crate::criterion::{Criterion, Norm};
 use crate::evaluate::{Model, Problem, Scalar};
-use crate::motor::{Discretization, Drive, Parameters, Space, Trajectory, simulate};
+use crate::motor::{Discretization, Drive, Parameter, Parameters, Space, Trajectory, simulate};
 use crate::record::{Record, Samples};
 use crate::{Error, ErrorKind, Result};
 use std::sync::Arc;
@@ -13,11 +14,16 @@ use std::sync::Arc;
 /// Samples of the experiment: more than a block of the shader, and no multiple of anything.
 const SAMPLES: u32 = 395;
 
-/// A short experiment with a motor like the paper's under a criterion that needs `variant`, and candidates around it.
+/// A short experiment with a motor like the paper's under a criterion and a model that need `variant`, and candidates
+/// around it.
 pub(super) fn specimen(variant: Variant) -> Result<(Arc<Problem>, Vec<f64>)> {
-    let voltage: Vec<f64> = (0..SAMPLES).map(|n| if n < 20 { 0.0 } else { 10.0 - f64::from(n / 100) }).collect();
+    let volts = |n: u32| match n {
+        0..20 => 0.0,
+        300.. if variant.extras.is_some() => -6.5,
+        _ => 10.0 - f64::from(n / 100),
+    };
+    let voltage: Vec<f64> = (0..SAMPLES).map(volts).collect();
     let drive = Drive { step_s: &[0.001], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &[] };
-    let truth = Parameters::M2.to_array();
     let Trajectory { current, speed } = simulate(&Parameters::M2, &drive, [0.0; 2], Discretization::Zoh);
     let time_s = (0..SAMPLES).map(|n| f64::from(n) * 0.001).collect();
     let record = Record::new(Samples { time_s, voltage, torque: None, current: Some(current), speed: Some(speed) })?;
@@ -28,10 +34,35 @@ pub(super) fn specimen(variant: Variant) -> Result<(Arc<Problem>, Vec<f64>)> {
         (true, true) => Norm::Itae,
     };
     let criterion = Criterion { norm, ..Criterion::default() };
-    let problem = Problem::new(&[record], Model::default(), Space::table2(), criterion)?;
+    let (mut truth, mut space) = (Parameters::M2.to_array().to_vec(), Space::table2());
+    if let Some(extras) = variant.extras {
+        let extensions = extensions(extras);
+        truth.extend(extensions.iter().map(|(_, value)| value));
+        let bounds: Vec<_> = extensions.iter().map(|&(of, value)| (of, 0.7 * value, 1.3 * value)).collect();
+        space = Space::table2_with(&bounds, &[])?;
+    }
+    // A voltage that comes late needs the method for lines, which has more special steps than that for held ones.
+    let discretization = if variant.extras.is_some() { Discretization::Foh } else { Discretization::Zoh };
+    let problem = Problem::new(&[record], Model { discretization, ..Model::default() }, space, criterion)?;
     let factor = |n: u32, axis: u32| 1.0 + 0.3 * f64::from(n * 7 + axis * 5 + 1).sin();
-    let candidates = (0..37).flat_map(|n| (0..5).map(move |axis| (n, axis)));
-    Ok((Arc::new(problem), candidates.map(|(n, axis)| truth[axis as usize] * factor(n, axis)).collect()))
+    let candidate = |n| truth.iter().zip(0..).map(move |(value, axis)| value * factor(n, axis));
+    Ok((Arc::new(problem), (0..37).flat_map(candidate).collect()))
+}
+
+/// Extensions that need these parts, the drive and friction besides, with values that are seen.
+fn extensions(extras: Extras) -> Vec<(Parameter, f64)> {
+    use Parameter as P;
+    let Extras { brushes, delayed, averages } = extras;
+    let drive = [(P::Coulomb, 0.02), (P::Load, 0.01), (P::Offset, 0.2), (P::Deadband, 0.5), (P::Saturation, 8.0)];
+    let parts = [
+        (brushes, (P::BrushDrop, 0.7)),
+        (delayed, (P::DeadTime, 0.0123)),
+        (delayed, (P::Latency, 0.02)),
+        (averages[0], (P::CurrentAverage, 9.0)),
+        (averages[1], (P::SpeedAverage, 33.0)),
+    ];
+    let needed = parts.into_iter().filter_map(|(needed, part)| needed.then_some(part));
+    drive.into_iter().chain([(P::ReverseGain, 0.9)]).chain(needed).collect()
 }
 
 /// Costs that a device gave against the oracle's.
@@ -48,7 +79,8 @@ pub(super) fn compare(
         Precision::F32 => 2e-4,
         Precision::F32Plain => 1e-3,
     };
-    for (row, cost) in values.chunks(5).zip(costs) {
+    let width = problem.space().free().len();
+    for (row, cost) in values.chunks(width).zip(costs) {
         let oracle = Scalar::cost(problem, row);
         let error = (cost - oracle).abs() / oracle;
         if error.is_nan() || error > allowed {

@@ -1,18 +1,21 @@
 //! A batch as the words of buffers. Offsets are those of `shaders/input.wgsl`.
 
+use super::extras::{Extras, ring};
 use super::reference::{Reference, ReferenceStep, reference_values};
 use super::shader::{BLOCK, LANES, Precision, UNIFORM_BYTES, Variant, WORKGROUP};
-use crate::evaluate::{Group, Problem, Signals};
+use crate::evaluate::late::late_times;
+use crate::evaluate::{Group, Problem, Signals, Span};
 use std::sync::Arc;
 
-/// Words of a job.
-pub(super) const JOB: usize = 9;
 /// Loop iterations of an invocation in one dispatch: llvmpipe cuts them off at 65,535 without a word, and a real
 /// device's watchdog wants short dispatches too.
 const ITERATIONS: usize = 60_000;
 /// What a segment adds to them, and what a block of samples does: an iteration of its own and the last looks of the
 /// loops within. Measured on llvmpipe: 8 for a segment of one sample, all told.
 const OVERHEAD: usize = 5;
+
+/// Where a job of motors with extensions says where what its sensors keep begins.
+const RING: usize = 13;
 
 /// Numbers in the precision of the device, as bytes are uploaded.
 pub(super) struct Numbers {
@@ -44,10 +47,12 @@ pub(super) struct Unit {
     pub place: Place,
     pub first: usize,
     pub blocks: usize,
-    /// Its first map, counted over all units: blocks times distinct steps.
+    /// Its first map, counted over all units: blocks times distinct steps and slots of constants.
     pub map_first: usize,
     /// The reference's maps for each distinct step.
     pub reference: Vec<ReferenceStep>,
+    /// Times of the samples, where inputs come late.
+    pub time: Vec<f64>,
 }
 
 /// A group of the batch and a recording of its problem.
@@ -80,8 +85,10 @@ pub(super) struct Scene {
     pub blocks: usize,
     /// Candidate-steps.
     pub steps: u64,
-    /// Maps of all units: blocks times distinct steps.
+    /// Maps of all units, and slots of constants.
     pub maps: usize,
+    /// Entries of the states between rounds; behind them what sensors keep.
+    pub states: usize,
     pub units: Vec<Unit>,
 }
 
@@ -103,6 +110,7 @@ impl Scene {
             blocks: 0,
             steps: 0,
             maps: 0,
+            states: 0,
             units: Vec::new(),
         };
         for (index, group) in groups.iter().enumerate() {
@@ -116,9 +124,16 @@ impl Scene {
                 scene.add(Place { group: index, recording }, group, reference);
             }
         }
-        scene.job_count = word(scene.jobs.len() / JOB);
-        let table = word(scene.jobs.len());
-        scene.jobs.chunks_exact_mut(JOB).for_each(|job| job[6] += table);
+        let words = variant.job();
+        scene.job_count = word(scene.jobs.len() / words);
+        let (table, kept) = (word(scene.jobs.len()), word(scene.blocks * variant.states()));
+        for job in scene.jobs.chunks_exact_mut(words) {
+            job[6] += table;
+            if variant.extras.is_some() {
+                job[RING] += kept;
+            }
+        }
+        scene.states += scene.blocks * variant.states();
         scene.jobs.append(&mut scene.bounds);
         if scene.weights.bytes.is_empty() {
             scene.weights.push(&[0.0; 2]);
@@ -152,43 +167,66 @@ fn word(n: usize) -> u32 {
 
 impl Scene {
     fn add(&mut self, place: Place, group: &Group<'_>, reference: Reference) {
-        let signals = &group.problem.signals()[place.recording];
+        let (problem, variant) = (group.problem, self.variant);
+        let signals = &problem.signals()[place.recording];
         let blocks = group.candidates.count().div_ceil(LANES);
         if blocks == 0 {
             return;
         }
-        let sample_first = self.samples.count(self.variant.precision.sample());
+        let first_active = problem.first_active(signals);
+        let sample_first = self.samples.count(variant.precision.sample());
         let weight_first = self.weights.count(2);
-        self.add_samples(signals, &reference);
+        self.add_samples(signals, first_active, &reference);
         let initial = self.inputs.count(4);
         let rounds_first = self.bounds.len();
-        let rounds = self.add_segments(signals);
+        let delayed = variant.extras.is_some_and(|extras| extras.delayed);
+        self.add_initial(signals, delayed);
+        let rounds = if delayed {
+            self.add_segments(first_active, torques(signals, first_active).iter())
+        } else {
+            self.add_segments(first_active, problem.spans(signals))
+        };
         let map_first = self.maps;
         let steps = signals.step_s.len();
+        let each = steps + variant.slots().len();
+        let kept = variant.extras.map(|extras| self.add_kept(problem, signals, extras, blocks));
         for first in (0..blocks).step_by(WORKGROUP) {
             let count = WORKGROUP.min(blocks - first);
             self.jobs.extend([
                 word(self.blocks + first),
                 word(count),
-                word(map_first + first * steps),
-                word(steps),
+                word(map_first + first * each),
+                word(each),
                 word(sample_first),
                 word(weight_first),
                 word(rounds_first),
                 word(rounds),
                 word(initial),
             ]);
+            if let Some([ring_first, ring, channels]) = kept {
+                let known = signals.beginning.first_movement;
+                let ring_at = ring_first + first * ring * channels;
+                self.jobs.extend([steps, known, signals.len(), first_active, ring_at, ring - 1].map(word));
+            }
         }
-        self.units.push(Unit { place, first: self.blocks, blocks, map_first, reference: reference.steps });
-        self.maps += blocks * steps;
-        self.steps += (blocks * LANES * (signals.len() - group.problem.first_active(signals))) as u64;
+        let time = if delayed { late_times(signals, problem.setting(signals)) } else { Vec::new() };
+        self.units.push(Unit { place, first: self.blocks, blocks, map_first, reference: reference.steps, time });
+        self.maps += blocks * each;
+        self.steps += (blocks * LANES * (signals.len() - first_active)) as u64;
         self.blocks += blocks;
         self.rounds = self.rounds.max(word(rounds));
     }
 
+    /// Makes room for what the sensors keep: where it begins, past values of each, sensors.
+    fn add_kept(&mut self, problem: &Problem, signals: &Signals, extras: Extras, blocks: usize) -> [usize; 3] {
+        let (first, channels) = (self.states, extras.channels());
+        let ring = if channels == 0 { 1 } else { ring(problem, signals) };
+        self.states += blocks * ring * channels;
+        [first, ring, channels]
+    }
+
     /// Samples from the first active one on: measured, or what the reference leaves and what drives deviations.
-    fn add_samples(&mut self, signals: &Signals, reference: &Reference) {
-        let active = signals.first_active;
+    fn add_samples(&mut self, signals: &Signals, active: usize, reference: &Reference) {
         for n in active..signals.len() {
             let y = signals.measured[n];
             match self.samples.precision {
@@ -207,35 +245,57 @@ impl Scene {
         }
     }
 
-    /// The initial state, then spans cut into segments; the bounds of rounds. Returns the number of rounds.
-    fn add_segments(&mut self, signals: &Signals) -> usize {
+    /// The initial state; where inputs come late, all voltages too, that before the first sample first.
+    fn add_initial(&mut self, signals: &Signals, delayed: bool) {
         let initial = if self.inputs.precision.is_deviation() { [0.0; 2] } else { signals.initial };
         self.segments.push([0; 4]);
         self.inputs.push(&[initial[0], initial[1], 0.0, 0.0]);
+        if delayed {
+            let told = [&[signals.beginning.voltage], &signals.voltage[..]];
+            told.into_iter().flatten().for_each(|v| self.inputs.push(&[*v, 0.0, 0.0, 0.0]));
+        }
+    }
+
+    /// Spans from sample `from` on cut into segments; the bounds of rounds. Returns the number of rounds.
+    fn add_segments<'a>(&mut self, from: usize, spans: impl Iterator<Item = &'a Span>) -> usize {
         self.bounds.push(word(self.segments.len()));
-        let from = signals.first_active;
         let (mut rounds, mut iterations) = (0, 0);
-        for span in &signals.spans {
-            let segment = |start: usize, end: usize| [word(start - from), word(end - from), u32::from(span.step), 0];
-            let input = [span.voltage[0], span.voltage[1], span.torque, 0.0];
+        for span in spans {
             let mut begin = span.start;
             iterations += OVERHEAD;
             for start in (span.start..span.end).step_by(BLOCK) {
                 let count = BLOCK.min(span.end - start) + OVERHEAD;
                 if iterations + count > ITERATIONS {
                     if start > begin {
-                        self.segments.push(segment(begin, start));
-                        self.inputs.push(&input);
+                        self.add_segment(from, [begin, start], span);
                     }
                     self.bounds.push(word(self.segments.len()));
                     (rounds, iterations, begin) = (rounds + 1, OVERHEAD, start);
                 }
                 iterations += count;
             }
-            self.segments.push(segment(begin, span.end));
-            self.inputs.push(&input);
+            self.add_segment(from, [begin, span.end], span);
         }
         self.bounds.push(word(self.segments.len()));
         rounds + 1
     }
+
+    fn add_segment(&mut self, from: usize, [start, end]: [usize; 2], span: &Span) {
+        let at = word(self.inputs.count(4));
+        self.segments.push([word(start - from), word(end - from), u32::from(span.step), at]);
+        self.inputs.push(&[span.voltage[0], span.voltage[1], span.torque, 0.0]);
+    }
+}
+
+/// Stretches of constant torque from a sample on, of a recording whose steps are even.
+fn torques(signals: &Signals, from: usize) -> Vec<Span> {
+    let mut spans: Vec<Span> = Vec::new();
+    for start in from..signals.len() {
+        let torque = signals.torque.get(start).copied().unwrap_or(0.0);
+        match spans.last_mut().filter(|last| last.torque.to_bits() == torque.to_bits()) {
+            Some(last) => last.end = start + 1,
+            None => spans.push(Span { start, end: start + 1, step: 0, voltage: [0.0; 2], torque }),
+        }
+    }
+    spans
 }

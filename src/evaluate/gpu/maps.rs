@@ -1,10 +1,11 @@
 //! Step maps of all candidates of a batch, made in f64 on all threads, as the shaders read them.
 
+use super::extras::{Constants, Extras};
 use super::layout::Unit;
 use super::reference::ReferenceStep;
-use super::shader::{LANES, Precision};
+use super::shader::{LANES, Precision, Variant};
 use crate::evaluate::Group;
-use crate::motor::{StepMaps, inverse, product, step_maps, times};
+use crate::motor::{Extended, StepMaps, inverse, product, step_maps, times};
 use rayon::prelude::*;
 
 /// Maps that one task makes.
@@ -13,69 +14,105 @@ const TASK: usize = 64;
 /// Memory that the device reads; what it holds cannot be read here.
 type Bytes<'a> = wgpu::WriteOnly<'a, [u8]>;
 
-/// Writes the maps of `units` one after the other: per block and distinct step FIELDS entries of LANES numbers.
-pub(super) fn write_maps(groups: &[Group<'_>], units: &[Unit], precision: Precision, bytes: Bytes<'_>) {
-    match precision {
-        Precision::F32 => write::<{ task_bytes(Precision::F32) }>(groups, units, precision, bytes),
-        Precision::F32Plain => write::<{ task_bytes(Precision::F32Plain) }>(groups, units, precision, bytes),
-        Precision::F64 => write::<{ task_bytes(Precision::F64) }>(groups, units, precision, bytes),
+/// Writes the maps of `units` one after the other: per block FIELDS entries of LANES numbers for each distinct step, and
+/// for motors with extensions as many for each slot of constants.
+pub(super) fn write_maps(groups: &[Group<'_>], units: &[Unit], variant: Variant, bytes: Bytes<'_>) {
+    const fn task_bytes(fields: usize, number: usize) -> usize {
+        TASK * LANES * fields * number
+    }
+    match (variant.fields(), variant.precision.bytes()) {
+        (14, _) => write::<{ task_bytes(14, 4) }>(groups, units, variant, bytes),
+        (12, 4) => write::<{ task_bytes(12, 4) }>(groups, units, variant, bytes),
+        (12, _) => write::<{ task_bytes(12, 8) }>(groups, units, variant, bytes),
+        (_, 4) => write::<{ task_bytes(10, 4) }>(groups, units, variant, bytes),
+        (_, _) => write::<{ task_bytes(10, 8) }>(groups, units, variant, bytes),
     }
 }
 
-const fn task_bytes(precision: Precision) -> usize {
-    TASK * LANES * precision.fields() * precision.bytes()
-}
-
 /// `BYTES`: those of a task.
-fn write<const BYTES: usize>(groups: &[Group<'_>], units: &[Unit], precision: Precision, bytes: Bytes<'_>) {
+fn write<const BYTES: usize>(groups: &[Group<'_>], units: &[Unit], variant: Variant, bytes: Bytes<'_>) {
     let (tasks, rest) = bytes.into_chunks::<BYTES>();
     let tasks: Vec<wgpu::WriteOnly<'_, [u8; BYTES]>> = tasks.into_iter().collect();
     let last = tasks.len() * TASK;
     let task = |(n, bytes): (usize, wgpu::WriteOnly<'_, [u8; BYTES]>)| {
-        write_from(groups, units, precision, n * TASK, bytes.into());
+        write_from(groups, units, variant, n * TASK, bytes.into());
     };
     if tasks.len() < 2 {
         tasks.into_iter().enumerate().for_each(task);
     } else {
         tasks.into_par_iter().enumerate().for_each(task);
     }
-    write_from(groups, units, precision, last, rest);
+    write_from(groups, units, variant, last, rest);
 }
 
 /// Writes maps, counted over all units, from `map` on until `bytes` is full.
-fn write_from(groups: &[Group<'_>], units: &[Unit], precision: Precision, mut map: usize, mut bytes: Bytes<'_>) {
+fn write_from(groups: &[Group<'_>], units: &[Unit], variant: Variant, mut map: usize, mut bytes: Bytes<'_>) {
     let Some(mut unit) = units.partition_point(|unit| unit.map_first <= map).checked_sub(1) else { return };
+    let mut made: Option<([usize; 2], [Constants; LANES])> = None;
     while !bytes.is_empty() {
-        let Unit { map_first, blocks, reference, .. } = &units[unit];
-        let steps = reference.len();
-        if map == map_first + blocks * steps {
+        let Unit { map_first, blocks, reference, place, .. } = &units[unit];
+        let each = reference.len() + variant.slots().len();
+        if map == map_first + blocks * each {
             unit += 1;
             continue;
         }
-        let (block, step) = ((map - map_first) / steps, (map - map_first) % steps);
-        write_map(groups, &units[unit], precision, [block, step], &mut bytes);
+        let (block, at) = ((map - map_first) / each, (map - map_first) % each);
+        let group = &groups[place.group];
+        let mut put = |values: &[f64; LANES]| match variant.precision {
+            #[expect(clippy::cast_possible_truncation, reason = "they are stored in f32")]
+            Precision::F32 | Precision::F32Plain => push(&mut bytes, bytemuck::cast_slice(&values.map(|v| v as f32))),
+            Precision::F64 => push(&mut bytes, bytemuck::cast_slice(values)),
+        };
+        match (variant.extras, at.checked_sub(reference.len())) {
+            (None, _) => put_linear(&mut put, group, &units[unit], variant.precision, [block, at]),
+            (Some(_), None) => put_extended(&mut put, group, place.recording, [block, at]),
+            (Some(extras), Some(slot)) => {
+                // The slots of a block follow each other.
+                let known = made.filter(|(of, _)| *of == [unit, block]);
+                let (_, lanes) =
+                    known.unwrap_or_else(|| ([unit, block], constants_of(group, &units[unit], extras, block)));
+                made = Some(([unit, block], lanes));
+                (0..variant.fields()).for_each(|n| put(&lanes.map(|constants| constants[slot][n])));
+            }
+        }
         map += 1;
     }
 }
 
-/// Writes a map to the front of `bytes`, which then begins behind it.
-fn write_map(
-    groups: &[Group<'_>],
+/// The constants of a block of candidates.
+fn constants_of(group: &Group<'_>, unit: &Unit, extras: Extras, block: usize) -> [Constants; LANES] {
+    let (problem, recording) = (group.problem, unit.place.recording);
+    std::array::from_fn(|lane| {
+        let values = row_of(group, block, lane);
+        let motor = Extended::new(&problem.parameters(values, recording), &problem.extensions(values, recording));
+        extras.constants(problem, &problem.signals()[recording], &motor, &unit.time)
+    })
+}
+
+/// Puts the map of a linear motor.
+fn put_linear(
+    put: &mut dyn FnMut(&[f64; LANES]),
+    group: &Group<'_>,
     unit: &Unit,
     precision: Precision,
     [block, step]: [usize; 2],
-    bytes: &mut Bytes<'_>,
 ) {
-    let group = &groups[unit.place.group];
     let signals = &group.problem.signals()[unit.place.recording];
     let parameters = parameters_of(group, unit.place.recording, block);
-    let mut put = |values: &[f64; LANES]| match precision {
-        #[expect(clippy::cast_possible_truncation, reason = "they are stored in f32")]
-        Precision::F32 | Precision::F32Plain => push(bytes, bytemuck::cast_slice(&values.map(|v| v as f32))),
-        Precision::F64 => push(bytes, bytemuck::cast_slice(values)),
-    };
     let maps = step_maps(&parameters, signals.step_s[step], group.problem.model().discretization);
-    put_map(&mut put, precision, &maps, &unit.reference[step]);
+    put_map(put, precision, &maps, &unit.reference[step]);
+}
+
+/// Puts the map of a motor with extensions: D, gains, and the reactions that end current and speed at zero, per unit of
+/// them.
+fn put_extended(put: &mut dyn FnMut(&[f64; LANES]), group: &Group<'_>, recording: usize, [block, step]: [usize; 2]) {
+    let signals = &group.problem.signals()[recording];
+    let method = group.problem.extent().method(group.problem.model().discretization);
+    let maps = step_maps(&parameters_of(group, recording, block), signals.step_s[step], method);
+    maps.d.iter().for_each(&mut *put);
+    [&maps.taps[0], &maps.taps[1], &maps.torque].into_iter().flatten().for_each(&mut *put);
+    put(&std::array::from_fn(|lane| 1.0 / (maps.taps[0][0][lane] + maps.taps[1][0][lane])));
+    put(&maps.torque[1].map(|gain| -1.0 / gain));
 }
 
 fn push(bytes: &mut Bytes<'_>, values: &[u8]) {
@@ -86,11 +123,14 @@ fn push(bytes: &mut Bytes<'_>, values: &[u8]) {
 
 /// Parameters of a block of candidates side by side; the last is repeated where there are fewer.
 fn parameters_of(group: &Group<'_>, recording: usize, block: usize) -> [[f64; LANES]; 5] {
-    let lanes: [[f64; 5]; LANES] = std::array::from_fn(|lane| {
-        let row = (block * LANES + lane).min(group.candidates.count() - 1);
-        group.problem.parameters(group.candidates.row(row), recording).to_array()
-    });
+    let lanes: [[f64; 5]; LANES] =
+        std::array::from_fn(|lane| group.problem.parameters(row_of(group, block, lane), recording).to_array());
     std::array::from_fn(|p| lanes.map(|values| values[p]))
+}
+
+/// A candidate of a block.
+fn row_of<'a>(group: &Group<'a>, block: usize, lane: usize) -> &'a [f64] {
+    group.candidates.row((block * LANES + lane).min(group.candidates.count() - 1))
 }
 
 /// A step map as the shader reads it: D and gains, or in deviations D, the matrix of the force and where the deviation

@@ -4,12 +4,16 @@
 //! sums per channel come back and the CPU forms the criterion. In f64 the states are computed as they are; in f32 as
 //! deviations from a reference, so that rounding is relative to the deviation.
 //!
+//! Motors with extensions are computed as they are in f32 too, because deviations of motors with friction are not linear;
+//! a few problems of them go to the CPU (`extras` says which).
+//!
 //! A batch is one submission unless it is larger than the budget; then it is cut, and two parts are in flight. Callers
 //! with two batches can overlap them too: [`Evaluator::begin`] the second before [`Evaluator::finish`] of the first.
 
 mod check;
 mod clock;
 mod device;
+mod extras;
 mod layout;
 mod maps;
 mod parts;
@@ -19,9 +23,10 @@ mod set;
 mod shader;
 
 pub use device::{AdapterFacts, Selector, list};
+pub use extras::Extras;
 pub use shader::{Fetch, LANES, Precision, UNIFORM_BYTES, Variant, assemble};
 
-use super::{Batch, Evaluator, Group, Pending, Problem};
+use super::{Batch, Evaluator, Group, Pending, Problem, Simd};
 use crate::candidates::Candidates;
 use crate::{Error, ErrorKind, Result};
 use clock::Kernel;
@@ -70,6 +75,8 @@ struct Begun {
     waiting: VecDeque<Vec<Part>>,
     /// Where the costs of each group begin.
     offsets: Vec<usize>,
+    /// Which groups the device takes; the CPU takes the others.
+    served: Vec<bool>,
     /// The losses before it: after another one its sets are no longer its own.
     losses: usize,
 }
@@ -104,7 +111,8 @@ impl Gpu {
             kernel: Kernel::default(),
         };
         let uniform = gpu.device.has_uniform(UNIFORM_BYTES);
-        let usual = Variant { precision, absolute: false, weighted: false, uniform, fetch: gpu.device.fetch() };
+        let fetch = gpu.device.fetch();
+        let usual = Variant { precision, absolute: false, weighted: false, uniform, fetch, extras: None };
         gpu.guard(|gpu| gpu.check_shader(usual))?;
         Ok(gpu)
     }
@@ -127,7 +135,8 @@ impl Gpu {
             return Ok(());
         }
         let (problem, values) = check::specimen(variant)?;
-        let groups = [Group { problem: &problem, candidates: Candidates::new(&values, 5), reference: None }];
+        let candidates = Candidates::new(&values, problem.space().free().len());
+        let groups = [Group { problem: &problem, candidates, reference: None }];
         let mut set = Set::default();
         let ticket = set.submit(&self.device, &mut self.pipelines, &groups, variant)?;
         let units = set.scene.take();
@@ -138,7 +147,7 @@ impl Gpu {
             }
         })?;
         costs.iter_mut().for_each(|cost| *cost = problem.cost(*cost));
-        check::compare(&self.device.facts, self.precision, &problem, &values, &costs)?;
+        check::compare(&self.device.facts, variant.precision, &problem, &values, &costs)?;
         self.checked.insert(variant);
         Ok(())
     }
@@ -159,13 +168,20 @@ impl Gpu {
 
     /// The shader that a group needs, if its samples lie in a uniform buffer or not.
     fn variant(&self, group: &Group<'_>, uniform: bool) -> Variant {
+        let extras = Extras::of(group.problem.extent());
         Variant {
-            precision: self.precision,
+            precision: if extras.is_some() { self.precision.plain() } else { self.precision },
             absolute: group.problem.criterion().is_absolute(),
             weighted: group.problem.signals().iter().any(|s| !s.weight.is_empty()),
             uniform,
             fetch: self.device.fetch(),
+            extras,
         }
+    }
+
+    /// Whether the device takes a group; the CPU takes the others.
+    fn serves(&self, group: &Group<'_>) -> bool {
+        extras::is_served(group.problem, self.precision.bytes(), self.budget)
     }
 
     /// An idle set: the one that holds these groups' scene if there is one, else a new one, else the next in turn.
@@ -249,6 +265,22 @@ fn add(unit: &Unit, problem: &Problem, sums: &Sums<'_>, totals: &mut [f64]) {
     }
 }
 
+/// Makes costs of the totals of a group. A candidate that the device does not take goes to the CPU.
+fn form(group: &Group<'_>, costs: &mut [f64]) -> Result<()> {
+    for (row, cost) in costs.iter_mut().enumerate() {
+        let values = group.candidates.row(row);
+        if values.iter().any(|v| v.is_nan()) {
+            *cost = f64::INFINITY;
+        } else if extras::is_beyond(group.problem, values) {
+            let one = Group { candidates: Candidates::new(values, values.len()), ..*group };
+            Simd::default().evaluate(&Batch { groups: &[one] }, std::slice::from_mut(cost))?;
+        } else {
+            *cost = group.problem.cost(*cost);
+        }
+    }
+    Ok(())
+}
+
 impl Evaluator for Gpu {
     fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()> {
         batch.check(costs)?;
@@ -266,8 +298,10 @@ impl Evaluator for Gpu {
             };
             let offsets = batch.groups.iter().map(first).collect();
             let uniform = gpu.device.has_uniform(UNIFORM_BYTES);
-            let waiting = split(batch, gpu.precision, gpu.budget, |group| gpu.variant(group, uniform)).into();
-            let mut begun = Begun { flights: VecDeque::new(), waiting, offsets, losses: gpu.losses };
+            let served: Vec<bool> = batch.groups.iter().map(|group| gpu.serves(group)).collect();
+            let shader = |n: usize, group: &Group<'_>| served[n].then(|| gpu.variant(group, uniform));
+            let waiting = split(batch, gpu.budget, shader).into();
+            let mut begun = Begun { flights: VecDeque::new(), waiting, offsets, served, losses: gpu.losses };
             gpu.launch(batch, &mut begun)?;
             Ok(Pending::of(begun))
         })
@@ -279,12 +313,11 @@ impl Evaluator for Gpu {
             return Err(Error::usage("this batch was begun by another evaluator", "Finish it where it was begun."));
         };
         costs.fill(0.0);
+        let served = begun.served.clone();
         let offsets = self.guard(|gpu| gpu.land(batch, begun, costs))?;
-        for (group, from) in batch.groups.iter().zip(offsets) {
-            for (row, cost) in costs[from..from + group.candidates.count()].iter_mut().enumerate() {
-                let is_nan = group.candidates.row(row).iter().any(|v| v.is_nan());
-                *cost = if is_nan { f64::INFINITY } else { group.problem.cost(*cost) };
-            }
+        for ((group, from), served) in batch.groups.iter().zip(offsets).zip(served) {
+            let costs = &mut costs[from..from + group.candidates.count()];
+            if served { form(group, costs)? } else { Simd::default().evaluate(&Batch { groups: &[*group] }, costs)? }
         }
         Ok(())
     }

@@ -1,8 +1,9 @@
 //! A batch cut into submissions.
 
-use super::shader::{LANES, Precision, Variant};
+use super::extras::kept_bytes;
+use super::shader::{LANES, Variant};
 use crate::candidates::Candidates;
-use crate::evaluate::{Batch, Group};
+use crate::evaluate::{Batch, Group, Problem, Signals};
 
 /// Candidates `first..first + count` of a group.
 #[derive(Clone, Copy)]
@@ -21,25 +22,18 @@ impl Part {
     }
 }
 
-/// Parts of one shader each and of bounded size: maps within `budget` bytes, samples within as many again (a recording
-/// that alone is larger still goes in one part).
+/// Parts of one shader each and of bounded size: maps within `budget` bytes, and so what sensors keep, and samples within
+/// as many again (a recording that alone is larger still goes in one part). Groups without a shader are left out.
 pub(super) fn split(
     batch: &Batch<'_>,
-    precision: Precision,
     budget: usize,
-    variant: impl Fn(&Group<'_>) -> Variant,
+    variant: impl Fn(usize, &Group<'_>) -> Option<Variant>,
 ) -> Vec<Vec<Part>> {
-    let entry = precision.fields() * precision.bytes();
     let mut pieces: Vec<Vec<Part>> = Vec::new();
     let (mut maps_room, mut samples_room, mut shader) = (0, 0, None);
     for (group, of) in batch.groups.iter().enumerate() {
-        let variant = variant(of);
-        let signals = of.problem.signals();
-        let each = entry * signals.iter().map(|s| s.step_s.len()).sum::<usize>();
-        let samples: usize = signals
-            .iter()
-            .map(|s| (s.len() - of.problem.first_active(s)) * precision.sample() * precision.bytes())
-            .sum();
+        let Some(variant) = variant(group, of) else { continue };
+        let (each, samples) = bytes(of.problem, variant);
         let (mut first, count) = (0, of.candidates.count());
         while first < count {
             if shader != Some(variant) || maps_room < each * LANES || samples_room < samples {
@@ -57,4 +51,16 @@ pub(super) fn split(
         }
     }
     pieces
+}
+
+/// Bytes of a candidate, its maps or what its sensors keep; and of the samples.
+fn bytes(problem: &Problem, variant: Variant) -> (usize, usize) {
+    let (signals, number) = (problem.signals(), variant.precision.bytes());
+    let maps: usize = signals.iter().map(|s| s.step_s.len() + variant.slots().len()).sum();
+    let kept = variant.extras.map_or(0, |extras| kept_bytes(problem, extras, number));
+    // Late inputs are read like samples, four numbers each.
+    let told = |s: &Signals| if variant.extras.is_some_and(|extras| extras.delayed) { 4 * s.len() } else { 0 };
+    let samples = |s: &Signals| (s.len() - problem.first_active(s)) * variant.precision.sample() + told(s);
+    let samples: usize = signals.iter().map(|s| samples(s) * number).sum();
+    ((maps * variant.fields() * number).max(kept), samples)
 }

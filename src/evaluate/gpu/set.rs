@@ -84,7 +84,7 @@ impl Set {
         let precision = scene.variant.precision;
         let maps = self.put_maps(device, groups, &scene)?;
         let result = scene.blocks * 2 * LANES * precision.bytes();
-        self.ensure(device, 7, result, wgpu::BufferUsages::STORAGE)?;
+        self.ensure(device, 7, scene.states * LANES * precision.bytes(), wgpu::BufferUsages::STORAGE)?;
         self.ensure(device, 8, result, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC)?;
         if self.read_back.as_ref().is_none_or(|b| b.size() < (result + STAMPS) as u64) {
             let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
@@ -135,8 +135,8 @@ impl Set {
 
     /// Makes the step maps right where the device fetches them from. Returns their bytes.
     fn put_maps(&mut self, device: &Device, groups: &[Group<'_>], scene: &Scene) -> Result<usize> {
-        let precision = scene.variant.precision;
-        let bytes = scene.maps * precision.fields() * LANES * precision.bytes();
+        let variant = scene.variant;
+        let bytes = scene.maps * variant.fields() * LANES * variant.precision.bytes();
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
         self.ensure(device, MAPS, bytes, usage)?;
         if self.upload.as_ref().is_none_or(|b| b.size() < bytes as u64) {
@@ -145,7 +145,7 @@ impl Set {
         }
         let upload = self.upload.as_ref().ok_or_else(lost)?;
         let mut view = (upload.slice(..bytes as u64).get_mapped_range_mut()).map_err(|e| unmapped(device, &e))?;
-        write_maps(groups, &scene.units, precision, view.slice(..));
+        write_maps(groups, &scene.units, variant, view.slice(..));
         drop(view);
         upload.unmap();
         Ok(bytes)

@@ -1,7 +1,10 @@
 //! Faults and the life of buffers, from inside.
 
 use super::*;
-use crate::evaluate::Scalar;
+use crate::criterion::Criterion;
+use crate::evaluate::{Model, Scalar};
+use crate::motor::{Parameter, Space};
+use crate::record::{Record, Samples};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -13,10 +16,13 @@ fn open() -> Option<Gpu> {
     gpu
 }
 
+fn usual(gpu: &Gpu) -> Variant {
+    let (precision, fetch) = (gpu.precision, Fetch::Direct);
+    Variant { precision, absolute: false, weighted: false, uniform: true, fetch, extras: None }
+}
+
 fn specimen(gpu: &Gpu) -> (Arc<Problem>, Vec<f64>) {
-    let fetch = Fetch::Direct;
-    let variant = Variant { precision: gpu.precision, absolute: false, weighted: false, uniform: true, fetch };
-    check::specimen(variant).unwrap()
+    check::specimen(usual(gpu)).unwrap()
 }
 
 fn evaluate(gpu: &mut Gpu, problem: &Arc<Problem>, values: &[f64]) -> Result<Vec<f64>> {
@@ -89,7 +95,7 @@ fn the_steady_state_makes_no_buffers_and_two_batches_overlap() {
     let Some(mut gpu) = open() else { return };
     let (problem, values) = specimen(&gpu);
     // A small budget: the batch goes in four submissions, two at a time.
-    gpu.budget = 10 * gpu.precision.fields() * gpu.precision.bytes();
+    gpu.budget = 10 * usual(&gpu).fields() * gpu.precision.bytes();
     let whole = evaluate(&mut gpu, &problem, &values).unwrap();
     let oracle: Vec<f64> = values.chunks(5).map(|row| Scalar::cost(&problem, row)).collect();
     check::compare(&gpu.device.facts, gpu.precision, &problem, &values, &whole).unwrap();
@@ -141,4 +147,52 @@ fn the_device_says_how_long_it_computed() {
     } else {
         assert_eq!(kernel, None);
     }
+}
+
+#[test]
+fn every_part_of_extended_shaders_computes_rightly_and_is_checked() {
+    let Some(mut gpu) = open() else { return };
+    for precision in [gpu.precision, Precision::F32Plain] {
+        for extras in Extras::all() {
+            let variant = Variant { precision, extras: Some(extras), ..usual(&gpu) };
+            gpu.check_shader(variant).unwrap_or_else(|e| panic!("{variant:?}: {e}"));
+            assert!(gpu.checked.contains(&variant));
+        }
+    }
+    // What the check is made of is evaluated on the device, by the shader that it is for.
+    let extras = Extras { brushes: true, delayed: true, averages: [true; 2] };
+    let (problem, values) = check::specimen(Variant { extras: Some(extras), ..usual(&gpu) }).unwrap();
+    let candidates = Candidates::new(&values, problem.space().free().len());
+    let group = Group { problem: &problem, candidates, reference: None };
+    assert!(extras::is_served(&problem, 8, gpu.budget));
+    assert_eq!(gpu.variant(&group, true).extras, Some(extras));
+}
+
+#[test]
+fn what_the_device_cannot_do_goes_to_the_cpu() {
+    let record = |uneven: f64| {
+        let time_s = (0..50_u32).map(|n| f64::from(n) * 1e-3 + if n == 20 { uneven } else { 0.0 }).collect();
+        let speed = (0..50_u32).map(f64::from).collect();
+        let voltage = vec![1.0; 50];
+        Record::new(Samples { time_s, voltage, torque: None, current: None, speed: Some(speed) }).unwrap()
+    };
+    let problem = |uneven: f64, extension: Parameter, max: f64| {
+        let space = Space::table2_with(&[(extension, 1.0, max)], &[]).unwrap();
+        Problem::new(&[record(uneven)], Model::default(), space, Criterion::default()).unwrap()
+    };
+    let serves = |uneven: f64, extension: Parameter, max: f64, budget: usize| {
+        extras::is_served(&problem(uneven, extension, max), 8, budget)
+    };
+    assert!(serves(0.0, Parameter::DeadTime, 2.0, 1 << 20));
+    assert!(!serves(3e-4, Parameter::DeadTime, 2.0, 1 << 20), "late on an uneven clock");
+    assert!(serves(3e-4, Parameter::Coulomb, 2.0, 1 << 20));
+    assert!(serves(3e-4, Parameter::SpeedAverage, 9.0, 1 << 20));
+    // Two candidates keep 16 values and 4 states of 8 bytes each.
+    assert!(serves(0.0, Parameter::SpeedAverage, 9.0, 320));
+    assert!(!serves(0.0, Parameter::SpeedAverage, 9.0, 319), "more than the budget");
+    assert!(serves(0.0, Parameter::SpeedAverage, 1e9, 2 * (64 + 4) * 8), "no more than all samples");
+    let beyond = |window: f64| {
+        extras::is_beyond(&problem(0.0, Parameter::SpeedAverage, 9.0), &[1.0, 1.0, 1.0, 1.0, 1.0, window])
+    };
+    assert!(!beyond(9.0) && beyond(9.1) && beyond(f64::INFINITY));
 }

@@ -1,0 +1,95 @@
+// The loop over the samples of one round for motors with extensions. Sums are kept per BLOCK of samples and then added,
+// so that their rounding does not grow with the recording.
+
+// What one sample leaves for the next.
+struct Run {
+    x: Lanes2,
+    part: Lanes2,
+    sum: Lanes2,
+    given: Given,
+    // The sample, counted from the first that is simulated.
+    n: i32,
+}
+
+// A block of candidates under one step.
+struct Map {
+    step: Step,
+    drive: Drive,
+    delay: Delay,
+    average: Average,
+}
+
+// One sample: its errors into the sums, then one step of the state.
+fn follow(run: Run, map: Map, g: Lanes2, sample: Sample, weight: Pair) -> Run {
+    let shown = show(map.average, run.x, run.sum, run.n);
+    let e = residual(sample, shown.seen);
+    let part = Lanes2(lose(e.i, weight.x, run.part.i), lose(e.w, weight.y, run.part.w));
+    var acts = g;
+    var given = run.given;
+    if DELAYED {
+        let last = comes(map.delay, map.drive, run.n);
+        acts = late(map.delay, g, run.given, last, run.n);
+        given = Given(run.given.three, last);
+    }
+    return Run(advance(run.x, map.step, acts), part, shown.sum, given, run.n + 1);
+}
+
+// What one invocation does; `place` is its place in the subgroup where samples are shared in it.
+fn work(job: u32, lane: u32, place: u32) {
+    if job >= round.jobs {
+        return;
+    }
+    let head = job * JOB;
+    let blocks = jobs[head + 1u];
+    if round.index >= jobs[head + 7u] || is_idle(lane, blocks) {
+        return;
+    }
+    let own = min(lane, blocks - 1u);
+    let block = jobs[head] + own;
+    let map_first = (jobs[head + 2u] + own * jobs[head + 3u]) * FIELDS;
+    let constants = map_first + jobs[head + 9u] * FIELDS;
+    let sample_first = jobs[head + 4u];
+    let weight_shift = jobs[head + 5u] - sample_first;
+    let bounds = jobs[head + 6u] + round.index;
+
+    let drive = load_drive(constants);
+    let average = load_average(head, constants, own, lane < blocks);
+    var map = Map(load_step(map_first, constants), drive, load_delay(head, constants, drive), average);
+    var map_at = map_first;
+    var run = Run();
+    var total: Lanes2;
+    if round.index == 0u {
+        let initial = inputs[jobs[head + 8u]];
+        run.x = Lanes2(Lanes(initial.x), Lanes(initial.y));
+        run.sum = sums_before(average);
+    } else {
+        run.x = Lanes2(states[STATES * block], states[STATES * block + 1u]);
+        run.sum = Lanes2(states[STATES * block + 2u], states[STATES * block + 3u]);
+        run.n = i32(segments[jobs[bounds]].x);
+        total = Lanes2(sums[2u * block], sums[2u * block + 1u]);
+    }
+    run.given = given_before(map.delay, drive, run.n);
+    for (var s = jobs[bounds]; s < jobs[bounds + 1u]; s++) {
+        let segment = segments[s];
+        let at = map_first + segment.z * FIELDS;
+        if at != map_at {
+            map_at = at;
+            map.step = load_step(map_at, constants);
+        }
+        let g = gain(map_at, drive, inputs[segment.w]);
+        let end = sample_first + segment.y;
+        for (var n = sample_first + segment.x; n < end; n += BLOCK) {
+            run.part = Lanes2();
+            run = stretch(run, map, g, n, min(n + BLOCK, end), weight_shift, place);
+            total = Lanes2(total.i + run.part.i, total.w + run.part.w);
+        }
+    }
+    if lane < blocks {
+        states[STATES * block] = run.x.i;
+        states[STATES * block + 1u] = run.x.w;
+        states[STATES * block + 2u] = run.sum.i;
+        states[STATES * block + 3u] = run.sum.w;
+        sums[2u * block] = total.i;
+        sums[2u * block + 1u] = total.w;
+    }
+}
