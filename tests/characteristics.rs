@@ -102,7 +102,7 @@ fn estimates_spread_as_their_errors_say() {
     let mut z = vec![Vec::new(); 5];
     for seed in 0..SEEDS {
         let found = identify(&[with_noise(&clean, SIGMA, seed).unwrap()], &IdentifySpec::default()).unwrap();
-        for (c, (_, _, value)) in Characteristics::of(&found).named().into_iter().enumerate() {
+        for (c, (_, _, value)) in Characteristics::named_of(&found).into_iter().enumerate() {
             if let Some(value) = value {
                 z[c].push((value.value - truth[c]) / value.std_error.unwrap());
             }
@@ -181,9 +181,9 @@ fn the_regression_is_biased_where_the_output_error_is_not() {
     let [r, l, k, b, j] = Parameters::M2.to_array();
     let [_, kv, ka, ..] = oracle([r, l, k, b, j, 0.0, 0.0]);
     let found = identify(&[with_noise(&clean, SIGMA, 1).unwrap()], &IdentifySpec::default()).unwrap();
-    let by_error = Characteristics::of(&found);
+    let by_error = Characteristics::of(&found).unwrap();
     assert!((by_error.ka.value / ka - 1.0).abs() < 0.01 && (by_error.kv.value / kv - 1.0).abs() < 0.01);
-    let list = regressions(&[clean], by_error.time_constant.value);
+    let list = regressions(&[clean], Some(by_error.time_constant.value));
     assert_eq!(list.len(), 2);
     // Without any noise: the inductance delays the torque by 8 ms, which the regression takes for 40 % more inertia and
     // for friction that is not there (measured: kV −3.9 and −2.7 %, kA +38 and +42 %, kS −1.0 and −1.1 V).

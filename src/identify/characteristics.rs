@@ -60,11 +60,23 @@ pub struct Characteristics {
     pub time_constant: Characteristic,
 }
 
+/// A characteristic with its name and unit.
+pub type Named = (&'static str, &'static str, Option<Characteristic>);
+
 impl Characteristics {
-    /// Those of what was found, with their names and units as in results.
+    /// All, with their names and units as in results.
     #[must_use]
-    pub fn named(found: &Identification) -> [(&'static str, &'static str, Option<Characteristic>); 5] {
-        let all = Self::of(found);
+    pub fn named(&self) -> [Named; 5] {
+        Self::listed(Some(self))
+    }
+
+    /// Those of what was found; none of them where it does not determine them.
+    #[must_use]
+    pub fn named_of(found: &Identification) -> [Named; 5] {
+        Self::listed(Self::of(found).as_ref())
+    }
+
+    fn listed(all: Option<&Self>) -> [Named; 5] {
         [
             ("kS", "V", all.and_then(|c| c.ks)),
             ("kV", "V*s/rad", all.map(|c| c.kv)),

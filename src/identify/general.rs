@@ -12,8 +12,8 @@ use super::verify::{Claim, Status, Verified, verify};
 use super::warnings::{self, Warning};
 use super::{Attempt, Method, Polish, assemble, checks, complete, friction, refine_widening};
 use crate::Result;
-use crate::estimate::{SmFailure, fit_problem, global_reference};
-use crate::evaluate::Problem;
+use crate::estimate::{Refined, SmFailure, fit_problem, global_reference};
+use crate::evaluate::{Problem, Signals};
 use crate::motor::{Axis, Parameter, Scope, Space};
 use crate::optimize::Progress;
 use crate::record::Record;
@@ -139,12 +139,27 @@ fn attempt(
     let starts = explained(&problem, motors)?;
     let found = evaluated(&problem, spec, starts.first().cloned().unwrap_or_default())?;
     let attempt = refined(spec, (&problem, &plain), found, (&starts, &sigma))?;
-    if !attempt.is_poor(records)? {
+    let affordable = problem.active().saturating_mul(spec.population * spec.generations) <= AFFORDABLE;
+    let doubtful = affordable && is_far(&problem, &attempt.refined);
+    if !doubtful && !attempt.is_poor(records)? {
         return Ok(attempt);
     }
     let other = searched(starts)?;
     let better = other.refined.weighted(&sigma) < attempt.refined.weighted(&sigma);
     Ok(if better { other } else { attempt })
+}
+
+/// Candidate-steps that a search may take where it is not asked for: about a second.
+const AFFORDABLE: usize = 1_000_000_000;
+/// Residuals of more σ than these of the noise are not noise.
+const FAR: f64 = 2.0;
+
+/// Whether what a refinement leaves is far above the noise: a better optimum may be elsewhere.
+fn is_far(problem: &Problem, refined: &Refined) -> bool {
+    let far = |(signals, sigma): (&Arc<Signals>, &[f64; 2])| {
+        (0..2).any(|channel| signals.has(channel) && sigma[channel] > FAR * signals.noise(channel))
+    };
+    problem.signals().iter().zip(&refined.sigmas).any(far)
 }
 
 /// What was found, with the refinement of the best start.

@@ -11,7 +11,7 @@ pub(super) fn characteristics_table(found: &Identification) -> Table {
     let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
     let mut table = Table::new("characteristics", "Feedforward characteristics (\u{b1} standard error)", &heads);
     let cell = |c: Option<Characteristic>| c.map_or("\u{2013}".to_owned(), with_error);
-    for (n, (name, unit, by_error)) in Characteristics::named(found).into_iter().enumerate() {
+    for (n, (name, unit, by_error)) in Characteristics::named_of(found).into_iter().enumerate() {
         let mut row = vec![name.replace('_', " "), unit.to_owned(), cell(by_error)];
         row.extend(found.regressions.iter().map(|r| cell([r.ks, r.kv, r.ka].get(n).copied())));
         table.row(row);

@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json as value};
 /// The part `characteristics` of the document.
 pub(super) fn characteristics(found: &Identification) -> Value {
     let of = |c: Characteristic, unit: &str| value!({"value": c.value, "unit": unit, "std_error": c.std_error});
-    let named = Characteristics::named(found);
+    let named = Characteristics::named_of(found);
     let by_error = named.map(|(name, unit, c)| (name.to_owned(), c.map_or(Value::Null, |c| of(c, unit))));
     let by_regression = |r: &Regression| {
         value!({
@@ -33,7 +33,7 @@ pub fn characteristics_lines(found: &Identification) -> Vec<(&'static str, Strin
         };
         list.iter().filter_map(one).collect::<Vec<_>>().join(", ")
     };
-    let named = Characteristics::named(found);
+    let named = Characteristics::named_of(found);
     let mut lines = match Characteristics::of(found) {
         Some(_) => vec![("voltage", of(&named[..3])), ("", of(&named[3..]))],
         None => Vec::new(),

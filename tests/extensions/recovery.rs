@@ -27,9 +27,10 @@ const TRUTH: [(Parameter, f64); 11] = [
     (Parameter::SpeedAverage, 17.7),
 ];
 
-/// Steps both ways and pauses, of many lengths: the motor sticks, turns back and runs.
+/// Steps both ways and pauses, of many lengths: the motor sticks, turns back, runs and saturates.
 fn lively(seed: u32) -> Excitation {
     let mut level = 0.0;
+    let mut strong = [-9.2, 9.6].into_iter();
     let mut left = 60_u32;
     let mut state = seed.wrapping_mul(2_654_435_761).wrapping_add(12_345);
     let mut draw = move || {
@@ -41,12 +42,13 @@ fn lively(seed: u32) -> Excitation {
     excitation(1500, 1e-3, |_| {
         if left == 0 {
             left = 15 + draw() % 110;
-            level = match draw() % 8 {
+            let other = match draw() % 8 {
                 0 | 1 => 0.0,
                 2 => 1.0,
                 3 => -1.6,
                 _ => f64::from(draw() % 2000) * 1e-2 - 10.0,
             };
+            level = strong.next_back().unwrap_or(other);
         }
         left -= 1;
         level
