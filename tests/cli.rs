@@ -782,7 +782,11 @@ fn wrong_usage() {
     identify(&["--population", "150000000"], "does not fit");
     identify(&["--method", "\u{9b}31m"], "\\u{9b}");
     identify(&["--method", "\u{1b}[31m"], "invalid value");
-    identify(&["--with", "coulomb"], "planned");
+    identify(&["--with", "coulom"], "did you mean coulomb?");
+    identify(&["--with", "auto,load"], "others are named beside it");
+    identify(&["--with", "coulomb", "--bounds", "Tc=-1:1"], "not zero or positive");
+    identify(&["--fix", "td=-0.1"], "zero or positive");
+    identify(&["--per-recording", "Q"], "not a parameter");
     fails(&["identfy", EXAMPLE], 2, "identify");
     fails(&["identify"], 2, "RECORD");
     fails(&[], 2, "Usage");

@@ -305,7 +305,8 @@ pub(crate) struct EvaluateArgs {
 
 #[derive(Args)]
 pub(crate) struct SimulateArgs {
-    /// The motor: R=…,L=…,K=…,B=…,J=… in SI units, or m2 for the motor of the paper
+    /// The motor: R=…,L=…,K=…,B=…,J=… in SI units, or m2 for the motor of the paper; behind it parameters of
+    /// extensions (see identify --with): m2,Tc=0.01,td=0.004
     #[arg(long, value_name = "VALUES")]
     pub parameters: String,
     /// What drives it: step:VOLTS@SECONDS, or a CSV file with time and voltage (and load torque)

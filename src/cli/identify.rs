@@ -13,7 +13,8 @@ use motorfit::motor::Scope;
 use motorfit::optimize::Stop;
 use motorfit::record::Record;
 use motorfit::report::{
-    IdentifyDocument, Names, characteristics_lines, identify_page, json, repeatability_text, verdicts,
+    IdentifyDocument, Names, characteristics_lines, identify_page, json, ladder_table, ladder_text, repeatability_text,
+    verdicts,
 };
 use motorfit::text::{engineering, significant};
 use motorfit::{Error, Result};
@@ -144,6 +145,9 @@ fn method(args: &IdentifyArgs) -> Result<Method> {
     Ok(method)
 }
 
+/// Columns of the terminal that tables keep to.
+const WIDTH: usize = 100;
+
 /// The result for people.
 fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style: &Style) -> String {
     let mut text = String::new();
@@ -161,6 +165,9 @@ fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style:
     if !style.quiet && found.uncertainty.is_none() {
         let _ =
             writeln!(text, "\n  {DIM}Without a polish there are no standard errors: leave out --polish none.{DIM:#}");
+    }
+    if let (true, Some(ladder)) = (style.verbose, &found.ladder) {
+        let _ = write!(text, "\n{}", ladder_table(ladder).text(WIDTH));
     }
     if style.verbose && !found.history.is_empty() {
         let _ = writeln!(text, "\n  generation  lowest cost");
@@ -235,6 +242,7 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
         lines.remove(1);
     }
     lines.splice(1..1, characteristics_lines(found));
+    lines.splice(1..1, ladder_text(found).map(|text| ("model", text)));
     lines.splice(1..1, found.repeatability.iter().map(|of| ("ceiling", repeatability_text(of))));
     if let Some(validation) = &found.validation {
         let fit = channels(validation.fit_percent, &|fit| format!("{fit:.2} %"));

@@ -11,7 +11,6 @@ mod files;
 mod identify;
 mod inspect;
 mod interrupt;
-mod later;
 mod methods;
 mod names;
 mod out;
@@ -91,9 +90,6 @@ fn refuse(error: &clap::Error) -> ExitCode {
             Err(_) => ExitCode::from(3),
         };
     }
-    match later::planned(error) {
-        Some(error) => Style::plain().error(&error),
-        None => output::usage(error),
-    }
+    output::usage(error);
     ExitCode::from(2)
 }

@@ -50,11 +50,6 @@ impl Style {
         Self { quiet: common.quiet, verbose: common.verbose, progress }
     }
 
-    /// For errors about the arguments themselves.
-    pub(crate) fn plain() -> Self {
-        Self { quiet: false, verbose: false, progress: Progress::Hidden }
-    }
-
     pub(crate) fn error(&self, error: &Error) {
         self.line(&format!("{ERROR}error:{ERROR:#} {error}\n{HELP}help:{HELP:#} {}", error.remedy()));
     }

@@ -3,7 +3,7 @@
 use super::figures::Spread;
 use super::search::{around, steiglitz_mcbride};
 use super::spec::{IdentifySpec, side};
-use super::{Polish, checks, figures, refine_widening, warnings};
+use super::{Polish, checks, figures, general, refine_widening, warnings};
 use crate::Result;
 use crate::estimate::{Refined, Uncertainty, fit_problem};
 use crate::evaluate::Problem;
@@ -125,6 +125,9 @@ fn codes(at_bound: &[Option<&'static str>], fit_percent: [Option<f64>; 2]) -> Ve
 /// # Errors
 /// As for a problem.
 pub fn search_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
+    if general::is_extended(spec) {
+        return general::search_space(records, spec);
+    }
     if spec.auto_bounds.is_empty() {
         return Ok(spec.space.clone());
     }

@@ -82,6 +82,16 @@ pub(super) fn run(
     Ok(result)
 }
 
+/// The space of a search with the extensions of a spec.
+pub(super) fn search_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
+    let With::These(list) = &spec.with else {
+        let message = "--with auto chooses by fits, and there are none here";
+        return Err(crate::Error::usage(message, "Name the extensions, as in --with coulomb,dead-time."));
+    };
+    let (motors, space) = near(records, spec, None)?;
+    extended_space(records, spec, &space, (list, &motors[0]))
+}
+
 /// Motors near the right one, the likeliest first, and the space of the linear motor around them.
 fn near(records: &[Record], spec: &IdentifySpec, stand: Option<&Stand>) -> Result<(Vec<[f64; 5]>, Space)> {
     if let Some(stand) = stand {

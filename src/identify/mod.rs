@@ -31,7 +31,7 @@ pub mod values;
 mod verify;
 mod warnings;
 
-pub use characteristics::{Characteristic, Characteristics, Constants, Covariance, characteristics};
+pub use characteristics::{Characteristic, Characteristics, Constants, Covariance, Named, characteristics};
 pub use costs::Costs;
 pub use device::{DeviceSpec, OnLoss, PrecisionSpec};
 pub use estimated::Estimated;

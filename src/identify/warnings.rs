@@ -6,7 +6,7 @@ use super::spec::{Identification, IdentifySpec};
 use super::verify::Status;
 use crate::estimate::{Estimate, SmFailure, Whiteness};
 use crate::evaluate::Initial;
-use crate::motor::Parameter;
+use crate::motor::{Axis, Parameter};
 use crate::record::{Finding, Quantity, Record, Severity, diagnose};
 use crate::text::{engineering, significant};
 use std::fmt;
@@ -263,7 +263,7 @@ pub(super) fn long_dead_time(found: &Identification) -> Option<Warning> {
 
 /// What speed alone or current alone cannot give, and what to do.
 pub(super) fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option<(String, String)> {
-    let free = spec.space.free();
+    let free: Vec<&Axis> = spec.space.free().iter().filter(|axis| !axis.parameter.is_extension()).collect();
     let is_free = |parameter| free.iter().any(|axis| axis.parameter == parameter);
     let missing = |channel: usize| records.iter().all(|r| r.measured()[channel].is_none());
     let unused: Vec<String> = records.iter().flat_map(|r| r.source().ignored.iter().cloned()).take(12).collect();

@@ -13,6 +13,8 @@ mod held_out;
 mod identified;
 mod inspect;
 #[cfg(feature = "report")]
+mod ladder;
+#[cfg(feature = "report")]
 mod page;
 #[cfg(feature = "report")]
 mod pages;
@@ -29,6 +31,8 @@ pub use identified::{characteristics_lines, repeatability_text, verdicts};
 #[cfg(feature = "report")]
 pub use inspect::inspect_page;
 pub use inspect::{InspectDocument, SignalFacts};
+#[cfg(feature = "report")]
+pub use ladder::{ladder_table, ladder_text};
 #[cfg(feature = "report")]
 pub use page::{Figure, Item, Page, Part, Section};
 #[cfg(feature = "report")]

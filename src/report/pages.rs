@@ -4,10 +4,11 @@ use super::characteristics::characteristics_table;
 use super::compare::{paper_tables, setting_name, tables};
 use super::figures::{self, Modelled};
 use super::held_out::held_out;
-use super::identified::repeatability_text;
+use super::identified::{repeatability_text, with_error};
+use super::ladder::ladder_table;
 use super::page::{Figure, Page, Part, Section};
 use super::{Names, Table};
-use crate::identify::{Estimated, Identification, IdentifySpec, Status, Warning};
+use crate::identify::{Characteristics, Estimated, Identification, IdentifySpec, Named, Status, Warning};
 use crate::motor::{Parameters, Scope};
 use crate::record::{Record, Severity};
 use crate::study::compare::{Block, Comparison, Contest};
@@ -62,13 +63,19 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
         Some(format!("{} = {}{spread}{unit}", e.parameter.symbol(), significant(e.value?, 5)))
     };
     let shared = |e: &&Estimated| e.scope == Scope::Shared || records.len() == 1;
-    let answer = found.estimates().iter().filter(shared).filter_map(value).collect::<Vec<_>>().join(", ");
+    // Where the parameters are not told, the characteristics are the answer.
+    let told = |(name, unit, c): &Named| Some(format!("{} = {} {unit}", name.replace('_', " "), with_error((*c)?)));
+    let characteristics = Characteristics::named_of(found);
+    let instead = characteristics.iter().filter(|_| !found.unidentified.is_empty()).filter_map(told);
+    let parameters_told = found.estimates();
+    let answer = parameters_told.iter().filter(shared).filter_map(value).chain(instead).collect::<Vec<_>>().join(", ");
     let tail = if found.uncertainty.is_some() { " (95 % intervals)" } else { " (without a polish: no intervals)" };
     let mut sure = vec![Part::Text(verdict(found))];
     sure.extend(warnings(&found.warnings));
     sure.push(Part::Table(parameters(found)));
     sure.push(Part::Table(fit(found, spec)));
     sure.push(Part::Table(characteristics_table(found)));
+    sure.extend(found.ladder.as_ref().map(|ladder| Part::Table(ladder_table(ladder))));
     sure.extend(figures::correlations(found).map(boxed));
     let mut plots: Vec<Part> = Vec::new();
     let modelled = found.modelled(records, spec).unwrap_or_default();

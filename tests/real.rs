@@ -1,0 +1,198 @@
+//! Proves: real recordings are explained as far as measured floors say, by gain, time constant and dead time, with drives
+//! that have a deadband and saturate, with sensors that average, held out and not; missing channels give what they can.
+//! Recordings come from the folder that `MOTORFIT_RECORDINGS` names.
+#![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr, reason = "a test may stop and print")]
+#![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, reason = "small numbers")]
+
+#[path = "support/program.rs"]
+mod program;
+
+use motorfit::identify::{Characteristics, Extension, Identification, IdentifySpec, With, identify, validate};
+use motorfit::motor::{Parameter, Scope, Space};
+use motorfit::record::{Preparation, ReadOptions, Reading, Record, parse_columns, parse_masks};
+use program::{Folder, json};
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// The folder of one set; skips aloud where there is none.
+fn set(name: &str) -> Option<PathBuf> {
+    let Some(folder) = std::env::var_os("MOTORFIT_RECORDINGS") else {
+        assert!(std::env::var_os("MOTORFIT_NO_SKIP").is_none(), "MOTORFIT_RECORDINGS is not set");
+        eprintln!("skipped: MOTORFIT_RECORDINGS is not set");
+        return None;
+    };
+    Some(Path::new(&folder).join(name))
+}
+
+/// The recordings of tutla53 that move, the voltage in shares of 12 V.
+fn tutla53() -> Option<Vec<Record>> {
+    let folder = set("tutla53-dc-motor")?;
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.retain(|path| path.extension().is_some_and(|e| e == "csv"));
+    files.sort();
+    let columns = parse_columns("voltage=Commanded_PWM*12/7200:V").unwrap();
+    let reading = Reading {
+        options: ReadOptions { columns, ..ReadOptions::default() },
+        preparation: Preparation { mask: parse_masks(&["auto".to_owned()]).unwrap(), ..Preparation::default() },
+    };
+    let records: Vec<Record> = files.iter().flat_map(|file| reading.records(file).unwrap()).collect();
+    let moves = |record: &Record| {
+        let speed = record.samples().speed.as_deref().unwrap();
+        let [low, high] = [f64::min, f64::max].map(|f| speed.iter().copied().fold(speed[0], f));
+        high - low > 10.0
+    };
+    let moving: Vec<Record> = records.into_iter().filter(moves).collect();
+    assert_eq!(moving.len(), 87, "recordings that move");
+    Some(moving)
+}
+
+/// The linear motor with these extensions and held values.
+fn spec(with: &[Extension], held: &[(Parameter, f64)]) -> IdentifySpec {
+    let fixed = held.iter().map(|&(parameter, value)| (parameter, Scope::Shared, value)).collect();
+    let space = Space::new(Space::table2().free().to_vec(), fixed).unwrap();
+    IdentifySpec { with: With::These(with.to_vec()), space, ..IdentifySpec::default() }
+}
+
+/// The fit of many recordings together: 100 (1 − ‖y − ŷ‖/‖y − mean y‖), the mean that of all.
+fn pooled(records: &[Record], found: &[Identification]) -> f64 {
+    let all: Vec<f64> = records.iter().flat_map(|r| r.samples().speed.clone().unwrap()).collect();
+    let mean = all.iter().sum::<f64>() / all.len() as f64;
+    let about: f64 = all.iter().map(|y| (y - mean).powi(2)).sum();
+    let left: f64 = records.iter().zip(found).map(|(r, f)| f.residual_sigma[1].unwrap().powi(2) * r.len() as f64).sum();
+    100.0 * (1.0 - (left / about).sqrt())
+}
+
+#[test]
+fn gain_time_constant_and_dead_time_of_each_recording() {
+    let Some(records) = tutla53() else { return };
+    for (held, window) in [(&[][..], None), (&[(Parameter::SpeedAverage, 32.0)][..], Some([0.021, 0.025]))] {
+        let spec = spec(&[Extension::DeadTime], held);
+        let one = |record: &Record| identify(std::slice::from_ref(record), &spec).unwrap();
+        let found: Vec<Identification> = records.par_iter().map(one).collect();
+        let fit = pooled(&records, &found);
+        let mut constants: Vec<f64> =
+            found.iter().map(|f| Characteristics::of(f).unwrap().time_constant.value).collect();
+        constants.sort_by(f64::total_cmp);
+        let [low, middle, high] = [0.1, 0.5, 0.9].map(|share| constants[(share * 86.0) as usize]);
+        println!("pooled {fit:.2} %, time constants {low:.4} {middle:.4} {high:.4} s");
+        assert!(fit >= 97.8, "{fit}");
+        if let Some([from, to]) = window {
+            assert!(from <= low && high <= to, "{low} {middle} {high}");
+        }
+    }
+}
+
+#[test]
+fn one_motor_behind_its_drive_explains_held_out_recordings() {
+    let Some(records) = tutla53() else { return };
+    let part = |rest: usize| -> Vec<Record> { records.iter().skip(rest).step_by(2).cloned().collect() };
+    let (fitted, held_out) = (part(0), part(1));
+    let drive = [Extension::DeadTime, Extension::Deadband];
+    let all = [&drive[..], &[Extension::Saturation, Extension::DirectionGain]].concat();
+    for (with, floor) in [(&drive[..], 94.0), (&all[..], 95.0)] {
+        let spec = spec(with, &[(Parameter::SpeedAverage, 32.0)]);
+        let found = identify(&fitted, &spec).unwrap();
+        let validation = validate(&held_out, &spec, &found).unwrap();
+        let (own, held) = (found.fit_percent[1].unwrap(), validation.fit_percent[1].unwrap());
+        println!("fitted {own:.2} %, held out {held:.2} %: {:?}", found.extensions());
+        assert!(own >= floor && held >= floor, "{own} {held}");
+    }
+}
+
+#[test]
+fn steps_and_chirps_explain_others() {
+    let Some(folder) = set("labmrd-odrive") else { return };
+    for (name, flags, own, held_out) in
+        [("step", &[][..], 98.5, 97.0), ("chirp", &["--crop", ":3.5", "--discretization", "foh"][..], 97.0, 97.0)]
+    {
+        let path = |n: usize| folder.join(format!("{name}{n}.csv")).to_str().unwrap().to_owned();
+        let mut args = vec!["identify".to_owned(), path(1), "--json".to_owned()];
+        args.extend(["--columns", "time=timestep (8Hz):8kHz"].map(str::to_owned));
+        args.extend(flags.iter().map(|flag| (*flag).to_owned()));
+        for n in 2..=5 {
+            args.extend(["--validate".to_owned(), path(n)]);
+        }
+        let document = json(&args.iter().map(String::as_str).collect::<Vec<_>>());
+        let of = |at: &serde_json::Value| at["fit_percent"]["speed"].as_f64().unwrap();
+        let (fitted, held) = (of(&document), of(&document["validation"]));
+        println!("{name}: {fitted:.2} %, held out {held:.2} %");
+        assert!(fitted >= own && held >= held_out, "{name}: {fitted} {held}");
+        // Voltage and speed alone: gain and time constant, not R, L, K, B and J.
+        assert!(document["parameters"]["R"]["value"].is_null() && document["parameters"]["R"]["identified"] == false);
+        assert!(document["characteristics"]["output_error"]["kV"]["std_error"].as_f64().unwrap() > 0.0);
+    }
+}
+
+#[test]
+fn averaging_sensors_and_friction_explain_a_step() {
+    let Some(folder) = set("waam-ufjf-ensaio-frequencia") else { return };
+    let file = folder.join("dados.csv");
+    let volts = [154.0, 180.0].map(|duty| 11.04 * duty / 255.0);
+    let columns = format!(
+        "time=Tempo:s,current=Corrente:mA,speed=Velocidade:rad/s,voltage=Degrau:{:.5}..{:.5}",
+        volts[0], volts[1]
+    );
+    let document = json(&[
+        "identify",
+        file.to_str().unwrap(),
+        "--json",
+        "--columns",
+        &columns,
+        "--with",
+        "coulomb,offset,sensor-average",
+    ]);
+    let fit = &document["fit_percent"];
+    println!("current {}, speed {}", fit["current"], fit["speed"]);
+    assert!(fit["speed"].as_f64().unwrap() >= 96.0 && fit["current"].as_f64().unwrap() >= 87.0, "{fit}");
+    // Without the average L would be 9 H, and sure of it.
+    let inductance = &document["parameters"]["L"];
+    assert!(inductance["value"].is_null() && inductance["identified"] == false, "{inductance}");
+    let codes: Vec<&str> =
+        document["warnings"].as_array().unwrap().iter().map(|w| w["code"].as_str().unwrap()).collect();
+    assert!(codes.contains(&"not_identifiable"), "{codes:?}");
+    let window = |symbol: &str| document["parameters"][symbol]["value"].as_f64().unwrap();
+    assert!((window("Ni") - 128.0).abs() < 12.0 && (window("Nw") - 128.0).abs() < 12.0);
+}
+
+#[test]
+fn one_channel_gives_what_it_can() {
+    // The paper's motor at 40 dB under a voltage that changes, with one channel left out.
+    let folder = Folder::new();
+    let whole = folder.path("whole.csv");
+    program::ok(&[
+        "simulate",
+        "--parameters",
+        "m2,vb=0.4",
+        "--input",
+        "step:10.5@1",
+        "--noise",
+        "40dB",
+        "--out",
+        &whole,
+    ]);
+    let text = std::fs::read_to_string(&whole).unwrap();
+    let without = |column: usize, name: &str| {
+        let keep = |line: &str| {
+            let cells: Vec<&str> = line.split(',').enumerate().filter(|(n, _)| *n != column).map(|(_, c)| c).collect();
+            cells.join(",")
+        };
+        let path = folder.path(name);
+        std::fs::write(&path, text.lines().map(keep).collect::<Vec<_>>().join("\n") + "\n").unwrap();
+        path
+    };
+    let current = json(&["identify", &without(3, "current.csv"), "--json", "--with", "brush-drop"]);
+    let of = |symbol: &str, key: &str| current["parameters"][symbol][key].as_f64();
+    for (symbol, truth) in [("R", 0.921_042), ("L", 0.007_759), ("vb", 0.4)] {
+        let (value, error) = (of(symbol, "value").unwrap(), of(symbol, "std_error").unwrap());
+        assert!((value - truth).abs() < 5.0 * error, "{symbol} = {value} ± {error}");
+    }
+    assert!(of("K", "value").is_none() && of("B", "value").is_none() && of("J", "value").is_none());
+    assert!(current["characteristics"]["output_error"]["kV"].is_null());
+    let speed = json(&["identify", &without(2, "speed.csv"), "--json", "--with", "coulomb"]);
+    assert!(speed["parameters"]["K"]["value"].is_null());
+    let m2 = motorfit::motor::Parameters::M2;
+    let truth = (m2.r * m2.b + m2.k * m2.k) / m2.k;
+    let kv = &speed["characteristics"]["output_error"]["kV"];
+    let (value, error) = (kv["value"].as_f64().unwrap(), kv["std_error"].as_f64().unwrap());
+    assert!(value > 0.9 * truth && value < 1.1 * truth && error > 0.0, "kV = {value} ± {error}, truth {truth}");
+}
