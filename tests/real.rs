@@ -159,17 +159,11 @@ fn one_channel_gives_what_it_can() {
     // The paper's motor at 40 dB under a voltage that changes, with one channel left out.
     let folder = Folder::new();
     let whole = folder.path("whole.csv");
-    program::ok(&[
-        "simulate",
-        "--parameters",
-        "m2,vb=0.4",
-        "--input",
-        "step:10.5@1",
-        "--noise",
-        "40dB",
-        "--out",
-        &whole,
-    ]);
+    // Several levels both ways: under one step a drop is a smaller voltage.
+    let level = |n: u32| [0.0, 9.0, 2.0, -6.0, 4.0, -1.5, 10.5][(n / 200) as usize % 7];
+    let input: String = (0..2800).map(|n| format!("{},{}\n", f64::from(n) * 1e-3, level(n))).collect();
+    let input = folder.file("input.csv", format!("time_s,voltage_V\n{input}"));
+    program::ok(&["simulate", "--parameters", "m2,vb=0.4", "--input", &input, "--noise", "40dB", "--out", &whole]);
     let text = std::fs::read_to_string(&whole).unwrap();
     let without = |column: usize, name: &str| {
         let keep = |line: &str| {

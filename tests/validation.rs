@@ -113,6 +113,7 @@ fn held_out_recordings_fit_as_their_noise_allows() {
     // Another motor is not explained.
     let mut other = found.clone();
     other.parameters.k *= 1.3;
+    other.values[2] *= 1.3;
     let wrong = validate(&[noisy(2)], &IdentifySpec::default(), &other).unwrap();
     assert!(wrong.fit_percent[1].unwrap() < 90.0, "{:?}", wrong.fit_percent);
 }

@@ -45,7 +45,7 @@ pub struct Reference {
 const BASINS: usize = 4;
 const STARTS: usize = 24;
 /// With extensions derivatives cost some twenty times as much: fewer starts for long recordings.
-const EXTENDED_SAMPLES: usize = 50_000;
+const EXTENDED_SAMPLES: usize = 20_000;
 const STARTS_MIN: usize = 2;
 
 /// Searches the whole box of `space` for the lowest sum of squares weighted by `sigma`, one pair for each recording.

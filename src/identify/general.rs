@@ -5,7 +5,7 @@
 //! from grids along their axes; the refinement of the best of these starts is the estimate.
 
 use super::channels::{Stand, guess};
-use super::extended::{With, best_start, climb, deviations, explained, extended_space, lagged};
+use super::extended::{With, best_start, climb, deviations, explained, extended_space, lagged, led};
 use super::search::{Found, evaluated, population};
 use super::spec::{Identification, IdentifySpec};
 use super::verify::{Claim, Status, Verified, verify};
@@ -135,12 +135,9 @@ fn attempt(
     let sigma = deviations(records);
     let mut searched = |starts: Vec<Vec<f64>>| -> Result<Attempt> {
         let found = population(&problem, spec, observe)?;
-        // A search's best is refined alone: what is found is its own.
-        let starts = if spec.method.is_search() {
-            vec![found.values.clone()]
-        } else {
-            [vec![found.values.clone()], starts].concat()
-        };
+        // A search's best, and where it leads along each way to explain what is late.
+        let own = std::iter::once(found.values.clone()).chain(led(&problem, &found.values)?);
+        let starts: Vec<Vec<f64>> = own.chain(starts).collect();
         refined(spec, (&problem, &plain), found, (&starts, &sigma))
     };
     if spec.method.is_search() || spec.polish == Polish::None {
@@ -195,22 +192,57 @@ fn drop_unknown(records: &[Record], spec: &IdentifySpec, attempt: &mut Attempt) 
         let Some(parameter) = checks::unknown_alone(spec, &attempt.space, &attempt.refined) else { break };
         let shared = |axis: &Axis| axis.parameter == parameter && axis.scope == Scope::Shared;
         let Some(place) = attempt.space.free().iter().position(shared) else { break };
-        let (mut free, mut fixed) = (attempt.space.free().to_vec(), attempt.space.fixed().to_vec());
-        if free.len() == 1 {
+        if attempt.space.free().len() == 1 {
             break;
         }
-        let mut values = attempt.refined.values.clone();
-        fixed.push((parameter, Scope::Shared, values.remove(place)));
-        free.remove(place);
+        let value = attempt.refined.values[place];
+        let (refined, space) = holding(records, spec, attempt, (place, value))?;
+        // One that runs to a bound tells nothing only if it may as well be elsewhere.
+        if let Some(side) = attempt.refined.at_bound[place] {
+            let elsewhere = if side == "min" { ELSEWHERE * value } else { value / ELSEWHERE };
+            let (other, _) = holding(records, spec, attempt, (place, elsewhere))?;
+            if !is_same(&space, &refined, &other) {
+                break;
+            }
+        }
         attempt.found.values.remove(place);
-        attempt.space = Space::new(free, fixed)?;
-        let plain = fit_problem(records, &attempt.space, spec.model)?;
-        (attempt.refined, attempt.space) = refine_widening(&plain, spec, &attempt.space, &values)?;
+        (attempt.refined, attempt.space) = (refined, space);
         let problem = Problem::new(records, spec.model, attempt.space.clone(), spec.criterion)?;
         attempt.problem = Arc::new(problem);
         dropped.push(parameter);
     }
     Ok(dropped)
+}
+
+/// How far from a bound a parameter is put to see whether it matters.
+const ELSEWHERE: f64 = 10.0;
+/// Others may move by this many standard errors when it does not.
+const MOVED: f64 = 1.0;
+
+/// The refinement with one parameter held at a value.
+fn holding(
+    records: &[Record],
+    spec: &IdentifySpec,
+    attempt: &Attempt,
+    (place, value): (usize, f64),
+) -> Result<(Refined, Space)> {
+    let (mut free, mut fixed) = (attempt.space.free().to_vec(), attempt.space.fixed().to_vec());
+    let mut values = attempt.refined.values.clone();
+    fixed.push((free[place].parameter, Scope::Shared, value));
+    free.remove(place);
+    values.remove(place);
+    let space = Space::new(free, fixed)?;
+    refine_widening(&fit_problem(records, &space, spec.model)?, spec, &space, &values)
+}
+
+/// Whether two fits are the same within their standard errors.
+fn is_same(space: &Space, one: &Refined, other: &Refined) -> bool {
+    let errors = one.uncertainty.std_error.iter().zip(space.free());
+    let pairs = one.values.iter().zip(&other.values).zip(errors);
+    let near = |((a, b), (error, axis)): ((&f64, &f64), (&Option<f64>, &Axis))| {
+        error.is_none_or(|error| (axis.coordinate(*a) - axis.coordinate(*b)).abs() * axis.slope(*a) <= MOVED * error)
+    };
+    pairs.into_iter().all(near)
 }
 
 fn not_told(parameter: Parameter) -> Warning {

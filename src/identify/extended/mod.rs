@@ -5,7 +5,7 @@ mod starts;
 
 pub use ladder::{Ladder, Rung};
 pub(super) use ladder::{climb, deviations};
-pub(super) use starts::{best_start, explained, lagged};
+pub(super) use starts::{best_start, explained, lagged, led};
 
 use super::spec::IdentifySpec;
 use crate::criterion::peak;

@@ -74,23 +74,30 @@ fn descend(problem: &Arc<Problem>, start: &mut [f64], order: &[usize]) -> Result
     Ok(lowest)
 }
 
+/// The orders in which axes of extensions are gone along: each that is late as the first explanation.
+fn orders(axes: &[Axis]) -> Vec<Vec<usize>> {
+    let extended: Vec<usize> = (0..axes.len()).filter(|n| axes[*n].parameter.is_extension()).collect();
+    let firsts: Vec<Parameter> = LATE.into_iter().filter(|p| axes.iter().any(|a| a.parameter == *p)).collect();
+    if firsts.len() < 2 {
+        return vec![extended];
+    }
+    let ordered = |first: &Parameter| {
+        let is_first = |n: &&usize| axes[**n].parameter == *first;
+        extended.iter().filter(is_first).chain(extended.iter().filter(|n| !is_first(n))).copied().collect()
+    };
+    firsts.iter().map(ordered).collect()
+}
+
+/// Where values lead along the axes of extensions, in each order.
+pub(in super::super) fn led(problem: &Arc<Problem>, values: &[f64]) -> Result<Vec<Vec<f64>>> {
+    let all = orders(problem.space().free());
+    all.iter().map(|order| Ok(descended(problem, values.to_vec(), order)?.1)).collect()
+}
+
 /// Starts in the space of a problem: for each motor (R, L, K, B, J), each way to explain what is late, the rest after it.
 pub(in super::super) fn explained(problem: &Arc<Problem>, motors: &[[f64; 5]]) -> Result<Vec<Vec<f64>>> {
     let axes = problem.space().free();
-    let extended: Vec<usize> = (0..axes.len()).filter(|n| axes[*n].parameter.is_extension()).collect();
-    let mut firsts: Vec<Parameter> = LATE.into_iter().filter(|p| axes.iter().any(|a| a.parameter == *p)).collect();
-    if firsts.len() < 2 {
-        firsts.truncate(1);
-    }
-    let orders: Vec<Vec<usize>> = if firsts.is_empty() {
-        vec![extended]
-    } else {
-        let ordered = |first: &Parameter| {
-            let is_first = |n: &&usize| axes[**n].parameter == *first;
-            extended.iter().filter(is_first).chain(extended.iter().filter(|n| !is_first(n))).copied().collect()
-        };
-        firsts.iter().map(ordered).collect()
-    };
+    let orders = orders(axes);
     let mut starts: Vec<(f64, Vec<f64>)> = Vec::new();
     for motor in motors {
         for order in &orders {
