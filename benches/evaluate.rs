@@ -114,4 +114,6 @@ fn main() {
     rates(&mut criterion);
     criterion.final_summary();
     ratios();
+    println!();
+    support::extensions(&mut [support::simd()], 40);
 }

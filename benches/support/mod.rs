@@ -4,7 +4,7 @@
 
 use motorfit::candidates::Candidates;
 use motorfit::criterion::Criterion;
-use motorfit::evaluate::{Batch, Evaluator, Group, Model, Problem};
+use motorfit::evaluate::{Batch, Evaluator, Group, Model, Problem, Simd};
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::motor::{Discretization, Parameter, Parameters, Space};
 use motorfit::record::Record;
@@ -84,4 +84,52 @@ pub fn ratio(rounds: usize, mut a: impl FnMut(), mut b: impl FnMut()) -> f64 {
         (b1 + b2) / (a1 + a2)
     });
     median(ratios.collect())
+}
+
+/// An evaluator and its name.
+pub type Named = (String, Box<dyn Evaluator>);
+
+/// SIMD at the best level.
+pub fn simd() -> Named {
+    ("SIMD f64".to_owned(), Box::new(Simd::default()))
+}
+
+/// Prints rates of motors with extensions, each with all before it, of all evaluators in turn; and what each costs
+/// against the linear motor of the same evaluator.
+pub fn extensions(evaluators: &mut [Named], rounds: usize) {
+    use Parameter as P;
+    let all = [
+        (P::Coulomb, 0.0, 0.05),
+        (P::BrushDrop, 0.0, 1.0),
+        (P::DeadTime, 0.0, 0.02),
+        (P::Latency, 0.0, 0.05),
+        (P::SpeedAverage, 1.0, 40.0),
+    ];
+    let names = ["linear", "friction", "+ brushes", "+ dead time", "+ latency", "+ average"];
+    let problems: Vec<_> = (0..names.len()).map(|n| extended_problem(&all[..n])).collect();
+    let values: Vec<_> = problems.iter().map(|problem| candidates_of(problem.space(), 6400)).collect();
+    let mut costs = vec![0.0; 6400];
+    let mut times = vec![vec![Vec::new(); names.len()]; evaluators.len()];
+    for round in 0..rounds {
+        for n in 0..names.len() {
+            for (k, (_, evaluator)) in evaluators.iter_mut().enumerate() {
+                let time = seconds(|| evaluate(evaluator.as_mut(), &problems[n], &values[n], &mut costs));
+                // The first makes buffers and shaders.
+                if round > 0 {
+                    times[k][n].push(time);
+                }
+            }
+        }
+    }
+    let steps = problems[0].active();
+    println!("extensions, 6400 candidates x {steps} steps, G candidate-steps/s (time against linear):");
+    for ((name, _), times) in evaluators.iter().zip(times) {
+        println!("  {name}");
+        // Ratios within a round: a machine shared with others changes its speed meanwhile.
+        for (n, name) in names.iter().enumerate() {
+            let ratios = times[n].iter().zip(&times[0]).map(|(own, linear)| own / linear).collect();
+            let rate = (6400 * problems[n].active()) as f64 / median(times[n].clone()) / 1e9;
+            println!("    {name:12} {rate:6.3}   {:.2}", median(ratios));
+        }
+    }
 }
