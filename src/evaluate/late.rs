@@ -1,7 +1,5 @@
 //! Voltages that come late, as what they and the load add to both states at each step.
 
-#![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
-
 use super::extended::CHUNK;
 use super::kernel::multiply_add;
 use super::reaction::{Pair, Step};
@@ -81,8 +79,7 @@ impl<'a, const L: usize> LateInputs<'a, L> {
         match kind {
             Kind::Even(even) => {
                 let gains = &mut gains[..end - start];
-                even.fill::<FMA>(signals, terminals, start, gains);
-                add_torque::<L, FMA>(&steps[0], terminals, signals.torque.get(start..end), gains);
+                even.fill::<FMA>((signals, terminals), &steps[0].maps.torque, start, gains);
             }
             Kind::Uneven { time, cursors } => {
                 let drive = signals.drive();
@@ -111,23 +108,6 @@ impl<'a, const L: usize> LateInputs<'a, L> {
     }
 }
 
-#[inline(always)]
-fn add_torque<const L: usize, const FMA: bool>(
-    step: &Step<L>,
-    terminals: &Terminals<L>,
-    torque: Option<&[f64]>,
-    gains: &mut [Pair<L>],
-) {
-    for (c, gain) in gains.iter_mut().enumerate() {
-        let torque = terminals.torque(torque.map_or(0.0, |torque| torque[c]));
-        for axis in 0..2 {
-            for lane in 0..L {
-                gain[axis][lane] = multiply_add::<FMA>(step.maps.torque[axis][lane], torque[lane], gain[axis][lane]);
-            }
-        }
-    }
-}
-
 impl<const L: usize> Even<L> {
     fn new(mut taps: [Taps; L], units: &Pair<L>) -> Self {
         let mut gains = [[[0.0; L]; 2]; 3];
@@ -144,10 +124,16 @@ impl<const L: usize> Even<L> {
         Self { taps, gains }
     }
 
-    /// What the voltages add from sample `start` on. Each candidate's voltages are side by side in time, then in a
-    /// column, so that both the drive and the taps are done for many at once.
+    /// What voltages and torque add from sample `start` on. Each candidate's voltages are side by side in time, then in
+    /// a column, so that both the drive and the taps are done for many at once.
     #[inline(always)]
-    fn fill<const FMA: bool>(&self, signals: &Signals, terminals: &Terminals<L>, start: usize, gains: &mut [Pair<L>]) {
+    fn fill<const FMA: bool>(
+        &self,
+        (signals, terminals): (&Signals, &Terminals<L>),
+        torque_gains: &Pair<L>,
+        start: usize,
+        gains: &mut [Pair<L>],
+    ) {
         let mut given = [[0.0; L]; CHUNK + 2];
         let mut row = [0.0; CHUNK + 2];
         for (lane, taps) in self.taps.iter().enumerate() {
@@ -156,20 +142,28 @@ impl<const L: usize> Even<L> {
                 given[lane] = row;
             }
         }
+        let torque = |n: usize| terminals.torque(signals.torque.get(n).copied().unwrap_or(0.0));
         let [one, two, three] = &self.gains;
-        for (gain, given) in gains.iter_mut().zip(given.windows(3)) {
+        for (n, (gain, given)) in (start..).zip(gains.iter_mut().zip(given.windows(3))) {
+            let torque = torque(n);
+            // Apart from `gains`, which could be where other numbers are.
+            let mut sums = [[0.0; L]; 2];
             for axis in 0..2 {
                 for lane in 0..L {
-                    let later =
-                        multiply_add::<FMA>(two[axis][lane], given[1][lane], three[axis][lane] * given[2][lane]);
-                    gain[axis][lane] = multiply_add::<FMA>(one[axis][lane], given[0][lane], later);
+                    let held =
+                        multiply_add::<FMA>(three[axis][lane], given[2][lane], torque_gains[axis][lane] * torque[lane]);
+                    let later = multiply_add::<FMA>(two[axis][lane], given[1][lane], held);
+                    sums[axis][lane] = multiply_add::<FMA>(one[axis][lane], given[0][lane], later);
                 }
             }
+            *gain = sums;
         }
         for (lane, taps) in self.taps.iter().enumerate() {
-            taps.mend(signals, terminals.drive(lane), start, |c, gain| {
+            taps.mend(signals, terminals.drive(lane), start, |c, voltages| {
                 if let Some(gains) = gains.get_mut(c) {
-                    (gains[0][lane], gains[1][lane]) = (gain[0], gain[1]);
+                    for axis in 0..2 {
+                        gains[axis][lane] = voltages[axis] + torque_gains[axis][lane] * torque(start + c)[lane];
+                    }
                 }
             });
         }

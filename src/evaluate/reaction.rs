@@ -152,11 +152,14 @@ impl<const L: usize> Lanes<L> {
     ) {
         let [mut i, mut w] = step.counted(&self.x);
         for (seen, gain) in seen.iter_mut().zip(gains) {
+            // Apart from `seen`, which could be where other numbers of the step are.
+            let [mut now_i, mut now_w] = [[0.0; L]; 2];
             for lane in 0..L {
-                seen[0][lane] = step.units[0][lane] * i[lane];
-                seen[1][lane] = step.units[1][lane] * w[lane];
+                now_i[lane] = step.units[0][lane] * i[lane];
+                now_w[lane] = step.units[1][lane] * w[lane];
                 [i[lane], w[lane]] = step.next::<FMA, BRUSHES>([i[lane], w[lane]], gain, lane);
             }
+            *seen = [now_i, now_w];
         }
         self.end(step, [i, w]);
     }
