@@ -65,7 +65,7 @@ fn extensions() {
             evaluators.push((format!("{} {}", gpu.facts().name, precision.name()), Box::new(gpu)));
         }
     }
-    support::extensions(&mut evaluators, 8);
+    support::extensions(&mut evaluators, &support::m2_record(), 8);
 }
 
 #[cfg(not(feature = "gpu"))]

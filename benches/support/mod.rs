@@ -36,10 +36,18 @@ pub fn problem_with(records: &[Record]) -> Arc<Problem> {
     Arc::new(Problem::new(records, Model::default(), Space::table2(), Criterion::default()).unwrap())
 }
 
+/// The same motor with a voltage that is another at every sample.
+pub fn restless_record() -> Record {
+    let mut excitation = Excitation::step(10.5, 0.0, 2.0, 0.001).unwrap();
+    let mut generator = Xoshiro256PlusPlus::seed_from_u64(3);
+    excitation.voltage.iter_mut().for_each(|v| *v = generator.random_range(-10.5..10.5));
+    simulated(&Parameters::M2, &excitation, Discretization::Zoh).unwrap()
+}
+
 /// nrmse/std with these extensions besides, free within bounds.
-pub fn extended_problem(extensions: &[(Parameter, f64, f64)]) -> Arc<Problem> {
+pub fn extended_problem(record: &Record, extensions: &[(Parameter, f64, f64)]) -> Arc<Problem> {
     let space = Space::table2_with(extensions, &[]).unwrap();
-    Arc::new(Problem::new(&[m2_record()], Model::default(), space, Criterion::default()).unwrap())
+    Arc::new(Problem::new(std::slice::from_ref(record), Model::default(), space, Criterion::default()).unwrap())
 }
 
 /// Uniform candidates of the box of Table 2, row-major.
@@ -94,9 +102,9 @@ pub fn simd() -> Named {
     ("SIMD f64".to_owned(), Box::new(Simd::default()))
 }
 
-/// Prints rates of motors with extensions, each with all before it, of all evaluators in turn; and what each costs
-/// against the linear motor of the same evaluator.
-pub fn extensions(evaluators: &mut [Named], rounds: usize) {
+/// Prints rates of motors with extensions on a recording, each with all before it, of all evaluators in turn; and what
+/// each costs against the linear motor of the same evaluator.
+pub fn extensions(evaluators: &mut [Named], record: &Record, rounds: usize) {
     use Parameter as P;
     let all = [
         (P::Coulomb, 0.0, 0.05),
@@ -106,7 +114,7 @@ pub fn extensions(evaluators: &mut [Named], rounds: usize) {
         (P::SpeedAverage, 1.0, 40.0),
     ];
     let names = ["linear", "friction", "+ brushes", "+ dead time", "+ latency", "+ average"];
-    let problems: Vec<_> = (0..names.len()).map(|n| extended_problem(&all[..n])).collect();
+    let problems: Vec<_> = (0..names.len()).map(|n| extended_problem(record, &all[..n])).collect();
     let values: Vec<_> = problems.iter().map(|problem| candidates_of(problem.space(), 6400)).collect();
     let mut costs = vec![0.0; 6400];
     let mut times = vec![vec![Vec::new(); names.len()]; evaluators.len()];
