@@ -114,4 +114,8 @@ fn main() {
     rates(&mut criterion);
     criterion.final_summary();
     ratios();
+    println!("\nstep:");
+    support::extensions(&mut [support::simd()], &support::m2_record(), 40);
+    println!("\nanother voltage at every sample:");
+    support::extensions(&mut [support::simd()], &support::restless_record(), 40);
 }

@@ -54,56 +54,18 @@ fn main() {
     }
 }
 
-/// Rates of motors with extensions, each with all before it, on the adapter and by SIMD, in turn; and what each costs
-/// against the linear motor of the same evaluator. In f32 all are plain, because motors with extensions are.
+/// Motors with extensions on the adapter and by SIMD, in turn. In f32 all are plain, because motors with extensions are.
 #[cfg(feature = "gpu")]
 fn extensions() {
     use motorfit::evaluate::gpu::{Gpu, Precision, Selector};
-    use motorfit::evaluate::{Evaluator, Simd};
-    use motorfit::motor::Parameter as P;
-    use support::{candidates_of, evaluate, extended_problem, median, seconds};
 
-    let all = [
-        (P::Coulomb, 0.0, 0.05),
-        (P::BrushDrop, 0.0, 1.0),
-        (P::DeadTime, 0.0, 0.02),
-        (P::Latency, 0.0, 0.05),
-        (P::SpeedAverage, 1.0, 40.0),
-    ];
-    let names = ["linear", "friction", "+ brushes", "+ dead time", "+ latency", "+ average"];
-    let problems: Vec<_> = (0..names.len()).map(|n| extended_problem(&all[..n])).collect();
-    let values: Vec<_> = problems.iter().map(|problem| candidates_of(problem.space(), 6400)).collect();
-    let mut evaluators: Vec<(String, Box<dyn Evaluator>)> = vec![("SIMD f64".to_owned(), Box::new(Simd::default()))];
+    let mut evaluators = vec![support::simd()];
     for precision in [Precision::F64, Precision::F32Plain] {
         if let Ok(gpu) = Gpu::open(&Selector::Best, Some(precision)) {
             evaluators.push((format!("{} {}", gpu.facts().name, precision.name()), Box::new(gpu)));
         }
     }
-    let mut costs = vec![0.0; 6400];
-    let mut times = vec![vec![Vec::new(); names.len()]; evaluators.len()];
-    for round in 0..8 {
-        for n in 0..names.len() {
-            for (k, (_, evaluator)) in evaluators.iter_mut().enumerate() {
-                let time = seconds(|| evaluate(evaluator.as_mut(), &problems[n], &values[n], &mut costs));
-                // The first makes buffers and shaders.
-                if round > 0 {
-                    times[k][n].push(time);
-                }
-            }
-        }
-    }
-    println!(
-        "extensions, 6400 candidates x {} steps, G candidate-steps/s (time against linear):",
-        problems[0].active()
-    );
-    for ((name, _), times) in evaluators.iter().zip(times) {
-        println!("  {name}");
-        let times: Vec<f64> = times.into_iter().map(median).collect();
-        for (n, name) in names.iter().enumerate() {
-            let rate = (6400 * problems[n].active()) as f64 / times[n] / 1e9;
-            println!("    {name:12} {rate:6.3}   {:.2}", times[n] / times[0]);
-        }
-    }
+    support::extensions(&mut evaluators, &support::m2_record(), 8);
 }
 
 #[cfg(not(feature = "gpu"))]

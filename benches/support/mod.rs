@@ -4,7 +4,7 @@
 
 use motorfit::candidates::Candidates;
 use motorfit::criterion::Criterion;
-use motorfit::evaluate::{Batch, Evaluator, Group, Model, Problem};
+use motorfit::evaluate::{Batch, Evaluator, Group, Model, Problem, Simd};
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::motor::{Discretization, Parameter, Parameters, Space};
 use motorfit::record::Record;
@@ -36,10 +36,18 @@ pub fn problem_with(records: &[Record]) -> Arc<Problem> {
     Arc::new(Problem::new(records, Model::default(), Space::table2(), Criterion::default()).unwrap())
 }
 
+/// The same motor with a voltage that is another at every sample.
+pub fn restless_record() -> Record {
+    let mut excitation = Excitation::step(10.5, 0.0, 2.0, 0.001).unwrap();
+    let mut generator = Xoshiro256PlusPlus::seed_from_u64(3);
+    excitation.voltage.iter_mut().for_each(|v| *v = generator.random_range(-10.5..10.5));
+    simulated(&Parameters::M2, &excitation, Discretization::Zoh).unwrap()
+}
+
 /// nrmse/std with these extensions besides, free within bounds.
-pub fn extended_problem(extensions: &[(Parameter, f64, f64)]) -> Arc<Problem> {
+pub fn extended_problem(record: &Record, extensions: &[(Parameter, f64, f64)]) -> Arc<Problem> {
     let space = Space::table2_with(extensions, &[]).unwrap();
-    Arc::new(Problem::new(&[m2_record()], Model::default(), space, Criterion::default()).unwrap())
+    Arc::new(Problem::new(std::slice::from_ref(record), Model::default(), space, Criterion::default()).unwrap())
 }
 
 /// Uniform candidates of the box of Table 2, row-major.
@@ -84,4 +92,52 @@ pub fn ratio(rounds: usize, mut a: impl FnMut(), mut b: impl FnMut()) -> f64 {
         (b1 + b2) / (a1 + a2)
     });
     median(ratios.collect())
+}
+
+/// An evaluator and its name.
+pub type Named = (String, Box<dyn Evaluator>);
+
+/// SIMD at the best level.
+pub fn simd() -> Named {
+    ("SIMD f64".to_owned(), Box::new(Simd::default()))
+}
+
+/// Prints rates of motors with extensions on a recording, each with all before it, of all evaluators in turn; and what
+/// each costs against the linear motor of the same evaluator.
+pub fn extensions(evaluators: &mut [Named], record: &Record, rounds: usize) {
+    use Parameter as P;
+    let all = [
+        (P::Coulomb, 0.0, 0.05),
+        (P::BrushDrop, 0.0, 1.0),
+        (P::DeadTime, 0.0, 0.02),
+        (P::Latency, 0.0, 0.05),
+        (P::SpeedAverage, 1.0, 40.0),
+    ];
+    let names = ["linear", "friction", "+ brushes", "+ dead time", "+ latency", "+ average"];
+    let problems: Vec<_> = (0..names.len()).map(|n| extended_problem(record, &all[..n])).collect();
+    let values: Vec<_> = problems.iter().map(|problem| candidates_of(problem.space(), 6400)).collect();
+    let mut costs = vec![0.0; 6400];
+    let mut times = vec![vec![Vec::new(); names.len()]; evaluators.len()];
+    for round in 0..rounds {
+        for n in 0..names.len() {
+            for (k, (_, evaluator)) in evaluators.iter_mut().enumerate() {
+                let time = seconds(|| evaluate(evaluator.as_mut(), &problems[n], &values[n], &mut costs));
+                // The first makes buffers and shaders.
+                if round > 0 {
+                    times[k][n].push(time);
+                }
+            }
+        }
+    }
+    let steps = problems[0].active();
+    println!("extensions, 6400 candidates x {steps} steps, G candidate-steps/s (time against linear):");
+    for ((name, _), times) in evaluators.iter().zip(times) {
+        println!("  {name}");
+        // Ratios within a round: a machine shared with others changes its speed meanwhile.
+        for (n, name) in names.iter().enumerate() {
+            let ratios = times[n].iter().zip(&times[0]).map(|(own, linear)| own / linear).collect();
+            let rate = (6400 * problems[n].active()) as f64 / median(times[n].clone()) / 1e9;
+            println!("    {name:12} {rate:6.3}   {:.2}", median(ratios));
+        }
+    }
 }

@@ -36,7 +36,7 @@ pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) {
 }
 
 /// Samples whose errors are summed before they go to the total.
-const SUM_BLOCK: usize = 1024;
+pub(super) const SUM_BLOCK: usize = 1024;
 
 /// Without FMA `mul_add` would be a library call: multiply, then add.
 pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {

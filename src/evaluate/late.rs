@@ -1,29 +1,31 @@
-//! What drives candidates with extensions: the voltage behind the drive, on time or late, and the load torque, as what
-//! they add to both states at each step.
+//! Voltages that come late, as what they and the load add to both states at each step.
 
-#![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
-
-use super::extended::{CHUNK, Pair, gain};
+use super::extended::CHUNK;
 use super::kernel::multiply_add;
-use super::problem::Spans;
-use super::{Problem, Signals, Span};
-use crate::motor::{DelayTaps, Extended, Parameter, Setting, StepMaps, late, sample_times, step_maps, terminal};
+use super::reaction::{Pair, Step};
+use super::terminal::{Terminals, gain};
+use super::{Problem, Signals};
+use crate::motor::{DelayTaps, Extended, Parameter, Setting, Terminal, late, sample_times, step_maps, terminal};
 
-/// The inputs of a block of candidates, in the order of samples.
-pub(super) struct Inputs<'a, const L: usize> {
+/// The late inputs of a block of candidates, in the order of samples.
+pub(super) struct LateInputs<'a, const L: usize> {
     signals: &'a Signals,
     setting: Setting,
-    load: [f64; L],
-    kind: Kind<'a, L>,
+    kind: Kind<L>,
 }
 
-enum Kind<'a, const L: usize> {
-    /// On time: stretch by stretch.
-    Spans { spans: Spans<'a>, now: Option<(usize, Pair<L>)> },
-    /// Late, steps even: by taps.
-    Even(Box<[Taps; L]>),
-    /// Late, steps not even or lines of their own: from piece to piece.
+enum Kind<const L: usize> {
+    /// Steps even: by taps.
+    Even(Box<Even<L>>),
+    /// Steps not even or lines of their own: from piece to piece.
     Uneven { time: Vec<f64>, cursors: [usize; L] },
+}
+
+/// Even steps; what is added to the states is in units of the reactions.
+struct Even<const L: usize> {
+    taps: [Taps; L],
+    /// What one volt of each of the three samples adds to both states.
+    gains: [Pair<L>; 3],
 }
 
 /// How the voltage comes late in one candidate.
@@ -47,53 +49,37 @@ pub(super) fn late_times(signals: &Signals, setting: Setting) -> Vec<f64> {
     if needed { sample_times(&signals.drive()) } else { Vec::new() }
 }
 
-impl<'a, const L: usize> Inputs<'a, L> {
-    pub(super) fn new(problem: &'a Problem, signals: &'a Signals, motors: &[Extended; L]) -> Self {
+impl<'a, const L: usize> LateInputs<'a, L> {
+    pub(super) fn new(
+        problem: &'a Problem,
+        signals: &'a Signals,
+        (motors, steps): (&[Extended; L], &[Step<L>]),
+    ) -> Self {
         let setting = problem.setting(signals);
-        let kind = if !setting.extent.is_delayed() {
-            Kind::Spans { spans: problem.spans(signals), now: None }
-        } else if signals.step_index.is_empty() && !signals.has_own_lines() {
+        let kind = if signals.step_index.is_empty() && !signals.has_own_lines() {
             let time = late_times(signals, setting);
-            let taps = |lane: usize| Taps::new(signals, setting, &motors[lane], &time);
-            Kind::Even(Box::new(std::array::from_fn(taps)))
+            let taps = std::array::from_fn(|lane| Taps::new(signals, setting, &motors[lane], &time));
+            Kind::Even(Box::new(Even::new(taps, &steps[0].units)))
         } else {
             Kind::Uneven { time: sample_times(&signals.drive()), cursors: [0; L] }
         };
-        Self { signals, setting, load: std::array::from_fn(|lane| motors[lane].get(Parameter::Load)), kind }
+        Self { signals, setting, kind }
     }
 
-    /// Writes what drives the candidates at samples `start` to `end`; `maps` are those of a sample's step.
+    /// Writes what drives the candidates at samples `start` to `end`.
     #[inline(always)]
-    pub(super) fn fill<'m, const FMA: bool>(
+    pub(super) fn fill<const FMA: bool>(
         &mut self,
-        motors: &[Extended; L],
+        (motors, terminals): (&[Extended; L], &Terminals<L>),
+        steps: &[Step<L>],
         [start, end]: [usize; 2],
-        maps: impl Fn(usize) -> &'m StepMaps<L>,
         gains: &mut [Pair<L>; CHUNK],
     ) {
-        let Self { signals, setting, load, kind } = self;
+        let Self { signals, setting, kind } = self;
         match kind {
-            Kind::Spans { spans, now } => {
-                let mut n = start;
-                while n < end {
-                    let (until, gain) = match now.filter(|(until, _)| n < *until) {
-                        Some(now) => now,
-                        None => match spans.next() {
-                            Some(span) => *now.insert((span.end, span_gain::<L, FMA>(motors, load, maps(n), span))),
-                            None => (end, [[0.0; L]; 2]),
-                        },
-                    };
-                    let to = until.min(end);
-                    gains[n - start..to - start].fill(gain);
-                    n = to;
-                }
-            }
-            Kind::Even(taps) => {
-                let maps = maps(start);
-                for lane in 0..L {
-                    taps[lane].fill::<L, FMA>(signals, (&motors[lane], lane), [start, end], gains);
-                }
-                add_torque::<L, FMA>(signals, load, maps, [start, end], gains);
+            Kind::Even(even) => {
+                let gains = &mut gains[..end - start];
+                even.fill::<FMA>((signals, terminals), &steps[0].maps.torque, start, gains);
             }
             Kind::Uneven { time, cursors } => {
                 let drive = signals.drive();
@@ -113,42 +99,73 @@ impl<'a, const L: usize> Inputs<'a, L> {
                     }
                 }
                 for n in start..end {
-                    let [first, last] = &voltages[n - start];
-                    let torque = load.map(|load| load + signals.torque.get(n).copied().unwrap_or(0.0));
-                    gains[n - start] = gain::<L, FMA>(maps(n), [first, last], &torque);
+                    let torque = terminals.torque(signals.torque.get(n).copied().unwrap_or(0.0));
+                    let maps = &steps[usize::from(signals.step_of(n))].maps;
+                    gains[n - start] = gain::<L, FMA>(maps, &voltages[n - start], &torque);
                 }
             }
         }
     }
 }
 
-/// What drives the candidates over a stretch.
-#[inline(always)]
-fn span_gain<const L: usize, const FMA: bool>(
-    motors: &[Extended; L],
-    load: &[f64; L],
-    maps: &StepMaps<L>,
-    span: &Span,
-) -> Pair<L> {
-    let [start, end] = span.voltage.map(|v| std::array::from_fn(|lane| terminal(&motors[lane], v)));
-    gain::<L, FMA>(maps, [&start, &end], &load.map(|load| load + span.torque))
-}
-
-#[inline(always)]
-fn add_torque<const L: usize, const FMA: bool>(
-    signals: &Signals,
-    load: &[f64; L],
-    maps: &StepMaps<L>,
-    [start, end]: [usize; 2],
-    gains: &mut [Pair<L>; CHUNK],
-) {
-    for n in start..end {
-        let torque = signals.torque.get(n).copied().unwrap_or(0.0);
-        for axis in 0..2 {
-            for lane in 0..L {
-                let gain = &mut gains[n - start][axis][lane];
-                *gain = multiply_add::<FMA>(maps.torque[axis][lane], load[lane] + torque, *gain);
+impl<const L: usize> Even<L> {
+    fn new(mut taps: [Taps; L], units: &Pair<L>) -> Self {
+        let mut gains = [[[0.0; L]; 2]; 3];
+        for (lane, taps) in taps.iter_mut().enumerate() {
+            for axis in 0..2 {
+                let unit = units[axis][lane];
+                taps.gains[axis] = taps.gains[axis].map(|gain| gain / unit);
+                taps.special.iter_mut().for_each(|(_, gain)| gain[axis] /= unit);
+                for (gains, gain) in gains.iter_mut().zip(taps.gains[axis]) {
+                    gains[axis][lane] = gain;
+                }
             }
+        }
+        Self { taps, gains }
+    }
+
+    /// What voltages and torque add from sample `start` on. Each candidate's voltages are side by side in time, then in
+    /// a column, so that both the drive and the taps are done for many at once.
+    #[inline(always)]
+    fn fill<const FMA: bool>(
+        &self,
+        (signals, terminals): (&Signals, &Terminals<L>),
+        torque_gains: &Pair<L>,
+        start: usize,
+        gains: &mut [Pair<L>],
+    ) {
+        let mut given = [[0.0; L]; CHUNK + 2];
+        let mut row = [0.0; CHUNK + 2];
+        for (lane, taps) in self.taps.iter().enumerate() {
+            taps.give(signals, terminals.drive(lane), start, &mut row[..gains.len() + 2]);
+            for (given, row) in given.iter_mut().zip(row) {
+                given[lane] = row;
+            }
+        }
+        let torque = |n: usize| terminals.torque(signals.torque.get(n).copied().unwrap_or(0.0));
+        let [one, two, three] = &self.gains;
+        for (n, (gain, given)) in (start..).zip(gains.iter_mut().zip(given.windows(3))) {
+            let torque = torque(n);
+            // Apart from `gains`, which could be where other numbers are.
+            let mut sums = [[0.0; L]; 2];
+            for axis in 0..2 {
+                for lane in 0..L {
+                    let held =
+                        multiply_add::<FMA>(three[axis][lane], given[2][lane], torque_gains[axis][lane] * torque[lane]);
+                    let later = multiply_add::<FMA>(two[axis][lane], given[1][lane], held);
+                    sums[axis][lane] = multiply_add::<FMA>(one[axis][lane], given[0][lane], later);
+                }
+            }
+            *gain = sums;
+        }
+        for (lane, taps) in self.taps.iter().enumerate() {
+            taps.mend(signals, terminals.drive(lane), start, |c, voltages| {
+                if let Some(gains) = gains.get_mut(c) {
+                    for axis in 0..2 {
+                        gains[axis][lane] = voltages[axis] + torque_gains[axis][lane] * torque(start + c)[lane];
+                    }
+                }
+            });
         }
     }
 }
@@ -159,11 +176,23 @@ struct Told<'a> {
     before: f64,
 }
 
-impl Told<'_> {
+impl<'a> Told<'a> {
+    /// The first `known` of a recording.
     #[inline(always)]
-    fn at(&self, n: Option<usize>) -> f64 {
-        let last = self.voltage.len().wrapping_sub(1);
-        n.and_then(|n| self.voltage.get(n.min(last))).copied().unwrap_or(self.before)
+    fn of(signals: &'a Signals, known: usize) -> Self {
+        Self { voltage: &signals.voltage[..known], before: signals.beginning.voltage }
+    }
+
+    /// Writes those from sample `from` - `back` on.
+    #[inline(always)]
+    fn copy(&self, from: usize, back: usize, to: &mut [f64]) {
+        let early = back.saturating_sub(from).min(to.len());
+        let (before, rest) = to.split_at_mut(early);
+        before.fill(self.before);
+        let known = self.voltage.get((from + early).saturating_sub(back)..).unwrap_or_default();
+        let (told, after) = rest.split_at_mut(known.len().min(rest.len()));
+        told.copy_from_slice(&known[..told.len()]);
+        after.fill(self.voltage.last().copied().unwrap_or(self.before));
     }
 }
 
@@ -201,45 +230,35 @@ impl Taps {
         Self { delay, gains: [0, 1].map(|axis| taps.map(|tap| tap[axis])), movement, special }
     }
 
-    /// What the voltages add to both states of one candidate.
+    /// The voltages behind the drive that enter the steps from `start` on: three each, the first of step n at n - `start`.
     #[inline(always)]
-    fn fill<const L: usize, const FMA: bool>(
-        &self,
-        signals: &Signals,
-        (motor, lane): (&Extended, usize),
-        [start, end]: [usize; 2],
-        gains: &mut [Pair<L>; CHUNK],
-    ) {
-        let moves = self.movement.unwrap_or(0).clamp(start, end);
+    fn give(&self, signals: &Signals, drive: Terminal<f64>, start: usize, row: &mut [f64]) {
+        let back = self.delay.whole + 1;
         // Until the first movement acts, the voltage is as before it.
-        for (from, to, known) in [(start, moves, signals.beginning.first_movement), (moves, end, signals.len())] {
-            let told = Told { voltage: &signals.voltage[..known], before: signals.beginning.voltage };
-            self.fill_part::<L, FMA>(&told, (motor, lane), from, &mut gains[from - start..to - start]);
-        }
-        for (at, gain) in self.special.iter().filter(|(at, _)| (start..end).contains(at)) {
-            (gains[at - start][0][lane], gains[at - start][1][lane]) = (gain[0], gain[1]);
+        let moves = self.movement.unwrap_or(0).saturating_sub(start).min(row.len());
+        let (still, moving) = row.split_at_mut(moves);
+        Told::of(signals, signals.beginning.first_movement).copy(start, back, still);
+        Told::of(signals, signals.len()).copy(start + moves, back, moving);
+        for voltage in row {
+            *voltage = drive.gives(*voltage);
         }
     }
 
-    /// The same under the voltages `told`.
+    /// Steps, counted from `start`, for which [`Self::give`] does not hold, and what the voltages add in them.
     #[inline(always)]
-    fn fill_part<const L: usize, const FMA: bool>(
-        &self,
-        told: &Told<'_>,
-        (motor, lane): (&Extended, usize),
-        start: usize,
-        gains: &mut [Pair<L>],
-    ) {
-        let mut given = [0.0; CHUNK + 2];
-        for (n, given) in (start..).zip(given[..gains.len() + 2].iter_mut()) {
-            *given = terminal(motor, told.at(n.checked_sub(self.delay.whole + 1)));
-        }
-        for axis in 0..2 {
-            let [one, two, three] = self.gains[axis];
-            for (n, gain) in gains.iter_mut().enumerate() {
-                let later = multiply_add::<FMA>(two, given[n + 1], three * given[n + 2]);
-                gain[axis][lane] = multiply_add::<FMA>(one, given[n], later);
+    fn mend(&self, signals: &Signals, drive: Terminal<f64>, start: usize, mut put: impl FnMut(usize, [f64; 2])) {
+        // The last before the movement: two of their three voltages were given as if it had come.
+        let moves = self.movement.unwrap_or(0);
+        if (start..=start + CHUNK + 2).contains(&moves) {
+            for n in moves.saturating_sub(2).max(start)..moves {
+                let mut three = [0.0; 3];
+                Told::of(signals, signals.beginning.first_movement).copy(n, self.delay.whole + 1, &mut three);
+                let given = three.map(|voltage| drive.gives(voltage));
+                put(n - start, self.gains.map(|taps| taps[0] * given[0] + (taps[1] * given[1] + taps[2] * given[2])));
             }
+        }
+        for (at, gain) in self.special.iter().filter(|(at, _)| *at >= start) {
+            put(at - start, *gain);
         }
     }
 }

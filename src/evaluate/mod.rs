@@ -12,9 +12,12 @@ mod kernel;
 mod late;
 mod peak;
 mod problem;
+mod reaction;
 mod scalar;
+mod sensor;
 mod signals;
 mod simd;
+mod terminal;
 
 pub use cpu::{Level, cpu_name};
 pub(crate) use kernel::multiply_add;

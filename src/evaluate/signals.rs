@@ -235,7 +235,8 @@ impl Signals {
         !self.lines[0].is_empty()
     }
 
-    fn step_of(&self, n: usize) -> u16 {
+    /// The index of the step of a sample.
+    pub(super) fn step_of(&self, n: usize) -> u16 {
         self.step_index.get(n).copied().unwrap_or(0)
     }
 

@@ -208,13 +208,38 @@ pub(crate) fn late<'a, T: Number, F: Fn(usize) -> [T; 2]>(
 /// What the drive makes of a voltage that it is told.
 #[inline(always)]
 pub(crate) fn terminal<T: Number>(motor: &Extended<T>, voltage: f64) -> T {
-    let (deadband, saturation) = (motor.get(Parameter::Deadband), motor.get(Parameter::Saturation));
-    let told = T::constant(voltage.abs());
-    let reached = if saturation.value() < told.value() { saturation } else { told };
-    let left = reached - deadband;
-    let given = if left.value() > 0.0 { left } else { T::constant(0.0) };
-    let turned = if voltage < 0.0 { -(motor.get(Parameter::ReverseGain) * given) } else { given };
-    turned + motor.get(Parameter::Offset)
+    Terminal::of(motor).gives(voltage)
+}
+
+/// What a drive makes of the voltages that it is told.
+#[derive(Clone, Copy)]
+pub(crate) struct Terminal<T> {
+    pub deadband: T,
+    pub saturation: T,
+    pub reverse_gain: T,
+    pub offset: T,
+}
+
+impl<T: Number> Terminal<T> {
+    #[inline(always)]
+    pub(crate) fn of(motor: &Extended<T>) -> Self {
+        Self {
+            deadband: motor.get(Parameter::Deadband),
+            saturation: motor.get(Parameter::Saturation),
+            reverse_gain: motor.get(Parameter::ReverseGain),
+            offset: motor.get(Parameter::Offset),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn gives(self, voltage: f64) -> T {
+        let told = T::constant(voltage.abs());
+        let reached = if self.saturation.value() < told.value() { self.saturation } else { told };
+        let left = reached - self.deadband;
+        let given = if left.value() > 0.0 { left } else { T::constant(0.0) };
+        let turned = if voltage < 0.0 { -(self.reverse_gain * given) } else { given };
+        turned + self.offset
+    }
 }
 
 /// The map of a step with the limits of its reactions.

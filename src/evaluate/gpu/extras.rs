@@ -2,8 +2,8 @@
 //! step maps, and what goes to the CPU instead.
 
 use super::shader::LANES;
-use crate::evaluate::extended::WINDOW_MAX;
 use crate::evaluate::late::Taps;
+use crate::evaluate::sensor::WINDOW_MAX;
 use crate::evaluate::{Problem, Signals};
 use crate::motor::{Extended, Extent, Parameter};
 
