@@ -7,7 +7,7 @@ use super::late::LateInputs;
 use super::reaction::{Lanes, Pair, Samples, Step};
 use super::sensor::Sensor;
 use super::terminal::{Terminals, gain};
-use super::{Problem, Signals};
+use super::{Problem, Signals, Span};
 use crate::motor::{Extended, Parameter};
 use multiversion::multiversion;
 
@@ -92,15 +92,31 @@ impl<'a, const L: usize> Run<'a, L> {
         self.totals
     }
 
-    /// Stretch by stretch.
+    /// Stretch by stretch; short ones together.
     #[inline(always)]
     fn run_on_time<const FMA: bool>(&mut self) {
         let most = if self.problem.extent().is_averaged() { CHUNK } else { SUM_BLOCK };
-        for span in self.problem.spans(self.signals) {
-            let step = usize::from(span.step);
+        let mut gains = [[[0.0; L]; 2]; CHUNK];
+        // How many samples of short stretches wait, all under the map `step`.
+        let (mut waiting, mut step) = (0, 0);
+        for span in self.problem.spans(self.signals).map(Some).chain([None]) {
+            let start = span.map_or(self.signals.len(), |span| span.start);
+            let joins =
+                |span: &&Span| usize::from(span.step) == step && waiting + (span.end - span.start) <= gains.len();
+            if waiting > 0 && !span.as_ref().is_some_and(joins) {
+                self.advance::<FMA>(step, [start - waiting, start], gains[..waiting].iter());
+                waiting = 0;
+            }
+            let Some(span) = span else { break };
+            step = usize::from(span.step);
             let voltage = span.voltage.map(|voltage| self.terminals.of(voltage));
             let gain = gain::<L, FMA>(&self.steps[step].maps, &voltage, &self.terminals.torque(span.torque));
-            let mut start = span.start;
+            if span.end - start < CHUNK {
+                gains[waiting..waiting + span.end - start].fill(gain);
+                waiting += span.end - start;
+                continue;
+            }
+            let mut start = start;
             while start < span.end {
                 let end = span.end.min(start + most);
                 self.advance::<FMA>(step, [start, end], std::iter::repeat(&gain));
