@@ -186,7 +186,7 @@ fn refined(
 const DROPPED: usize = 6;
 
 /// Holds parameters of which the recordings tell nothing, each by itself, where they are: what else there is stays.
-fn drop_unknown(records: &[Record], spec: &IdentifySpec, attempt: &mut Attempt) -> Result<Vec<Parameter>> {
+pub(super) fn drop_unknown(records: &[Record], spec: &IdentifySpec, attempt: &mut Attempt) -> Result<Vec<Parameter>> {
     let mut dropped = Vec::new();
     while dropped.len() < DROPPED && spec.polish == Polish::LevenbergMarquardt {
         let Some(parameter) = checks::unknown_alone(spec, &attempt.space, &attempt.refined) else { break };
@@ -197,9 +197,13 @@ fn drop_unknown(records: &[Record], spec: &IdentifySpec, attempt: &mut Attempt) 
         }
         let value = attempt.refined.values[place];
         let (refined, space) = holding(records, spec, attempt, (place, value))?;
-        // One that runs to a bound tells nothing only if it may as well be elsewhere.
-        if let Some(side) = attempt.refined.at_bound[place] {
-            let elsewhere = if side == "min" { ELSEWHERE * value } else { value / ELSEWHERE };
+        // One of the motor tells nothing only if it may as well be elsewhere.
+        let elsewhere = match attempt.refined.at_bound[place] {
+            Some("min") => ELSEWHERE * value,
+            Some(_) => value / ELSEWHERE,
+            None => std::f64::consts::E * value,
+        };
+        if !parameter.is_extension() {
             let (other, _) = holding(records, spec, attempt, (place, elsewhere))?;
             if !is_same(&space, &refined, &other) {
                 break;
@@ -245,7 +249,7 @@ fn is_same(space: &Space, one: &Refined, other: &Refined) -> bool {
     pairs.into_iter().all(near)
 }
 
-fn not_told(parameter: Parameter) -> Warning {
+pub(super) fn not_told(parameter: Parameter) -> Warning {
     let message = format!(
         "the recordings do not tell {}, the {}: the others hold whatever it is; record faster, or under a voltage that \
          changes more",

@@ -125,10 +125,7 @@ fn run(
             attempt = other;
         }
     }
-    let searched_for = matches!(spec.method, Method::Auto) && spec.polish == Polish::LevenbergMarquardt;
-    if searched_for && checks::unknown_alone(spec, &attempt.space, &attempt.refined).is_some() {
-        return general::run(records, spec, None, observe);
-    }
+    let dropped = general::drop_unknown(records, spec, &mut attempt)?;
     let claim = Claim {
         records,
         space: &attempt.space,
@@ -148,7 +145,8 @@ fn run(
     warnings.append(&mut attempt.found.warnings);
     checks::after(records, spec, &attempt.space, &attempt.refined, &mut warnings)?;
     warnings.append(&mut friction::differs(records, spec, &plain, &attempt));
-    let mut result = Identification { verification, ..assemble(records, spec, attempt)? };
+    warnings.extend(dropped.iter().copied().map(general::not_told));
+    let mut result = Identification { verification, unidentified: dropped, ..assemble(records, spec, attempt)? };
     checks::fit(records, spec, result.fit_percent)?;
     warnings.extend(warnings::of_result(&result, &estimate));
     warnings.extend(held::of_result(records, spec, &result));
