@@ -10,7 +10,7 @@ use super::search::{Found, evaluated, population};
 use super::spec::{Identification, IdentifySpec};
 use super::verify::{Claim, Status, Verified, verify};
 use super::warnings::{self, Warning};
-use super::{Attempt, Method, Polish, assemble, checks, complete, friction, refine_widening};
+use super::{Attempt, Method, Polish, assemble, checks, complete, friction, refine_widening, residuals};
 use crate::Result;
 use crate::estimate::{Refined, SmFailure, fit_problem, global_reference};
 use crate::evaluate::{Problem, Signals};
@@ -239,12 +239,13 @@ fn holding(
     refine_widening(&fit_problem(records, &space, spec.model)?, spec, &space, &values)
 }
 
-/// Whether two fits are the same within their standard errors.
+/// Whether two fits are the same within their standard errors, made as much larger as correlated residuals count less.
 fn is_same(space: &Space, one: &Refined, other: &Refined) -> bool {
+    let allowed = MOVED * residuals::inflation(&one.uncertainty).sqrt();
     let errors = one.uncertainty.std_error.iter().zip(space.free());
     let pairs = one.values.iter().zip(&other.values).zip(errors);
     let near = |((a, b), (error, axis)): ((&f64, &f64), (&Option<f64>, &Axis))| {
-        error.is_none_or(|error| (axis.coordinate(*a) - axis.coordinate(*b)).abs() * axis.slope(*a) <= MOVED * error)
+        error.is_none_or(|error| (axis.coordinate(*a) - axis.coordinate(*b)).abs() * axis.slope(*a) <= allowed * error)
     };
     pairs.into_iter().all(near)
 }
