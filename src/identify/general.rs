@@ -48,7 +48,7 @@ pub(super) fn run(
     };
     let space = extended_space(records, spec, &space, (&with, &motors[0]))?;
     let mut attempt = attempt(records, spec, (&space, &motors), observe)?;
-    let dropped = drop_unknown(records, spec, &mut attempt)?;
+    let dropped = drop_unknown(records, spec, &mut attempt, &unknown)?;
     checks::after(records, spec, &attempt.space, &attempt.refined, &mut warnings)?;
     let claim = Claim {
         records,
@@ -186,7 +186,13 @@ fn refined(
 const DROPPED: usize = 6;
 
 /// Holds parameters of which the recordings tell nothing, each by itself, where they are: what else there is stays.
-pub(super) fn drop_unknown(records: &[Record], spec: &IdentifySpec, attempt: &mut Attempt) -> Result<Vec<Parameter>> {
+/// What a motor that stands for others leaves open, `stood`, is unknown anyway.
+pub(super) fn drop_unknown(
+    records: &[Record],
+    spec: &IdentifySpec,
+    attempt: &mut Attempt,
+    stood: &[Parameter],
+) -> Result<Vec<Parameter>> {
     let mut dropped = Vec::new();
     while dropped.len() < DROPPED && spec.polish == Polish::LevenbergMarquardt {
         let Some(parameter) = checks::unknown_alone(spec, &attempt.space, &attempt.refined) else { break };
@@ -197,15 +203,14 @@ pub(super) fn drop_unknown(records: &[Record], spec: &IdentifySpec, attempt: &mu
         }
         let value = attempt.refined.values[place];
         let (refined, space) = holding(records, spec, attempt, (place, value))?;
-        // One of the motor tells nothing only if it may as well be elsewhere.
-        let elsewhere = match attempt.refined.at_bound[place] {
-            Some("min") => ELSEWHERE * value,
-            Some(_) => value / ELSEWHERE,
-            None => std::f64::consts::E * value,
-        };
-        if !parameter.is_extension() {
+        // One of the motor is unknown by itself only if it may as well be elsewhere. At a bound that is said of an
+        // inductance alone that is too small for the clock to show.
+        let at_bound = attempt.refined.at_bound[place].is_some();
+        let elsewhere = if at_bound { ELSEWHERE } else { std::f64::consts::E } * value;
+        let small = parameter == Parameter::L && elsewhere < refined.parameters.r * shortest(records);
+        if !parameter.is_extension() && !stood.contains(&parameter) {
             let (other, _) = holding(records, spec, attempt, (place, elsewhere))?;
-            if !is_same(&space, &refined, &other) {
+            if (at_bound && !small) || !is_same(&space, &refined, &other) {
                 break;
             }
         }
@@ -216,6 +221,10 @@ pub(super) fn drop_unknown(records: &[Record], spec: &IdentifySpec, attempt: &mu
         dropped.push(parameter);
     }
     Ok(dropped)
+}
+
+fn shortest(records: &[Record]) -> f64 {
+    records.iter().map(Record::period_s).fold(f64::INFINITY, f64::min)
 }
 
 /// How far from a bound a parameter is put to see whether it matters.

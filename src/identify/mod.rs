@@ -125,7 +125,7 @@ fn run(
             attempt = other;
         }
     }
-    let dropped = general::drop_unknown(records, spec, &mut attempt)?;
+    let dropped = general::drop_unknown(records, spec, &mut attempt, &[])?;
     let claim = Claim {
         records,
         space: &attempt.space,
