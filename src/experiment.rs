@@ -126,7 +126,7 @@ pub fn noise_of(record: &Record, noise: Noise) -> [f64; 2] {
     [0, 1].map(|channel| measured[channel].map_or(0.0, |signal| sigma(channel, signal)))
 }
 
-/// What drives the motor in a recording, as [`simulate`] takes it.
+/// What drives the motor in a recording, as [`simulate`](crate::motor::simulate) takes it.
 #[must_use]
 pub fn drive(record: &Record) -> Drive<'_> {
     let (samples, steps) = (record.samples(), record.steps());
