@@ -254,11 +254,14 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
             _ if count == 1 => "; its initial state was estimated",
             _ => "; initial states were estimated where they begin in motion",
         };
+        let own: Vec<&str> =
+            validation.held_out.first().into_iter().flat_map(|h| &h.own).map(|o| o.0.symbol()).collect();
+        let own = if own.is_empty() { String::new() } else { format!("; {} estimated from each", own.join(", ")) };
         let left = residuals(validation.residual_sigma);
         let tests: Vec<_> = validation.held_out.iter().map(|held| held.residual_tests).collect();
         let [white, independent] = verdicts(&tests);
         let tested = format!("residuals white: {white}; independent of the voltage: {independent} (current, speed)");
-        lines.splice(1..1, [("held out", format!("{fit}; residual {left}{of}{started}")), ("", tested)]);
+        lines.splice(1..1, [("held out", format!("{fit}; residual {left}{of}{started}{own}")), ("", tested)]);
     }
     lines
 }

@@ -5,7 +5,7 @@ use super::kernel::multiply_add;
 use super::reaction::{Pair, Step};
 use super::terminal::{Terminals, gain};
 use super::{Problem, Signals};
-use crate::motor::{DelayTaps, Extended, Parameter, Setting, Terminal, late, sample_times, step_maps, terminal};
+use crate::motor::{DelayTaps, Extended, Parameter, Setting, Terminal, late, sample_times, step_maps};
 
 /// The late inputs of a block of candidates, in the order of samples.
 pub(super) struct LateInputs<'a, const L: usize> {
@@ -83,15 +83,9 @@ impl<'a, const L: usize> LateInputs<'a, L> {
             }
             Kind::Uneven { time, cursors } => {
                 let drive = signals.drive();
-                let lines = setting.method.uses_next_input();
                 let mut voltages = [[[0.0; L]; 2]; CHUNK];
                 for lane in 0..L {
-                    let motor = &motors[lane];
-                    let piece = |n: usize| {
-                        let start = terminal(motor, drive.voltage[n]);
-                        [start, if lines { terminal(motor, drive.end(n)) } else { start }]
-                    };
-                    let late = late(motor, *setting, time, piece);
+                    let late = late(&motors[lane], &drive, *setting, time);
                     for n in start..end {
                         let [first, last] = setting.held(late.line(n, drive.step(n), &mut cursors[lane]));
                         voltages[n - start][0][lane] = first;
@@ -217,10 +211,7 @@ impl Taps {
         });
         let begin = if lines { [delay.whole.checked_sub(1), Some(delay.whole)] } else { [None; 2] };
         let drive = signals.drive();
-        let late = late(motor, setting, time, |n| {
-            let start = terminal(motor, drive.voltage[n]);
-            [start, if lines { terminal(motor, drive.end(n)) } else { start }]
-        });
+        let late = late(motor, &drive, setting, time);
         // What acts there is known but for a piece or two; from the first one on it would be found too.
         let acts = setting.beginning.first_movement.saturating_sub(2);
         let special = [(movement, acts), (begin[0], 0), (begin[1], 0)].map(|(at, mut acts)| {

@@ -2,9 +2,7 @@
 
 use super::extended::CHUNK;
 use super::reaction::Pair;
-
-/// The longest average, in samples.
-pub(super) const WINDOW_MAX: f64 = 1e6;
+use crate::motor::WINDOW_MAX;
 
 /// One channel's sensors; of the last samples the oldest counts in part.
 pub(super) struct Sensor<const L: usize> {
@@ -19,8 +17,7 @@ pub(super) struct Sensor<const L: usize> {
 
 impl<const L: usize> Sensor<L> {
     pub(super) fn new(windows: [f64; L], initial: f64) -> Self {
-        // More than any recording has is as good as all.
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and 1e9")]
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and 1e6")]
         let whole = windows.map(|window| window.clamp(1.0, WINDOW_MAX) as usize);
         let longest = whole.iter().copied().max().unwrap_or(1);
         #[expect(clippy::cast_precision_loss, reason = "at most 1e6")]

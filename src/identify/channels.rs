@@ -82,11 +82,6 @@ fn longest(records: &[Record]) -> Option<&Record> {
     records.iter().max_by_key(|record| record.len())
 }
 
-fn duration(record: &Record) -> f64 {
-    let time = &record.samples().time_s;
-    time.last().zip(time.first()).map_or(0.0, |(last, first)| last - first)
-}
-
 /// A motor that about does what the speed shows.
 fn of_speed(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
     let guessed = longest(records).and_then(|record| guess_by_speed(record).ok());
@@ -94,7 +89,7 @@ fn of_speed(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
         let record = longest(records);
         let speed = record.and_then(|r| r.samples().speed.as_deref()).map_or(1.0, peak).max(f64::MIN_POSITIVE);
         let volts = record.map_or(1.0, |r| peak(&r.samples().voltage));
-        let (k, seconds) = (volts / speed, record.map_or(1.0, duration));
+        let (k, seconds) = (volts / speed, record.map_or(1.0, Record::duration_s));
         [0.001 * seconds, k, 0.03 * seconds * k * k]
     });
     let r = fixed(spec, Parameter::R).unwrap_or(1.0);
@@ -107,7 +102,7 @@ fn of_current(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
     let record = longest(records);
     let current = record.and_then(|r| r.samples().current.as_deref()).map_or(1.0, peak).max(f64::MIN_POSITIVE);
     let volts = record.map_or(1.0, |r| peak(&r.samples().voltage)).max(f64::MIN_POSITIVE);
-    let (seconds, period) = (record.map_or(1.0, duration), record.map_or(0.001, Record::period_s));
+    let (seconds, period) = (record.map_or(1.0, Record::duration_s), record.map_or(0.001, Record::period_s));
     let r = fixed(spec, Parameter::R).unwrap_or(0.8 * volts / current);
     let middle = || spec.space.free().iter().find(|a| a.parameter == Parameter::K).map(Axis::middle);
     let k = fixed(spec, Parameter::K).or_else(middle).unwrap_or(0.05);

@@ -5,12 +5,12 @@
 //! from grids along their axes; the refinement of the best of these starts is the estimate.
 
 use super::channels::{Stand, guess};
-use super::extended::{With, best_start, climb, deviations, explained, extended_space, lagged, led};
+use super::extended::{With, best_start, climb, explained, extended_space, lagged, led};
 use super::search::{Found, evaluated, population};
 use super::spec::{Identification, IdentifySpec};
-use super::verify::{Claim, Status, Verified, verify};
+use super::verify::deviations;
 use super::warnings::{self, Warning};
-use super::{Attempt, Method, Polish, assemble, checks, complete, friction, refine_widening, residuals};
+use super::{Attempt, Polish, assemble, checks, complete, friction, refine_widening, residuals};
 use crate::Result;
 use crate::estimate::{Refined, SmFailure, fit_problem, global_reference};
 use crate::evaluate::{Problem, Signals};
@@ -50,22 +50,7 @@ pub(super) fn run(
     let mut attempt = attempt(records, spec, (&space, &motors), observe)?;
     let dropped = drop_unknown(records, spec, &mut attempt, &unknown)?;
     checks::after(records, spec, &attempt.space, &attempt.refined, &mut warnings)?;
-    let claim = Claim {
-        records,
-        space: &attempt.space,
-        model: spec.model,
-        refined: &attempt.refined,
-        searched: &attempt.found.values,
-        unpolished: spec.polish == Polish::None,
-        is_judged: spec.method.is_search() || spec.polish == Polish::None,
-        estimate: None,
-    };
-    let Verified { mut verification, better } = verify(&claim);
-    if let (Method::Auto, Polish::LevenbergMarquardt, Some(better)) = (spec.method, spec.polish, better) {
-        let plain = fit_problem(records, &attempt.space, spec.model)?;
-        (attempt.refined, attempt.space) = refine_widening(&plain, spec, &attempt.space, &better.values)?;
-        (verification.status, verification.cost_gap) = (Status::Agrees, Some(0.0));
-    }
+    let verification = attempt.verified(records, spec, None)?;
     warnings.append(&mut attempt.found.warnings);
     let plain = fit_problem(records, &attempt.space, spec.model)?;
     warnings.append(&mut friction::differs(records, spec, &plain, &attempt));

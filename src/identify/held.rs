@@ -4,6 +4,7 @@
 //! the one for the other shifts the input by half a period. Both are tried, and the likelihood of the outputs tells.
 
 use super::Polish;
+use super::residuals::inflation;
 use super::spec::{Identification, IdentifySpec};
 use super::warnings::{Place, Warning, warnings_of_records};
 use crate::estimate::{RefineOptions, Refined, refine};
@@ -48,16 +49,10 @@ fn other(method: Discretization) -> Option<Discretization> {
     }
 }
 
-/// The part of the residuals that counts as independent, by their correlation from sample to sample.
-fn independent(fit: &Refined) -> f64 {
-    let lags = fit.uncertainty.whiteness.iter().flatten().map(|white| white.lag1.clamp(0.0, 0.999));
-    lags.map(|lag| (1.0 - lag) / (1.0 + lag)).fold(1.0, f64::min)
-}
-
 /// What two fits of the same recordings say.
 fn judged(here: &Refined, there: &Refined, better: Discretization, count: usize) -> Option<Between> {
     #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-    let count = count as f64 * independent(there);
+    let count = count as f64 / inflation(&there.uncertainty);
     let (mut log_likelihood, mut sigma_ratio) = (0.0, f64::INFINITY);
     for (here, there) in here.sigma.iter().zip(&there.sigma) {
         let (Some(here), Some(there)) = (here, there) else { continue };

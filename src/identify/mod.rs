@@ -126,22 +126,7 @@ fn run(
         }
     }
     let dropped = general::drop_unknown(records, spec, &mut attempt, &[])?;
-    let claim = Claim {
-        records,
-        space: &attempt.space,
-        model: spec.model,
-        refined: &attempt.refined,
-        searched: &attempt.found.values,
-        unpolished: spec.polish == Polish::None,
-        is_judged: spec.method.is_search() || spec.polish == Polish::None,
-        estimate: estimate.as_ref().ok(),
-    };
-    let Verified { mut verification, better } = verify(&claim);
-    if let (Method::Auto, Polish::LevenbergMarquardt, Some(better)) = (spec.method, spec.polish, better) {
-        // What was asked for is the best there is, wherever it was found.
-        (attempt.refined, attempt.space) = refine_widening(&plain, spec, &attempt.space, &better.values)?;
-        (verification.status, verification.cost_gap) = (Status::Agrees, Some(0.0));
-    }
+    let verification = attempt.verified(records, spec, estimate.as_ref().ok())?;
     warnings.append(&mut attempt.found.warnings);
     checks::after(records, spec, &attempt.space, &attempt.refined, &mut warnings)?;
     warnings.append(&mut friction::differs(records, spec, &plain, &attempt));
@@ -177,6 +162,33 @@ struct Attempt {
 }
 
 impl Attempt {
+    /// The verdict. Under `auto` what is better than it is taken instead: what was asked for is the best there is, wherever
+    /// it was found.
+    fn verified(
+        &mut self,
+        records: &[Record],
+        spec: &IdentifySpec,
+        estimate: Option<&Estimate>,
+    ) -> Result<Verification> {
+        let claim = Claim {
+            records,
+            space: &self.space,
+            model: spec.model,
+            refined: &self.refined,
+            searched: &self.found.values,
+            unpolished: spec.polish == Polish::None,
+            is_judged: spec.method.is_search() || spec.polish == Polish::None,
+            estimate,
+        };
+        let Verified { mut verification, better } = verify(&claim);
+        if let (Method::Auto, Polish::LevenbergMarquardt, Some(better)) = (spec.method, spec.polish, better) {
+            let plain = fit_problem(records, &self.space, spec.model)?;
+            (self.refined, self.space) = refine_widening(&plain, spec, &self.space, &better.values)?;
+            (verification.status, verification.cost_gap) = (Status::Agrees, Some(0.0));
+        }
+        Ok(verification)
+    }
+
     /// Whether it stands at a bound, or its simulation explains less than half of what some channel does.
     fn is_poor(&self, records: &[Record]) -> Result<bool> {
         let problem = Problem::new(records, *self.problem.model(), self.space.clone(), *self.problem.criterion())?;

@@ -1,9 +1,10 @@
 //! Validation: how well parameters explain recordings that they were not fitted to.
 
-use super::extended::{best_start, deviations, explained};
+use super::extended::{best_start, explained};
 use super::figures;
 use super::residuals::{self, ResidualTests};
 use super::spec::{Identification, IdentifySpec};
+use super::verify::deviations;
 use crate::Result;
 use crate::estimate::{fit_problem, initial_states};
 use crate::evaluate::Problem;

@@ -155,7 +155,7 @@ fn sigmas(records: &[Record], refined: &Refined) -> Vec<[f64; 2]> {
 }
 
 /// Standard deviation of each signal; where it has none its size, and 1 for a channel not measured.
-fn deviations(records: &[Record]) -> Vec<[f64; 2]> {
+pub(super) fn deviations(records: &[Record]) -> Vec<[f64; 2]> {
     let of = |signal: Option<&[f64]>| {
         let Some(signal) = signal else { return 1.0 };
         [standard_deviation(signal), rms(signal), 1.0].into_iter().find(|v| *v > 0.0).unwrap_or(1.0)

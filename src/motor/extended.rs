@@ -171,12 +171,8 @@ impl<T: Number> Inputs<'_, T> {
     fn line(&mut self, n: usize, time: &[f64]) -> [T; 2] {
         let Self { motor, drive, setting, .. } = *self;
         if setting.extent.is_delayed() {
-            let late = late(motor, setting, time, |n| {
-                let lines = setting.method.uses_next_input();
-                let start = terminal(motor, drive.voltage[n]);
-                [start, if lines { terminal(motor, drive.end(n)) } else { start }]
-            });
-            return setting.held(late.line(n, drive.step(n), &mut self.cursor));
+            let line = late(motor, drive, setting, time).line(n, drive.step(n), &mut self.cursor);
+            return setting.held(line);
         }
         let told = [drive.voltage[n], if setting.method.uses_next_input() { drive.end(n) } else { drive.voltage[n] }];
         let bits = told.map(f64::to_bits);
@@ -187,16 +183,20 @@ impl<T: Number> Inputs<'_, T> {
     }
 }
 
-/// The voltage of a motor as it comes late; `piece` is that at the motor, at the start and at the end of each step.
+/// The voltage of a motor as it comes late, in pieces between samples; `time` is that of each.
 #[inline(always)]
-pub(crate) fn late<'a, T: Number, F: Fn(usize) -> [T; 2]>(
-    motor: &Extended<T>,
+pub(crate) fn late<'a, T: Number>(
+    motor: &'a Extended<T>,
+    drive: &'a Drive<'a>,
     setting: Setting,
     time: &'a [f64],
-    piece: F,
-) -> Late<'a, T, F> {
+) -> Late<'a, T, impl Fn(usize) -> [T; 2] + 'a> {
+    let lines = setting.method.uses_next_input();
     Late {
-        piece,
+        piece: move |n: usize| {
+            let start = terminal(motor, drive.voltage[n]);
+            [start, if lines { terminal(motor, drive.end(n)) } else { start }]
+        },
         before: terminal(motor, setting.beginning.voltage),
         time,
         dead_time: motor.get(Parameter::DeadTime),
@@ -207,7 +207,7 @@ pub(crate) fn late<'a, T: Number, F: Fn(usize) -> [T; 2]>(
 
 /// What the drive makes of a voltage that it is told.
 #[inline(always)]
-pub(crate) fn terminal<T: Number>(motor: &Extended<T>, voltage: f64) -> T {
+fn terminal<T: Number>(motor: &Extended<T>, voltage: f64) -> T {
     Terminal::of(motor).gives(voltage)
 }
 
@@ -298,6 +298,9 @@ fn react<T: Number>(x: [T; 2], axis: usize, gain: [T; 2], limit: T) -> [T; 2] {
     after
 }
 
+/// The longest average, in samples: more than any recording has is as good as all.
+pub(crate) const WINDOW_MAX: f64 = 1e6;
+
 /// A sensor that shows the mean of the last `window` samples, of which the oldest counts in part. Before the first
 /// sample it has seen what the motor began with.
 struct Average<T> {
@@ -310,9 +313,8 @@ struct Average<T> {
 
 impl<T: Number> Average<T> {
     fn new(window: T) -> Self {
-        // More than any recording has is as good as all.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and 1e6")]
-        let whole = window.value().clamp(1.0, 1e6) as usize;
+        let whole = window.value().clamp(1.0, WINDOW_MAX) as usize;
         Self { window, whole, seen: VecDeque::new(), sum: T::constant(0.0) }
     }
 

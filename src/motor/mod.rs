@@ -19,7 +19,7 @@ pub(crate) use delay::{DelayTaps, sample_times};
 pub use discretize::{Discretization, StepMap, StepMaps, step_maps};
 pub use dual::{Dual, Number};
 pub use extended::{Extended, Extent, Setting, walk_extended};
-pub(crate) use extended::{Terminal, late, terminal};
+pub(crate) use extended::{Terminal, WINDOW_MAX, late};
 pub use logarithm::{LogarithmError, matrix_logarithm};
 pub use matrix::{Matrix2, inverse, product, times};
 pub use parameter::{Extensions, Parameter};

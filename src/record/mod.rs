@@ -195,6 +195,13 @@ impl Record {
         Self { samples: Samples { current: None, ..self.samples.clone() }, ..self.clone() }
     }
 
+    /// Time from the first sample to the last \[s\].
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        let time = &self.samples.time_s;
+        time.last().zip(time.first()).map_or(0.0, |(last, first)| last - first)
+    }
+
     /// The same with the voltage some samples later; what was before the first lasts on.
     pub(crate) fn with_late_voltage(&self, samples: usize) -> Self {
         let voltage = &self.samples.voltage;

@@ -6,7 +6,7 @@ use super::{excitation, with};
 use motorfit::estimate::{fit_problem, refine_on};
 use motorfit::evaluate::Model;
 use motorfit::experiment::{Excitation, noise_of, simulated_with, with_noise};
-use motorfit::identify::{Extension, Identification, IdentifySpec, Method, With, identify};
+use motorfit::identify::{Extension, Identification, IdentifySpec, Method, With, identify, validate};
 use motorfit::motor::{Axis, Discretization, Extensions, Parameter, Parameters, Scope, Space};
 use motorfit::optimize::GwoOptions;
 use motorfit::record::Record;
@@ -150,56 +150,94 @@ fn excess(record: &Record, set: &[Parameter], found: &Identification) -> f64 {
     ours.weighted(&best.sigmas) - best.weighted(&best.sigmas)
 }
 
+/// Which of some recordings of each set are not fitted as well as from the truth: not by less than one unit of χ² of some
+/// 3000 values. At most one of twenty may be.
+fn few_are_missed(seeds: u32, first: u32, spec: impl Fn(&[Parameter], u32) -> IdentifySpec + Sync) {
+    let cases: Vec<(Vec<Parameter>, u32)> =
+        sets().into_iter().flat_map(|s| (0..seeds).map(move |n| (s.clone(), n))).collect();
+    let miss = |(set, seed): &(Vec<Parameter>, u32)| {
+        let record = recording(set, first + seed);
+        let why = match identify(std::slice::from_ref(&record), &spec(set, *seed)) {
+            Ok(found) => {
+                let excess = excess(&record, set, &found);
+                (excess > 1.0).then(|| format!("{excess:.1}"))
+            }
+            Err(e) => Some(e.to_string()),
+        };
+        why.map(|why| format!("{} {seed}: {why}", names(set)))
+    };
+    let missed: Vec<String> = cases.par_iter().filter_map(miss).collect();
+    println!("{} of {} missed: {missed:?}", missed.len(), cases.len());
+    assert!(missed.len() * 20 <= cases.len(), "{missed:?}");
+}
+
 #[test]
 fn the_automatic_way_finds_the_optimum() {
-    // No worse than from the truth: by less than one unit of χ² of some 3000 values.
-    let cases: Vec<(Vec<Parameter>, u32)> =
-        sets().into_iter().flat_map(|s| (0..4).map(move |n| (s.clone(), n))).collect();
-    let ends: Vec<String> = cases
-        .par_iter()
-        .filter_map(|(set, seed)| {
-            let record = recording(set, 100 + seed);
-            let list = Extension::ALL.into_iter().filter(|e| e.parameters().iter().any(|p| set.contains(p)));
-            let spec = IdentifySpec { with: With::These(list.collect()), ..IdentifySpec::default() };
-            match identify(std::slice::from_ref(&record), &spec) {
-                Ok(found) => {
-                    let excess = excess(&record, set, &found);
-                    (excess > 1.0).then(|| format!("{} {seed}: {excess:.1}", names(set)))
-                }
-                Err(e) => Some(format!("{} {seed}: {e}", names(set))),
-            }
-        })
-        .collect();
-    println!("{} of {} missed: {ends:?}", ends.len(), cases.len());
-    assert!(ends.len() * 20 <= cases.len(), "{ends:?}");
+    few_are_missed(4, 100, |set, _| {
+        let list = Extension::ALL.into_iter().filter(|e| e.parameters().iter().any(|p| set.contains(p)));
+        IdentifySpec { with: With::These(list.collect()), ..IdentifySpec::default() }
+    });
 }
 
 #[test]
 fn a_population_and_the_polish_find_it_from_wide_bounds() {
-    let cases: Vec<(Vec<Parameter>, u32)> =
-        sets().into_iter().flat_map(|s| (0..5).map(move |n| (s.clone(), n))).collect();
-    let missed: Vec<String> = cases
-        .par_iter()
-        .filter_map(|(set, seed)| {
-            let record = recording(set, 200 + seed);
-            let spec = IdentifySpec {
-                method: Method::Gwo(GwoOptions::default()),
-                space: wide(set),
-                auto_bounds: Vec::new(),
-                seed: u64::from(*seed),
-                ..IdentifySpec::default()
-            };
-            match identify(std::slice::from_ref(&record), &spec) {
-                Ok(found) => {
-                    let excess = excess(&record, set, &found);
-                    (excess > 1.0).then(|| format!("{} {seed}: {excess:.1}", names(set)))
-                }
-                Err(e) => Some(format!("{} {seed}: {e}", names(set))),
-            }
-        })
-        .collect();
-    println!("{} of {} missed: {missed:?}", missed.len(), cases.len());
-    assert!(missed.len() * 20 <= cases.len(), "{missed:?}");
+    few_are_missed(5, 200, |set, seed| IdentifySpec {
+        method: Method::Gwo(GwoOptions::default()),
+        space: wide(set),
+        auto_bounds: Vec::new(),
+        seed: u64::from(seed),
+        ..IdentifySpec::default()
+    });
+}
+
+/// A recording at 40 dB whose first movement is late by its own time, and whose load is its own.
+fn own(seed: u32, latency: f64, load: f64) -> Record {
+    let extensions = with(&[(Parameter::Latency, latency), (Parameter::Load, load)]);
+    let clean = simulated_with(&Parameters::M2, &extensions, &lively(seed), Discretization::Zoh).unwrap();
+    let sigma = noise_of(&clean, motorfit::criterion::Noise::Decibels(40.0));
+    with_noise(&clean, sigma, u64::from(seed)).unwrap()
+}
+
+#[test]
+fn what_a_recording_has_for_itself_is_recovered_and_estimated_anew_where_it_is_held_out() {
+    let [first, second, third] = [(501, 0.0213, 0.004), (502, 0.0437, -0.006), (503, 0.0118, 0.009)];
+    let records = [first, second].map(|(seed, latency, load)| own(seed, latency, load));
+    let spec = IdentifySpec {
+        with: With::These(vec![Extension::Latency, Extension::Load]),
+        per_recording: vec![Parameter::Load],
+        ..IdentifySpec::default()
+    };
+    let found = identify(&records, &spec).unwrap();
+    for estimate in found.estimates() {
+        let (value, error) = (estimate.value.unwrap(), estimate.std_error.unwrap());
+        let of = |scope| if scope == Scope::Recording(0) { first } else { second };
+        let truth = match estimate.parameter {
+            Parameter::Latency => of(estimate.scope).1,
+            Parameter::Load => of(estimate.scope).2,
+            parameter => Parameters::M2.get(parameter),
+        };
+        assert!((value - truth).abs() < 4.5 * error, "{:?}: {value} ± {error}, truth {truth}", estimate.parameter);
+    }
+    let held = validate(&[own(third.0, third.1, third.2)], &spec, &found).unwrap();
+    let own_of = |parameter| held.held_out[0].own.iter().find(|(p, _)| *p == parameter).unwrap().1;
+    // As sure as each of the two, whose errors are alike.
+    let error = |parameter| found.estimates().iter().find(|e| e.parameter == parameter).unwrap().std_error.unwrap();
+    assert!((own_of(Parameter::Latency) - third.1).abs() < 8.0 * error(Parameter::Latency));
+    assert!((own_of(Parameter::Load) - third.2).abs() < 8.0 * error(Parameter::Load));
+    assert!(held.fit_percent.iter().all(|fit| fit.unwrap() > 97.0), "{:?}", held.fit_percent);
+}
+
+#[test]
+fn a_dead_time_that_no_motor_has_is_pointed_out() {
+    // Three time constants are 65 ms.
+    let warned = |dead_time: f64| {
+        let late = with(&[(Parameter::DeadTime, dead_time)]);
+        let clean = simulated_with(&Parameters::M2, &late, &lively(7), Discretization::Zoh).unwrap();
+        let spec = IdentifySpec { with: With::These(vec![Extension::DeadTime]), ..IdentifySpec::default() };
+        let found = identify(&[with_noise(&clean, [0.02, 0.5], 7).unwrap()], &spec).unwrap();
+        found.warnings.iter().any(|warning| warning.code == "dead_time_long")
+    };
+    assert!(warned(0.085) && !warned(0.05));
 }
 
 #[test]

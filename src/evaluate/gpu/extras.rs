@@ -3,9 +3,8 @@
 
 use super::shader::LANES;
 use crate::evaluate::late::Taps;
-use crate::evaluate::sensor::WINDOW_MAX;
 use crate::evaluate::{Problem, Signals};
-use crate::motor::{Extended, Extent, Parameter};
+use crate::motor::{Extended, Extent, Parameter, WINDOW_MAX};
 
 /// Parts of a shader for motors with extensions, beyond friction and the drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

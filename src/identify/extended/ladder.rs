@@ -6,10 +6,10 @@
 //! wrong model leaves are correlated, and counted as they are they would speak for any extension at all.
 
 use super::super::spec::IdentifySpec;
+use super::super::verify::deviations;
 use super::starts::{carried, warmed};
 use super::{Extension, best_start, explained, extended_space};
 use crate::Result;
-use crate::criterion::standard_deviation;
 use crate::estimate::{Refined, fit_problem, refine_on};
 use crate::evaluate::Problem;
 use crate::motor::Space;
@@ -163,12 +163,6 @@ fn candidates(records: &[Record], model: &Fit) -> Vec<Extension> {
     };
     let extent = model.space.extent();
     Extension::ALL.into_iter().filter(|e| !extent.has_any(e.parameters())).filter(can).collect()
-}
-
-/// Standard deviations of all signals; 1 for a channel not measured or that does not vary.
-pub(in super::super) fn deviations(records: &[Record]) -> Vec<[f64; 2]> {
-    let of = |signal: Option<&[f64]>| signal.map(standard_deviation).filter(|s| *s > 0.0).unwrap_or(1.0);
-    records.iter().map(|record| record.measured().map(of)).collect()
 }
 
 /// How many independent samples the residuals of each recording and channel have.

@@ -3,8 +3,8 @@
 mod ladder;
 mod starts;
 
+pub(super) use ladder::climb;
 pub use ladder::{Ladder, Rung};
-pub(super) use ladder::{climb, deviations};
 pub(super) use starts::{best_start, explained, lagged, led};
 
 use super::spec::IdentifySpec;
@@ -204,10 +204,7 @@ impl Scales {
             voltage,
             stall_torque: k * voltage / r,
             period_s: largest(&Record::period_s),
-            duration_s: largest(&|record| {
-                let time = &record.samples().time_s;
-                time.last().zip(time.first()).map_or(0.0, |(last, first)| last - first)
-            }),
+            duration_s: largest(&Record::duration_s),
             time_constant_s: r * j / (k * k + r * b),
             samples,
         }
