@@ -2,8 +2,8 @@
 //! linear motor, by the oracle itself in numbers that carry derivatives.
 
 use super::normal::Products;
-use crate::evaluate::Problem;
-use crate::motor::{Dual, Extended, Number as _, Parameter, walk_extended};
+use crate::evaluate::{Level, Problem, multiply_add};
+use crate::motor::{Dual, Extended, ExtendedWalk, Number as _, Parameter};
 use multiversion::multiversion;
 use nalgebra::DMatrix;
 
@@ -21,9 +21,11 @@ pub(super) fn products(
     initial: [f64; 2],
 ) -> [Products; 2] {
     let case = Case { problem, recording, own, values, initial };
-    match case.unknowns() {
-        0..=8 => few(&case),
-        9..=12 => some(&case),
+    match (Level::best(), case.unknowns()) {
+        (Level::Portable, 0..=8) => case.products::<8, 12, false>(),
+        (Level::Portable, _) => case.products::<ALL, 24, false>(),
+        (_, 0..=8) => few(&case),
+        (_, 9..=12) => some(&case),
         _ => all(&case),
     }
 }
@@ -31,17 +33,17 @@ pub(super) fn products(
 // Derivatives that are carried, and entries of a row with the error behind them: whole vectors.
 #[multiversion(targets("x86_64+avx2+fma"))]
 fn few(case: &Case<'_>) -> [Products; 2] {
-    case.products::<8, 12>()
+    case.products::<8, 12, true>()
 }
 
 #[multiversion(targets("x86_64+avx2+fma"))]
 fn some(case: &Case<'_>) -> [Products; 2] {
-    case.products::<12, 16>()
+    case.products::<12, 16, true>()
 }
 
 #[multiversion(targets("x86_64+avx2+fma"))]
 fn all(case: &Case<'_>) -> [Products; 2] {
-    case.products::<ALL, 24>()
+    case.products::<ALL, 24, true>()
 }
 
 /// Of the five parameters of the motor, those of extensions, and the two initial states.
@@ -62,28 +64,29 @@ impl Case<'_> {
     }
 
     #[inline(always)]
-    fn products<const P: usize, const ROW: usize>(&self) -> [Products; 2] {
+    fn products<const P: usize, const ROW: usize, const FMA: bool>(&self) -> [Products; 2] {
         let Self { problem, recording, .. } = *self;
         let signals = &problem.signals()[recording];
         let (motor, initial) = self.numbers::<P>();
         let unknowns = self.unknowns();
         let first = problem.first_active(signals);
         let masked = !signals.weight.is_empty();
-        let mut sums = [0, 1].map(|_| Sums::<ROW> { size: unknowns + 1, ..Sums::default() });
-        let mut n = 0;
-        walk_extended(&motor, &signals.drive(), problem.setting(signals), initial, |seen: [Dual<P>; 2]| {
+        let mut sums = [0, 1].map(|_| Sums::<ROW>::new(unknowns + 1));
+        let drive = signals.drive();
+        let mut walk = ExtendedWalk::new(&motor, &drive, problem.setting(signals), initial);
+        // A closure, or an adapter of iterators, would not be compiled for the vectors of this function.
+        for (n, measured) in signals.measured.iter().enumerate() {
+            let Some(seen) = walk.next() else { break };
             for channel in 0..2 {
-                let counts = !masked || signals.weight[n][channel] != 0.0;
-                if n >= first && counts {
+                if n >= first && (!masked || signals.weight[n][channel] != 0.0) {
                     let mut row = [0.0; ROW];
                     row[..P].copy_from_slice(&seen[channel].derivatives);
-                    row[unknowns] = signals.measured[n][channel] - seen[channel].value;
-                    sums[channel].add(&row);
+                    row[unknowns] = measured[channel] - seen[channel].value;
+                    sums[channel].add::<FMA>(&row);
                 }
             }
-            n += 1;
-        });
-        sums.map(|sums| sums.total())
+        }
+        sums.map(Sums::total::<FMA>)
     }
 
     /// The motor and its initial state, each with its derivatives by the unknowns.
@@ -106,45 +109,54 @@ impl Case<'_> {
     }
 }
 
-/// Sums of the products of rows, in blocks: rounding then grows with the length of a block.
+/// Sums of the products of rows, in blocks: rounding then grows with the length of a block, and sums stay in registers.
 struct Sums<const ROW: usize> {
     /// Entries of a row that are in use.
     size: usize,
-    block: [[f64; ROW]; ROW],
-    added: usize,
+    rows: [[f64; ROW]; BLOCK],
+    waiting: usize,
     whole: [[f64; ROW]; ROW],
 }
 
-impl<const ROW: usize> Default for Sums<ROW> {
-    fn default() -> Self {
-        Self { size: 0, block: [[0.0; ROW]; ROW], added: 0, whole: [[0.0; ROW]; ROW] }
-    }
-}
+/// Rows of the sums that are in registers at a time.
+const TILE: usize = 2;
 
 impl<const ROW: usize> Sums<ROW> {
+    fn new(size: usize) -> Self {
+        Self { size, rows: [[0.0; ROW]; BLOCK], waiting: 0, whole: [[0.0; ROW]; ROW] }
+    }
+
     #[inline(always)]
-    fn add(&mut self, row: &[f64; ROW]) {
-        for (sums, one) in self.block[..self.size].iter_mut().zip(row) {
-            for (sum, other) in sums.iter_mut().zip(row) {
-                *sum += one * other;
+    fn add<const FMA: bool>(&mut self, row: &[f64; ROW]) {
+        self.rows[self.waiting] = *row;
+        self.waiting += 1;
+        if self.waiting == BLOCK {
+            self.flush::<FMA>();
+        }
+    }
+
+    #[inline(always)]
+    fn flush<const FMA: bool>(&mut self) {
+        for (tile, whole) in self.whole[..self.size.next_multiple_of(TILE)].chunks_exact_mut(TILE).enumerate() {
+            let mut sums = [[0.0; ROW]; TILE];
+            for row in &self.rows[..self.waiting] {
+                for (a, sums) in sums.iter_mut().enumerate() {
+                    let one = row[tile * TILE + a];
+                    for (sum, other) in sums.iter_mut().zip(row) {
+                        *sum = multiply_add::<FMA>(one, *other, *sum);
+                    }
+                }
+            }
+            for (whole, sum) in whole.iter_mut().flatten().zip(sums.iter().flatten()) {
+                *whole += sum;
             }
         }
-        self.added += 1;
-        if self.added == BLOCK {
-            self.flush();
-        }
+        self.waiting = 0;
     }
 
-    fn flush(&mut self) {
-        for (whole, block) in self.whole.iter_mut().flatten().zip(self.block.iter_mut().flatten()) {
-            *whole += *block;
-            *block = 0.0;
-        }
-        self.added = 0;
-    }
-
-    fn total(mut self) -> Products {
-        self.flush();
+    #[inline(always)]
+    fn total<const FMA: bool>(mut self) -> Products {
+        self.flush::<FMA>();
         DMatrix::from_fn(self.size, self.size, |a, b| self.whole[a][b])
     }
 }

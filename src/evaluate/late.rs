@@ -85,9 +85,9 @@ impl<'a, const L: usize> LateInputs<'a, L> {
                 let drive = signals.drive();
                 let mut voltages = [[[0.0; L]; 2]; CHUNK];
                 for lane in 0..L {
-                    let late = late(&motors[lane], &drive, *setting, time);
+                    let late = late(&motors[lane], &drive, *setting, &*time);
                     for n in start..end {
-                        let [first, last] = setting.held(late.line(n, drive.step(n), &mut cursors[lane]));
+                        let [first, last] = setting.held(late.line(n, &mut cursors[lane]));
                         voltages[n - start][0][lane] = first;
                         voltages[n - start][1][lane] = last;
                     }
@@ -216,7 +216,7 @@ impl Taps {
         let acts = setting.beginning.first_movement.saturating_sub(2);
         let special = [(movement, acts), (begin[0], 0), (begin[1], 0)].map(|(at, mut acts)| {
             let at = at.filter(|at| *at < signals.len());
-            at.map_or((NEVER, [0.0; 2]), |at| (at, gain(late.line(at, h, &mut acts))))
+            at.map_or((NEVER, [0.0; 2]), |at| (at, gain(late.line(at, &mut acts))))
         });
         Self { delay, gains: [0, 1].map(|axis| taps.map(|tap| tap[axis])), movement, special }
     }

@@ -102,10 +102,9 @@ impl<const P: usize> Div for Dual<P> {
     type Output = Self;
 
     #[inline(always)]
-    #[expect(clippy::suspicious_arithmetic_impl, reason = "the quotient rule subtracts")]
     fn div(self, other: Self) -> Self {
-        let value = self.value / other.value;
-        Self::new(value, |p| (self.derivatives[p] - value * other.derivatives[p]) / other.value)
+        let (value, inverse) = (self.value / other.value, 1.0 / other.value);
+        Self::new(value, |p| (self.derivatives[p] - value * other.derivatives[p]) * inverse)
     }
 }
 

@@ -11,7 +11,7 @@
 //! [`Dual`]: super::Dual
 
 use super::Parameters;
-use super::delay::{Beginning, Late, sample_times};
+use super::delay::{Beginning, Late, late, sample_times};
 use super::discretize::{Discretization, StepMaps, step_maps};
 use super::dual::Number;
 use super::parameter::{Extensions, Parameter};
@@ -128,117 +128,106 @@ impl Setting {
 }
 
 /// Simulates over all samples from the state `initial` = `[i, ω]`, handing what the sensors show of each to `visit`.
-#[inline(always)]
 pub fn walk_extended<T: Number>(
     motor: &Extended<T>,
     drive: &Drive<'_>,
     setting: Setting,
     initial: [T; 2],
-    mut visit: impl FnMut([T; 2]),
+    visit: impl FnMut([T; 2]),
 ) {
-    let steps: Vec<Step<T>> = drive.step_s.iter().map(|&h| Step::new(motor, h, setting)).collect();
-    let time = if setting.extent.is_delayed() { sample_times(drive) } else { Vec::new() };
-    let mut inputs = Inputs { motor, drive, setting, cursor: 0, last: None };
-    let mut sensors = [Parameter::CurrentAverage, Parameter::SpeedAverage]
-        .map(|of| setting.extent.has(of).then(|| Average::new(motor.get(of))));
-    let mut x = initial;
-    for n in 0..drive.voltage.len() {
-        let mut seen = x;
-        for channel in 0..2 {
-            if let Some(sensor) = &mut sensors[channel] {
-                seen[channel] = sensor.shows(x[channel], initial[channel]);
+    ExtendedWalk::new(motor, drive, setting, initial).for_each(visit);
+}
+
+/// What the sensors of a motor show, one pair `[i, ω]` a sample.
+pub struct ExtendedWalk<'a, T> {
+    inputs: Inputs<'a, T>,
+    steps: Vec<Step<T>>,
+    sensors: [Option<Average<T>>; 2],
+    load: T,
+    initial: [T; 2],
+    x: [T; 2],
+    n: usize,
+    /// What inputs add in a step, while they last: the step's map, the torque, what it adds.
+    known: Option<((usize, u64), [T; 2])>,
+}
+
+impl<'a, T: Number> ExtendedWalk<'a, T> {
+    /// From the state `initial` = `[i, ω]`.
+    #[must_use]
+    pub fn new(motor: &Extended<T>, drive: &'a Drive<'a>, setting: Setting, initial: [T; 2]) -> Self {
+        let time = if setting.extent.is_delayed() { sample_times(drive) } else { Vec::new() };
+        let average = |of| setting.extent.has(of).then(|| Average::new(motor.get(of)));
+        Self {
+            inputs: Inputs { late: late(motor, drive, setting, time), setting, cursor: 0, last: None },
+            steps: drive.step_s.iter().map(|&h| Step::new(motor, h, setting)).collect(),
+            sensors: [Parameter::CurrentAverage, Parameter::SpeedAverage].map(average),
+            load: motor.get(Parameter::Load),
+            initial,
+            x: initial,
+            n: 0,
+            known: None,
+        }
+    }
+}
+
+impl<T: Number> Iterator for ExtendedWalk<'_, T> {
+    type Item = [T; 2];
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<[T; 2]> {
+        let Self { inputs, steps, sensors, initial, n, .. } = self;
+        let drive = inputs.late.drive;
+        if *n == drive.voltage.len() {
+            return None;
+        }
+        let mut seen = self.x;
+        for (channel, sensor) in sensors.iter_mut().enumerate() {
+            if let Some(sensor) = sensor {
+                seen[channel] = sensor.shows(self.x[channel], initial[channel]);
             }
         }
-        visit(seen);
-        let torque = T::constant(drive.torque.get(n).copied().unwrap_or(0.0)) + motor.get(Parameter::Load);
-        x = steps[drive.index(n)].advance(x, inputs.line(n, &time), torque);
+        let outside = drive.torque.get(*n).copied().unwrap_or(0.0);
+        let acting = (drive.index(*n), outside.to_bits());
+        let (line, lasts) = inputs.line(*n);
+        let gain = match self.known {
+            Some((same, gain)) if lasts && same == acting => gain,
+            _ => self.known.insert((acting, steps[acting.0].gain(line, T::constant(outside) + self.load))).1,
+        };
+        self.x = steps[acting.0].advance(self.x, gain);
+        *n += 1;
+        Some(seen)
     }
 }
 
 /// The voltage at the motor, step by step.
 struct Inputs<'a, T> {
-    motor: &'a Extended<T>,
-    drive: &'a Drive<'a>,
+    late: Late<'a, T>,
     setting: Setting,
     cursor: usize,
-    /// The voltages that the drive was told last, and what it gave.
+    /// The voltages that the drive was told last, held ones or a line, and what it gave.
     last: Option<([u64; 2], [T; 2])>,
 }
 
 impl<T: Number> Inputs<'_, T> {
-    /// At the start and at the end of a step.
+    /// At the start and at the end of a step, and whether that is as in the step before.
     #[inline(always)]
-    fn line(&mut self, n: usize, time: &[f64]) -> [T; 2] {
-        let Self { motor, drive, setting, .. } = *self;
-        if setting.extent.is_delayed() {
-            let line = late(motor, drive, setting, time).line(n, drive.step(n), &mut self.cursor);
-            return setting.held(line);
-        }
-        let told = [drive.voltage[n], if setting.method.uses_next_input() { drive.end(n) } else { drive.voltage[n] }];
+    fn line(&mut self, n: usize) -> ([T; 2], bool) {
+        let Self { late, setting, .. } = self;
+        let told = if !setting.extent.is_delayed() {
+            Some([late.drive.voltage[n], late.end(n)])
+        } else {
+            late.advance(n, &mut self.cursor);
+            late.held(n, self.cursor).map(|voltage| [voltage; 2])
+        };
+        let Some(told) = told else {
+            self.last = None;
+            return (setting.held(late.line_from(n, self.cursor)), false);
+        };
         let bits = told.map(f64::to_bits);
         match self.last {
-            Some((known, given)) if known == bits => given,
-            _ => self.last.insert((bits, told.map(|v| terminal(motor, v)))).1,
+            Some((known, given)) if known == bits => (given, true),
+            _ => (self.last.insert((bits, told.map(|v| late.terminal.gives(v)))).1, false),
         }
-    }
-}
-
-/// The voltage of a motor as it comes late, in pieces between samples; `time` is that of each.
-#[inline(always)]
-pub(crate) fn late<'a, T: Number>(
-    motor: &'a Extended<T>,
-    drive: &'a Drive<'a>,
-    setting: Setting,
-    time: &'a [f64],
-) -> Late<'a, T, impl Fn(usize) -> [T; 2] + 'a> {
-    let lines = setting.method.uses_next_input();
-    Late {
-        piece: move |n: usize| {
-            let start = terminal(motor, drive.voltage[n]);
-            [start, if lines { terminal(motor, drive.end(n)) } else { start }]
-        },
-        before: terminal(motor, setting.beginning.voltage),
-        time,
-        dead_time: motor.get(Parameter::DeadTime),
-        latency: setting.extent.has(Parameter::Latency).then(|| motor.get(Parameter::Latency)),
-        first_movement: setting.beginning.first_movement,
-    }
-}
-
-/// What the drive makes of a voltage that it is told.
-#[inline(always)]
-fn terminal<T: Number>(motor: &Extended<T>, voltage: f64) -> T {
-    Terminal::of(motor).gives(voltage)
-}
-
-/// What a drive makes of the voltages that it is told.
-#[derive(Clone, Copy)]
-pub(crate) struct Terminal<T> {
-    pub deadband: T,
-    pub saturation: T,
-    pub reverse_gain: T,
-    pub offset: T,
-}
-
-impl<T: Number> Terminal<T> {
-    #[inline(always)]
-    pub(crate) fn of(motor: &Extended<T>) -> Self {
-        Self {
-            deadband: motor.get(Parameter::Deadband),
-            saturation: motor.get(Parameter::Saturation),
-            reverse_gain: motor.get(Parameter::ReverseGain),
-            offset: motor.get(Parameter::Offset),
-        }
-    }
-
-    #[inline(always)]
-    pub(crate) fn gives(self, voltage: f64) -> T {
-        let told = T::constant(voltage.abs());
-        let reached = if self.saturation.value() < told.value() { self.saturation } else { told };
-        let left = reached - self.deadband;
-        let given = if left.value() > 0.0 { left } else { T::constant(0.0) };
-        let turned = if voltage < 0.0 { -(self.reverse_gain * given) } else { given };
-        turned + self.offset
     }
 }
 
@@ -260,13 +249,19 @@ impl<T: Number> Step<T> {
         }
     }
 
+    /// What a line of the voltage and a torque add in a step.
     #[inline(always)]
-    fn advance(&self, x: [T; 2], [start, end]: [T; 2], torque: T) -> [T; 2] {
+    fn gain(&self, [start, end]: [T; 2], torque: T) -> [T; 2] {
+        let map = &self.map;
+        [0, 1].map(|axis| map.taps[0][axis][0] * start + map.taps[1][axis][0] * end + map.torque[axis][0] * torque)
+    }
+
+    #[inline(always)]
+    fn advance(&self, x: [T; 2], gain: [T; 2]) -> [T; 2] {
         let Self { map, drop, friction } = self;
         let mut next = x;
         for axis in 0..2 {
-            let gain = map.taps[0][axis][0] * start + map.taps[1][axis][0] * end + map.torque[axis][0] * torque;
-            next[axis] = x[axis] + (map.d[2 * axis][0] * x[0] + map.d[2 * axis + 1][0] * x[1] + gain);
+            next[axis] = x[axis] + (map.d[2 * axis][0] * x[0] + map.d[2 * axis + 1][0] * x[1] + gain[axis]);
         }
         let mut x = next;
         if let Some(drop) = *drop {

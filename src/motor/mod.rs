@@ -13,19 +13,22 @@ mod parameter;
 mod response;
 mod simulate;
 mod space;
+mod terminal;
 
 pub use delay::Beginning;
+pub(crate) use delay::late;
 pub(crate) use delay::{DelayTaps, sample_times};
 pub use discretize::{Discretization, StepMap, StepMaps, step_maps};
 pub use dual::{Dual, Number};
-pub use extended::{Extended, Extent, Setting, walk_extended};
-pub(crate) use extended::{Terminal, WINDOW_MAX, late};
+pub(crate) use extended::WINDOW_MAX;
+pub use extended::{Extended, ExtendedWalk, Extent, Setting, walk_extended};
 pub use logarithm::{LogarithmError, matrix_logarithm};
 pub use matrix::{Matrix2, inverse, product, times};
 pub use parameter::{Extensions, Parameter};
 pub use response::{Response, response};
 pub use simulate::{Drive, Trajectory, simulate, walk};
 pub use space::{Axis, Scope, Space};
+pub(crate) use terminal::Terminal;
 
 /// Values of the five parameters, SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,19 +1,20 @@
 //! The ladder of models: from the linear motor up, each rung the extension that the recordings speak for most, until none
 //! is worth its parameters.
 //!
-//! Worth is judged by Schwarz's criterion (BIC, 1978) with as many samples as the residuals have independent ones:
-//! `N (1 − ρ)/(1 + ρ)` for a correlation ρ from sample to sample (G. V. Bayley, J. M. Hammersley 1946). Residuals that a
-//! wrong model leaves are correlated, and counted as they are they would speak for any extension at all.
+//! Extensions can need each other: a load and an offset of the voltage each alone may make nothing better. So the first
+//! rung may be a pair, and where no extension more helps, one is exchanged for another. All are refined roughly, from where
+//! the model is that they are made from; the best of them thoroughly and from several explanations.
 
 use super::super::spec::IdentifySpec;
 use super::super::verify::deviations;
 use super::starts::{carried, warmed};
-use super::{Extension, best_start, explained, extended_space};
-use crate::Result;
+use super::worth::{Fit, gain, independent, is_worth};
+use super::{Extension, best_start, explained, extended_space, led};
 use crate::estimate::{Refined, fit_problem, refine_on};
 use crate::evaluate::Problem;
-use crate::motor::Space;
+use crate::motor::{Scope, Space};
 use crate::record::Record;
+use crate::{Error, ErrorKind, Result};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -40,21 +41,12 @@ pub struct Ladder {
     pub rungs: Vec<Rung>,
 }
 
-/// A criterion must be lower by this much: odds of e³ = 20 to 1.
-const GAIN: f64 = 6.0;
-/// And the residuals of some channel by this part: below it nobody would notice.
-const SMALLEST: f64 = 0.01;
 /// Extensions at most.
 const HEIGHT: usize = 6;
-
-/// A fitted model.
-struct Fit {
-    with: Vec<Extension>,
-    space: Space,
-    refined: Refined,
-    /// Independent samples of each recording and channel.
-    independent: Vec<[f64; 2]>,
-}
+/// Models of a rung that are refined thoroughly.
+const FINALISTS: usize = 3;
+/// Samples on which models are tried, if fewer recordings have as many: what is taken is estimated on all.
+const SAMPLES: usize = 40_000;
 
 /// The extensions that recordings speak for, with the ladder that led to them. `space` is that of the linear motor,
 /// `motors` are near the right one.
@@ -64,26 +56,53 @@ pub(in super::super) fn climb(
     space: &Space,
     motors: &[[f64; 5]],
 ) -> Result<(Vec<Extension>, Ladder)> {
-    let mut ladder = Ladder::default();
-    let scene = Scene { records, spec, space, motors };
+    let some = representative(records, space);
+    let scene = Scene { records: &some, spec, space, motors };
     let mut best = scene.first()?;
-    ladder.rungs.push(rung(records, &best, None, true));
-    while best.with.len() < HEIGHT {
-        let next = candidates(records, &best);
-        // One that cannot be fitted explains nothing.
-        let fits = next.par_iter().filter_map(|extension| scene.with(&best, *extension).ok());
-        let mut tried: Vec<(f64, Fit)> = fits.map(|fit| (gain(&best, &fit), fit)).collect();
-        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let take = tried.first().is_some_and(|(gain, fit)| *gain < -GAIN && is_smaller(&best, fit));
-        for (n, (gain, fit)) in tried.iter().enumerate() {
-            ladder.rungs.push(rung(records, fit, Some(*gain), take && n == 0));
-        }
-        match tried.into_iter().next().filter(|_| take) {
-            Some((_, fit)) => best = scene.pruned(fit)?,
-            None => break,
+    let mut ladder = Ladder::default();
+    ladder.rungs.push(Rung { taken: true, ..rung(scene.records, &best, None) });
+    loop {
+        let next = candidates(scene.records, &best);
+        let more = more(&best, &next);
+        let taken = match scene.step(&best, &more, &mut ladder)? {
+            None => scene.step(&best, &exchanged(&best, &next), &mut ladder)?,
+            taken => taken,
+        };
+        match taken {
+            Some(fit) => best = scene.pruned(fit)?,
+            None => return Ok((best.with, ladder)),
         }
     }
-    Ok((best.with, ladder))
+}
+
+/// Of many recordings some from all over them; recordings with parameters of their own are needed as they are.
+fn representative(records: &[Record], space: &Space) -> Vec<Record> {
+    let shared = |scope: &Scope| *scope == Scope::Shared;
+    let is_shared =
+        space.free().iter().all(|axis| shared(&axis.scope)) && space.fixed().iter().all(|(_, s, _)| shared(s));
+    let samples: usize = records.iter().map(Record::len).sum();
+    let every = if is_shared { samples.div_ceil(SAMPLES).clamp(1, records.len().max(1)) } else { 1 };
+    records.iter().step_by(every).cloned().collect()
+}
+
+/// Models with one extension more; from the linear motor, two as well.
+fn more(best: &Fit, next: &[Extension]) -> Vec<Vec<Extension>> {
+    if best.with.len() >= HEIGHT {
+        return Vec::new();
+    }
+    let mut sets: Vec<Vec<Extension>> = next.iter().map(|e| best.with.iter().copied().chain([*e]).collect()).collect();
+    if best.with.is_empty() {
+        let pairs = next.iter().enumerate().flat_map(|(n, one)| next[n + 1..].iter().map(|other| vec![*one, *other]));
+        sets.extend(pairs);
+    }
+    sets
+}
+
+/// Models with one extension in another's place.
+fn exchanged(best: &Fit, next: &[Extension]) -> Vec<Vec<Extension>> {
+    let without = |out: &Extension| best.with.iter().copied().filter(move |e| e != out).collect::<Vec<_>>();
+    let pairs = best.with.iter().flat_map(|out| next.iter().map(move |into| (out, into)));
+    pairs.map(|(out, into)| without(out).into_iter().chain([*into]).collect()).collect()
 }
 
 /// What models are tried on.
@@ -99,20 +118,57 @@ impl Scene<'_> {
     /// The linear motor.
     fn first(&self) -> Result<Fit> {
         let starts = |problem: &Arc<Problem>| explained(problem, self.motors);
-        self.fitted(&[], starts)
+        self.thorough(&[], starts)
     }
 
-    /// A model with one extension more, from where it is without: that alone, and as the first explanation of all that is
+    /// The best of some models, if it is worth more than the one that they are made from. Those of one extension more
+    /// are noted; of others those that were refined thoroughly.
+    fn step(&self, best: &Fit, sets: &[Vec<Extension>], ladder: &mut Ladder) -> Result<Option<Fit>> {
+        // One that cannot be fitted explains nothing.
+        let fits = sets.par_iter().filter_map(|with| self.rough(best, with).ok());
+        let mut tried: Vec<(f64, Fit)> = fits.map(|fit| (gain(best, &fit), fit)).collect();
+        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let others = tried.split_off(tried.len().min(FINALISTS));
+        let thorough: Vec<Fit> = tried.into_par_iter().map(|(_, fit)| self.finished(best, fit)).collect();
+        let mut fits: Vec<(f64, Fit)> = thorough.into_iter().map(|fit| (gain(best, &fit), fit)).collect();
+        fits.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let take = fits.first().is_some_and(|(_, fit)| is_worth(best, fit));
+        let others = others.iter().filter(|(_, fit)| fit.with.len() == best.with.len() + 1);
+        let rungs = fits.iter().chain(others).enumerate();
+        ladder.rungs.extend(
+            rungs.map(|(n, (gain, fit))| Rung { taken: take && n == 0, ..rung(self.records, fit, Some(*gain)) }),
+        );
+        Ok(fits.into_iter().next().filter(|_| take).map(|(_, fit)| fit))
+    }
+
+    /// A model from where another is: along what is new, then roughly from there and from other explanations of what is
     /// late.
-    fn with(&self, from: &Fit, extension: Extension) -> Result<Fit> {
-        let with: Vec<Extension> = from.with.iter().copied().chain([extension]).collect();
+    fn rough(&self, from: &Fit, with: &[Extension]) -> Result<Fit> {
+        let known = (&from.space, from.refined.values.as_slice());
+        let (problem, plain) = self.problems(with)?;
+        let mut starts = vec![warmed(&problem, known)?];
+        starts.extend(
+            led(&problem, &starts[0])?.into_iter().filter(|start| *start != starts[0]).take(ANEW).collect::<Vec<_>>(),
+        );
+        let refined = best_start(&plain, &starts, &from.refined.sigmas).ok_or_else(nowhere)?;
+        Ok(fit(with, &plain, refined))
+    }
+
+    /// A rough fit made thorough, from where it is and from explanations anew.
+    fn finished(&self, from: &Fit, rough: Fit) -> Fit {
+        let Fit { with, space, refined, .. } = &rough;
         let starts = |problem: &Arc<Problem>| {
-            let motor = from.refined.parameters.to_array();
-            let warm = warmed(problem, (&from.space, &from.refined.values))?;
-            let anew = explained(problem, &[motor])?;
-            Ok(std::iter::once(warm).chain(anew.into_iter().take(ANEW)).collect())
+            let motors: Vec<[f64; 5]> =
+                [from.refined.parameters.to_array()].into_iter().chain(self.motors.iter().take(1).copied()).collect();
+            let mut starts = vec![carried(problem, (space, &refined.values))];
+            starts.extend(explained(problem, &motors)?.into_iter().take(ANEW));
+            Ok(starts)
         };
-        self.fitted(&with, starts)
+        let thorough = self.thorough(with, starts).ok();
+        match thorough {
+            Some(fit) if gain(&rough, &fit) < 0.0 => fit,
+            _ => rough,
+        }
     }
 
     /// Without extensions that another has made idle.
@@ -124,27 +180,40 @@ impl Scene<'_> {
                 continue;
             }
             let warm = |problem: &Arc<Problem>| Ok(vec![carried(problem, (&best.space, &best.refined.values))]);
-            let less = self.fitted(&with, warm)?;
-            if gain(&less, &best) > -GAIN || !is_smaller(&less, &best) {
+            let less = self.thorough(&with, warm)?;
+            if !is_worth(&less, &best) {
                 best = less;
             }
         }
         Ok(best)
     }
 
-    fn fitted(&self, with: &[Extension], starts: impl Fn(&Arc<Problem>) -> Result<Vec<Vec<f64>>>) -> Result<Fit> {
+    /// A model refined thoroughly from the best of some starts.
+    fn thorough(&self, with: &[Extension], starts: impl Fn(&Arc<Problem>) -> Result<Vec<Vec<f64>>>) -> Result<Fit> {
+        let (problem, plain) = self.problems(with)?;
+        let starts = starts(&problem)?;
+        let rough = best_start(&plain, &starts, &deviations(self.records));
+        let values = rough.map(|refined| refined.values).or_else(|| starts.into_iter().next()).unwrap_or_default();
+        Ok(fit(with, &plain, refine_on(&plain, &values, None)?))
+    }
+
+    /// The problem of a search and that of a fit.
+    fn problems(&self, with: &[Extension]) -> Result<(Arc<Problem>, Problem)> {
         let Self { records, spec, space, motors } = *self;
         let motor = motors.first().copied().unwrap_or([1.0; 5]);
         let space = extended_space(records, spec, space, (with, &motor))?;
-        let problem = Arc::new(Problem::new(records, spec.model, space.clone(), spec.criterion)?);
         let plain = fit_problem(records, &space, spec.model)?;
-        let starts = starts(&problem)?;
-        let rough = best_start(&plain, &starts, &deviations(records));
-        let values = rough.map(|refined| refined.values).or_else(|| starts.into_iter().next()).unwrap_or_default();
-        let refined = refine_on(&plain, &values, None)?;
-        let independent = independent(&plain, &refined);
-        Ok(Fit { with: with.to_vec(), space, refined, independent })
+        Ok((Arc::new(Problem::new(records, spec.model, space, spec.criterion)?), plain))
     }
+}
+
+fn fit(with: &[Extension], plain: &Problem, refined: Refined) -> Fit {
+    let independent = independent(plain, &refined);
+    Fit { with: with.to_vec(), space: plain.space().clone(), refined, independent }
+}
+
+fn nowhere() -> Error {
+    Error::new(ErrorKind::NotIdentified, "no start of this model can be refined", "Name other extensions.")
 }
 
 /// Explanations that are tried anew for an extension.
@@ -165,57 +234,12 @@ fn candidates(records: &[Record], model: &Fit) -> Vec<Extension> {
     Extension::ALL.into_iter().filter(|e| !extent.has_any(e.parameters())).filter(can).collect()
 }
 
-/// How many independent samples the residuals of each recording and channel have.
-fn independent(problem: &Problem, refined: &Refined) -> Vec<[f64; 2]> {
-    let of = |(recording, initial): (usize, &[f64; 2])| {
-        let signals = &problem.signals()[recording];
-        let model = problem.simulate(&refined.values, recording, *initial);
-        [0, 1].map(|channel| {
-            if !signals.has(channel) {
-                return 0.0;
-            }
-            let residuals: Vec<f64> = signals.measured(channel).zip(&model[channel]).map(|(y, x)| y - x).collect();
-            let squares: f64 = residuals.iter().map(|e| e * e).sum();
-            let products: f64 = residuals.windows(2).map(|e| e[0] * e[1]).sum();
-            let correlation = if squares > 0.0 { (products / squares).clamp(0.0, 0.9999) } else { 0.0 };
-            #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-            let count = signals.count(channel) as f64;
-            count * (1.0 - correlation) / (1.0 + correlation)
-        })
-    };
-    refined.initial.iter().enumerate().map(of).collect()
-}
-
-/// Schwarz's criterion of a model less that of the one that it was made from, with the independent samples of the richer
-/// one.
-fn gain(from: &Fit, to: &Fit) -> f64 {
-    let mut gain = 0.0;
-    let mut samples: f64 = 0.0;
-    for ((before, after), count) in from.refined.sigmas.iter().zip(&to.refined.sigmas).zip(&to.independent) {
-        for channel in 0..2 {
-            if count[channel] > 0.0 {
-                gain += 2.0 * count[channel] * (after[channel] / before[channel]).ln();
-                samples += count[channel];
-            }
-        }
-    }
-    #[expect(clippy::cast_precision_loss, reason = "small")]
-    let more = to.space.free().len() as f64 - from.space.free().len() as f64;
-    gain + more * samples.max(std::f64::consts::E).ln()
-}
-
-/// Whether some channel's residuals become smaller by enough to matter.
-fn is_smaller(from: &Fit, to: &Fit) -> bool {
-    let pairs = from.refined.sigma.iter().zip(&to.refined.sigma);
-    pairs.filter_map(|(before, after)| Some((*after)? / (*before)?)).any(|ratio| ratio < 1.0 - SMALLEST)
-}
-
-fn rung(records: &[Record], fit: &Fit, gain: Option<f64>, taken: bool) -> Rung {
+fn rung(records: &[Record], fit: &Fit, gain: Option<f64>) -> Rung {
     Rung {
         with: fit.with.clone(),
         free: fit.space.free().len(),
         fit_percent: super::super::fit::fit_percent(records, &fit.refined),
         gain,
-        taken,
+        taken: false,
     }
 }

@@ -2,6 +2,7 @@
 
 mod ladder;
 mod starts;
+mod worth;
 
 pub(super) use ladder::climb;
 pub use ladder::{Ladder, Rung};

@@ -1,0 +1,72 @@
+//! What a model is worth: Schwarz's criterion (BIC, 1978) with as many samples as the residuals have independent ones:
+//! `N (1 − ρ)/(1 + ρ)` for a correlation ρ from sample to sample (G. V. Bayley, J. M. Hammersley 1946). Residuals that a
+//! wrong model leaves are correlated, and counted as they are they would speak for any extension at all.
+
+use super::Extension;
+use crate::estimate::Refined;
+use crate::evaluate::Problem;
+use crate::motor::Space;
+
+/// A criterion must be lower by this much: odds of e³ = 20 to 1.
+const GAIN: f64 = 6.0;
+/// And the residuals of some channel by this part: below it nobody would notice.
+const SMALLEST: f64 = 0.01;
+
+/// A fitted model.
+pub(super) struct Fit {
+    pub with: Vec<Extension>,
+    pub space: Space,
+    pub refined: Refined,
+    /// Independent samples of each recording and channel.
+    pub independent: Vec<[f64; 2]>,
+}
+
+/// Whether a model is worth being taken in place of another.
+pub(super) fn is_worth(from: &Fit, to: &Fit) -> bool {
+    gain(from, to) < -GAIN && is_smaller(from, to)
+}
+
+/// How many independent samples the residuals of each recording and channel have.
+pub(super) fn independent(problem: &Problem, refined: &Refined) -> Vec<[f64; 2]> {
+    let of = |(recording, initial): (usize, &[f64; 2])| {
+        let signals = &problem.signals()[recording];
+        let model = problem.simulate(&refined.values, recording, *initial);
+        [0, 1].map(|channel| {
+            if !signals.has(channel) {
+                return 0.0;
+            }
+            let residuals: Vec<f64> = signals.measured(channel).zip(&model[channel]).map(|(y, x)| y - x).collect();
+            let squares: f64 = residuals.iter().map(|e| e * e).sum();
+            let products: f64 = residuals.windows(2).map(|e| e[0] * e[1]).sum();
+            let correlation = if squares > 0.0 { (products / squares).clamp(0.0, 0.9999) } else { 0.0 };
+            #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
+            let count = signals.count(channel) as f64;
+            count * (1.0 - correlation) / (1.0 + correlation)
+        })
+    };
+    refined.initial.iter().enumerate().map(of).collect()
+}
+
+/// Schwarz's criterion of a model less that of the one that it was made from, with the independent samples of the richer
+/// one.
+pub(super) fn gain(from: &Fit, to: &Fit) -> f64 {
+    let mut gain = 0.0;
+    let mut samples: f64 = 0.0;
+    for ((before, after), count) in from.refined.sigmas.iter().zip(&to.refined.sigmas).zip(&to.independent) {
+        for channel in 0..2 {
+            if count[channel] > 0.0 {
+                gain += 2.0 * count[channel] * (after[channel] / before[channel]).ln();
+                samples += count[channel];
+            }
+        }
+    }
+    #[expect(clippy::cast_precision_loss, reason = "small")]
+    let more = to.space.free().len() as f64 - from.space.free().len() as f64;
+    gain + more * samples.max(std::f64::consts::E).ln()
+}
+
+/// Whether some channel's residuals become smaller by enough to matter.
+fn is_smaller(from: &Fit, to: &Fit) -> bool {
+    let pairs = from.refined.sigma.iter().zip(&to.refined.sigma);
+    pairs.filter_map(|(before, after)| Some((*after)? / (*before)?)).any(|ratio| ratio < 1.0 - SMALLEST)
+}
