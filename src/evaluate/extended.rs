@@ -4,8 +4,8 @@
 //! sensors show, then the errors.
 
 use super::input::{Driven, Input, Inputs, Piece};
-use super::kernel::{Block, LANES, LANES_AVX512, SUM_BLOCK};
-use super::reaction::{Lanes, Pair, Samples, Step};
+use super::kernel::{Block, LANES, LANES_AVX512, SUM_BLOCK, Samples};
+use super::reaction::{Lanes, Pair, Step};
 use super::sensor::Sensor;
 use super::{Problem, Signals};
 use crate::motor::{Extended, Parameter};
@@ -68,7 +68,11 @@ impl<'a, const L: usize> Run<'a, L> {
     #[inline(always)]
     fn new(problem: &'a Problem, signals: &'a Signals, motors: &[Extended; L]) -> Self {
         let (extent, method) = (problem.extent(), problem.model().discretization);
-        let steps: Vec<_> = signals.step_s.iter().map(|&h| Step::new(motors, h, extent, method)).collect();
+        // A loop, because a closure would not be compiled for the feature level.
+        let mut steps = Vec::with_capacity(signals.step_s.len());
+        for &h in &signals.step_s {
+            steps.push(Step::new(motors, h, extent, method));
+        }
         let sensors = [(Parameter::CurrentAverage, 0), (Parameter::SpeedAverage, 1)].map(|(of, channel)| {
             let windows = std::array::from_fn(|lane| motors[lane].get(of));
             extent.has(of).then(|| Sensor::new(windows, signals.initial[channel]))
@@ -126,10 +130,7 @@ impl<'a, const L: usize> Run<'a, L> {
     ) {
         let (Self { problem, signals, steps, lanes, sensors, .. }, [start, end]) = (self, piece.range);
         let step = &steps[piece.step];
-        let samples = Samples {
-            measured: &signals.measured[start..end],
-            weight: signals.weight.get(start..end).unwrap_or_default(),
-        };
+        let samples = Samples::of(signals, start, end);
         let kind = (problem.criterion().is_absolute(), !signals.weight.is_empty());
         if sensors.iter().all(Option::is_none) {
             return match kind {

@@ -8,7 +8,7 @@
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
 use super::input::Input;
-use super::kernel::{add_loss, multiply_add, phi};
+use super::kernel::{Samples, add_loss, multiply_add, phi};
 use crate::motor::{Discretization, Extended, Extent, Parameter, StepMaps, step_maps};
 
 /// A pair of numbers (current, speed) of each candidate.
@@ -79,13 +79,6 @@ fn within(reaction: f64, limit: f64) -> f64 {
     if low < limit { low } else { limit }
 }
 
-/// Samples that are passed under the same map: what was measured, and weights where they differ.
-#[derive(Clone, Copy)]
-pub(super) struct Samples<'a> {
-    pub measured: &'a [[f64; 2]],
-    pub weight: &'a [[f64; 2]],
-}
-
 /// State and sums of errors of a block of candidates.
 pub(super) struct Lanes<const L: usize> {
     pub x: Pair<L>,
@@ -144,10 +137,14 @@ impl<const L: usize> Lanes<L> {
         let [mut sum_i, mut sum_w] = self.sums;
         for (n, (measured, shown)) in samples.measured.iter().zip(shown).enumerate() {
             let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
+            // Lane by lane of one channel, then of the other: side by side in memory.
             for lane in 0..L {
-                let [error_i, error_w] = [measured[0] - shown[0][lane], measured[1] - shown[1][lane]];
-                sum_i[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_i[lane], error_i, weight[0]);
-                sum_w[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_w[lane], error_w, weight[1]);
+                let error = measured[0] - shown[0][lane];
+                sum_i[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_i[lane], error, weight[0]);
+            }
+            for lane in 0..L {
+                let error = measured[1] - shown[1][lane];
+                sum_w[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_w[lane], error, weight[1]);
             }
         }
         self.sums = [sum_i, sum_w];
