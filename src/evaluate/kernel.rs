@@ -4,6 +4,8 @@
 //! subtractions and two multiply–adds for the errors: 8 operations on the FMA ports (6 where additions have ports of
 //! their own). `Φ = I + D` is rounded once per candidate, which moves a trajectory by ε/(h·pole) at most.
 //!
+//! Where inputs change from sample to sample, what they add comes to that: a product for each state and input.
+//!
 //! Plain arrays, compiled once per feature level by `multiversion`; no intrinsics.
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
@@ -126,7 +128,6 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
         let mut start = span.start;
         while start < span.end {
             let end = span.end.min(start + SUM_BLOCK);
-            let volts = signals.voltage[start..end].iter().map(|&voltage| [voltage, 0.0, 0.0]);
             let samples = Samples::of(signals, start, end);
             if *held {
                 run_stretch::<L, FMA, ABSOLUTE, WEIGHTED, 0>(&mut lanes, maps, samples, std::iter::repeat([0.0; 3]));
@@ -134,6 +135,7 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
                 let inputs = (start..end).map(|n| signals.inputs(n));
                 run_stretch::<L, FMA, ABSOLUTE, WEIGHTED, 3>(&mut lanes, maps, samples, inputs);
             } else {
+                let volts = signals.voltage[start..end].iter().map(|&voltage| [voltage, 0.0, 0.0]);
                 run_stretch::<L, FMA, ABSOLUTE, WEIGHTED, 1>(&mut lanes, maps, samples, volts);
             }
             summed += end - start;
@@ -167,13 +169,21 @@ fn run_stretch<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIG
     samples: Samples<'_>,
     inputs: impl Iterator<Item = [f64; 3]>,
 ) {
+    let Lanes { mut x, mut sums, phi, gain: mut drive } = *lanes;
     for (n, (measured, inputs)) in samples.measured.iter().zip(inputs).enumerate() {
         let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
         if CHANGING > 0 {
-            lanes.gain = gain::<L, CHANGING>(maps, inputs);
+            drive = gain::<L, CHANGING>(maps, inputs);
         }
-        step::<L, FMA, ABSOLUTE, WEIGHTED>(lanes, *measured, weight);
+        let errors = step::<L, FMA>(&mut x, &phi, &drive, *measured);
+        for channel in 0..2 {
+            for lane in 0..L {
+                let sum = &mut sums[channel][lane];
+                *sum = add_loss::<FMA, ABSOLUTE, WEIGHTED>(*sum, errors[channel][lane], weight[channel]);
+            }
+        }
     }
+    (lanes.x, lanes.sums) = (x, sums);
 }
 
 #[inline(always)]
@@ -202,22 +212,24 @@ fn gain<const L: usize, const CHANGING: usize>(maps: &StepMaps<L>, inputs: [f64;
     gain
 }
 
-/// One sample: its errors into the sums, then one step of the state.
+/// One sample: its errors, and one step of the state.
 #[inline(always)]
-fn step<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
-    lanes: &mut Lanes<L>,
+fn step<const L: usize, const FMA: bool>(
+    [i, w]: &mut [[f64; L]; 2],
+    phi: &[[f64; L]; 4],
+    gain: &[[f64; L]; 2],
     measured: [f64; 2],
-    weight: [f64; 2],
-) {
-    let Lanes { x: [i, w], sums: [sum_i, sum_w], phi, gain } = lanes;
+) -> [[f64; L]; 2] {
+    let mut errors = [[0.0; L]; 2];
     for lane in 0..L {
-        sum_i[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_i[lane], measured[0] - i[lane], weight[0]);
-        sum_w[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_w[lane], measured[1] - w[lane], weight[1]);
+        errors[0][lane] = measured[0] - i[lane];
+        errors[1][lane] = measured[1] - w[lane];
         let next =
             multiply_add::<FMA>(phi[0][lane], i[lane], multiply_add::<FMA>(phi[1][lane], w[lane], gain[0][lane]));
         w[lane] = multiply_add::<FMA>(phi[2][lane], i[lane], multiply_add::<FMA>(phi[3][lane], w[lane], gain[1][lane]));
         i[lane] = next;
     }
+    errors
 }
 
 #[inline(always)]
