@@ -1,13 +1,13 @@
 //! The kernel for motors with extensions: `L` candidates side by side. Where inputs come on time and sensors show what
-//! there is, from stretch to stretch of constant inputs, like the linear motor's; else some samples at a time: first what
-//! drives each candidate over them, then its steps, then what its sensors show, then the errors.
+//! there is, from stretch to stretch of constant inputs, like the linear motor's, or with inputs taken from the recording
+//! at each step; else some samples at a time: first what drives each candidate over them, then its steps, then what its
+//! sensors show, then the errors.
 
-use super::kernel::{Block, LANES, LANES_AVX512, SUM_BLOCK};
-use super::late::LateInputs;
-use super::reaction::{Lanes, Pair, Samples, Step};
+use super::input::{Driven, Input, Inputs, Piece};
+use super::kernel::{Block, LANES, LANES_AVX512, SUM_BLOCK, Samples};
+use super::reaction::{Lanes, Pair, Step};
 use super::sensor::Sensor;
-use super::terminal::{Terminals, gain};
-use super::{Problem, Signals, Span};
+use super::{Problem, Signals};
 use crate::motor::{Extended, Parameter};
 use multiversion::multiversion;
 
@@ -16,9 +16,12 @@ pub(super) fn avx512(block: &Block<'_>, costs: &mut [f64]) {
     run::<LANES_AVX512, true>(block, costs);
 }
 
+/// Candidates side by side: one vector more than the linear motor has, because a step's operations wait longer.
+pub(super) const LANES_AVX2: usize = 12;
+
 #[multiversion(targets("x86_64+avx2+fma"))]
 pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) {
-    run::<LANES, true>(block, costs);
+    run::<LANES_AVX2, true>(block, costs);
 }
 
 pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {
@@ -53,7 +56,6 @@ struct Run<'a, const L: usize> {
     problem: &'a Problem,
     signals: &'a Signals,
     steps: Vec<Step<L>>,
-    terminals: Terminals<L>,
     lanes: Lanes<L>,
     /// Samples whose errors are in the sums of `lanes`, not yet in `totals`.
     summed: usize,
@@ -66,7 +68,11 @@ impl<'a, const L: usize> Run<'a, L> {
     #[inline(always)]
     fn new(problem: &'a Problem, signals: &'a Signals, motors: &[Extended; L]) -> Self {
         let (extent, method) = (problem.extent(), problem.model().discretization);
-        let steps: Vec<_> = signals.step_s.iter().map(|&h| Step::new(motors, h, extent, method)).collect();
+        // A loop, because a closure would not be compiled for the feature level.
+        let mut steps = Vec::with_capacity(signals.step_s.len());
+        for &h in &signals.step_s {
+            steps.push(Step::new(motors, h, extent, method));
+        }
         let sensors = [(Parameter::CurrentAverage, 0), (Parameter::SpeedAverage, 1)].map(|(of, channel)| {
             let windows = std::array::from_fn(|lane| motors[lane].get(of));
             extent.has(of).then(|| Sensor::new(windows, signals.initial[channel]))
@@ -77,119 +83,66 @@ impl<'a, const L: usize> Run<'a, L> {
             totals[0][lane] = 0.0 * steps[0].maps.d.iter().map(|d| d[lane]).sum::<f64>();
         }
         let lanes = Lanes { x: signals.initial.map(|x| [x; L]), sums: [[0.0; L]; 2] };
-        Self { problem, signals, steps, terminals: Terminals::new(motors), lanes, summed: 0, totals, sensors }
+        Self { problem, signals, steps, lanes, summed: 0, totals, sensors }
     }
 
     /// Weighted sums of errors per channel over the active samples.
     #[inline(always)]
     fn sums<const FMA: bool>(mut self, motors: &[Extended; L]) -> Pair<L> {
-        if self.problem.extent().is_delayed() {
-            self.run_late::<FMA>(motors);
-        } else {
-            self.run_on_time::<FMA>();
+        let mut inputs = Inputs::new(self.problem, self.signals, motors);
+        while let Some(piece) = inputs.next::<FMA>(&self.steps) {
+            self.advance::<FMA>(&piece);
+            self.summed += piece.range[1] - piece.range[0];
+            if self.summed >= SUM_BLOCK {
+                self.flush();
+            }
         }
         self.flush();
         self.totals
     }
 
-    /// Stretch by stretch; short ones together.
     #[inline(always)]
-    fn run_on_time<const FMA: bool>(&mut self) {
-        let most = if self.problem.extent().is_averaged() { CHUNK } else { SUM_BLOCK };
-        let mut gains = [[[0.0; L]; 2]; CHUNK];
-        // How many samples of short stretches wait, all under the map `step`.
-        let (mut waiting, mut step) = (0, 0);
-        for span in self.problem.spans(self.signals).map(Some).chain([None]) {
-            let start = span.map_or(self.signals.len(), |span| span.start);
-            let joins =
-                |span: &&Span| usize::from(span.step) == step && waiting + (span.end - span.start) <= gains.len();
-            if waiting > 0 && !span.as_ref().is_some_and(joins) {
-                self.advance::<FMA>(step, [start - waiting, start], gains[..waiting].iter());
-                waiting = 0;
-            }
-            let Some(span) = span else { break };
-            step = usize::from(span.step);
-            let voltage = span.voltage.map(|voltage| self.terminals.of(voltage));
-            let gain = gain::<L, FMA>(&self.steps[step].maps, &voltage, &self.terminals.torque(span.torque));
-            if span.end - start < CHUNK {
-                gains[waiting..waiting + span.end - start].fill(gain);
-                waiting += span.end - start;
-                continue;
-            }
-            let mut start = start;
-            while start < span.end {
-                let end = span.end.min(start + most);
-                self.advance::<FMA>(step, [start, end], std::iter::repeat(&gain));
-                start = end;
-            }
+    fn advance<const FMA: bool>(&mut self, piece: &Piece<'_, L>) {
+        let (signals, [start, end]) = (self.signals, piece.range);
+        match piece.driven {
+            Driven::Held(gain) => self.pass::<FMA>(piece, std::iter::repeat(gain)),
+            Driven::Each(gains) => self.pass::<FMA>(piece, gains.iter()),
+            Driven::Volts => self.pass::<FMA>(piece, signals.voltage[start..end].iter().copied()),
+            Driven::Lines => self.pass::<FMA>(piece, (start..end).map(|n| signals.line(n))),
+            Driven::Loads => self.pass::<FMA>(piece, (start..end).map(|n| signals.inputs(n))),
         }
     }
 
-    /// Some samples at a time.
     #[inline(always)]
-    fn run_late<const FMA: bool>(&mut self, motors: &[Extended; L]) {
-        let mut inputs = LateInputs::new(self.problem, self.signals, (motors, &self.steps));
-        let mut gains = [[[0.0; L]; 2]; CHUNK];
-        let (mut start, last) = (self.problem.first_active(self.signals), self.signals.len());
-        while start < last {
-            let end = last.min(start + CHUNK);
-            inputs.fill::<FMA>((motors, &self.terminals), &self.steps, [start, end], &mut gains);
-            let mut from = start;
-            while from < end {
-                let index = self.signals.step_of(from);
-                let same = (from..end).take_while(|&n| self.signals.step_of(n) == index).count();
-                let to = from + same;
-                self.advance::<FMA>(usize::from(index), [from, to], gains[from - start..to - start].iter());
-                from = to;
-            }
-            start = end;
-        }
-    }
-
-    /// Steps under the same map.
-    #[inline(always)]
-    fn advance<'g, const FMA: bool>(
-        &mut self,
-        step: usize,
-        range: [usize; 2],
-        gains: impl Iterator<Item = &'g Pair<L>>,
-    ) {
+    fn pass<const FMA: bool>(&mut self, piece: &Piece<'_, L>, inputs: impl Iterator<Item = impl Input<L>>) {
         if self.problem.extent().has(Parameter::BrushDrop) {
-            self.advance_with::<FMA, true>(step, range, gains);
+            self.pass_with::<FMA, true>(piece, inputs);
         } else {
-            self.advance_with::<FMA, false>(step, range, gains);
-        }
-        self.summed += range[1] - range[0];
-        if self.summed >= SUM_BLOCK {
-            self.flush();
+            self.pass_with::<FMA, false>(piece, inputs);
         }
     }
 
     #[inline(always)]
-    fn advance_with<'g, const FMA: bool, const BRUSHES: bool>(
+    fn pass_with<const FMA: bool, const BRUSHES: bool>(
         &mut self,
-        step: usize,
-        [start, end]: [usize; 2],
-        gains: impl Iterator<Item = &'g Pair<L>>,
+        piece: &Piece<'_, L>,
+        inputs: impl Iterator<Item = impl Input<L>>,
     ) {
-        let Self { problem, signals, steps, lanes, sensors, .. } = self;
-        let step = &steps[step];
-        let samples = Samples {
-            measured: &signals.measured[start..end],
-            weight: signals.weight.get(start..end).unwrap_or_default(),
-        };
+        let (Self { problem, signals, steps, lanes, sensors, .. }, [start, end]) = (self, piece.range);
+        let step = &steps[piece.step];
+        let samples = Samples::of(signals, start, end);
         let kind = (problem.criterion().is_absolute(), !signals.weight.is_empty());
         if sensors.iter().all(Option::is_none) {
             return match kind {
-                (false, false) => lanes.follow::<FMA, BRUSHES, false, false>(step, samples, gains),
-                (false, true) => lanes.follow::<FMA, BRUSHES, false, true>(step, samples, gains),
-                (true, false) => lanes.follow::<FMA, BRUSHES, true, false>(step, samples, gains),
-                (true, true) => lanes.follow::<FMA, BRUSHES, true, true>(step, samples, gains),
+                (false, false) => lanes.follow::<FMA, BRUSHES, false, false>(step, samples, inputs),
+                (false, true) => lanes.follow::<FMA, BRUSHES, false, true>(step, samples, inputs),
+                (true, false) => lanes.follow::<FMA, BRUSHES, true, false>(step, samples, inputs),
+                (true, true) => lanes.follow::<FMA, BRUSHES, true, true>(step, samples, inputs),
             };
         }
         let mut seen = [[[0.0; L]; 2]; CHUNK];
         let seen = &mut seen[..end - start];
-        lanes.watch::<FMA, BRUSHES>(step, gains, seen);
+        lanes.watch::<FMA, BRUSHES>(step, inputs, seen);
         for (channel, sensor) in sensors.iter_mut().enumerate() {
             if let Some(sensor) = sensor {
                 sensor.show(start, channel, seen);

@@ -4,11 +4,14 @@
 //! subtractions and two multiply–adds for the errors: 8 operations on the FMA ports (6 where additions have ports of
 //! their own). `Φ = I + D` is rounded once per candidate, which moves a trajectory by ε/(h·pole) at most.
 //!
+//! Where inputs change from sample to sample, what they add comes to that: a product for each state and input.
+//!
 //! Plain arrays, compiled once per feature level by `multiversion`; no intrinsics.
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
-use super::{Problem, Signals, Span};
+use super::span::Stretch;
+use super::{Problem, Signals};
 use crate::motor::{StepMaps, step_maps};
 use multiversion::multiversion;
 
@@ -33,6 +36,20 @@ pub(super) fn avx512(block: &Block<'_>, costs: &mut [f64]) {
 #[multiversion(targets("x86_64+avx2+fma"))]
 pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) {
     run::<LANES, true>(block, costs);
+}
+
+/// Samples that are passed under the same map: what was measured, and weights where they differ.
+#[derive(Clone, Copy)]
+pub(super) struct Samples<'a> {
+    pub measured: &'a [[f64; 2]],
+    pub weight: &'a [[f64; 2]],
+}
+
+impl<'a> Samples<'a> {
+    #[inline(always)]
+    pub(super) fn of(signals: &'a Signals, start: usize, end: usize) -> Self {
+        Self { measured: &signals.measured[start..end], weight: signals.weight.get(start..end).unwrap_or_default() }
+    }
 }
 
 /// Samples whose errors are summed before they go to the total.
@@ -102,16 +119,25 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
         totals[0][lane] = 0.0 * first.d.iter().map(|d| d[lane]).sum::<f64>();
     }
     let mut summed = 0;
-    for span in &signals.spans {
+    for Stretch { span, held } in &signals.stretches {
         let maps = if uniform { &first } else { &table[usize::from(span.step)] };
         if !uniform {
             lanes.phi = phi(maps);
         }
-        lanes.gain = gain(maps, span);
+        lanes.gain = gain::<L, 3>(maps, [span.voltage[0], span.voltage[1], span.torque]);
         let mut start = span.start;
         while start < span.end {
             let end = span.end.min(start + SUM_BLOCK);
-            run_span::<L, FMA, ABSOLUTE, WEIGHTED>(&mut lanes, signals, start, end);
+            let samples = Samples::of(signals, start, end);
+            if *held {
+                run_stretch::<L, FMA, ABSOLUTE, WEIGHTED, 0>(&mut lanes, maps, samples, std::iter::repeat([0.0; 3]));
+            } else if method.uses_next_input() || !signals.torque.is_empty() {
+                let inputs = (start..end).map(|n| signals.inputs(n));
+                run_stretch::<L, FMA, ABSOLUTE, WEIGHTED, 3>(&mut lanes, maps, samples, inputs);
+            } else {
+                let volts = signals.voltage[start..end].iter().map(|&voltage| [voltage, 0.0, 0.0]);
+                run_stretch::<L, FMA, ABSOLUTE, WEIGHTED, 1>(&mut lanes, maps, samples, volts);
+            }
             summed += end - start;
             start = end;
             if summed >= SUM_BLOCK {
@@ -135,23 +161,29 @@ fn flush<const L: usize>(lanes: &mut Lanes<L>, totals: &mut [[f64; L]; 2]) {
     lanes.sums = [[0.0; L]; 2];
 }
 
+/// Steps under the same map, of whose inputs the first `CHANGING` change from sample to sample.
 #[inline(always)]
-fn run_span<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+fn run_stretch<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool, const CHANGING: usize>(
     lanes: &mut Lanes<L>,
-    signals: &Signals,
-    start: usize,
-    end: usize,
+    maps: &StepMaps<L>,
+    samples: Samples<'_>,
+    inputs: impl Iterator<Item = [f64; 3]>,
 ) {
-    let measured = &signals.measured[start..end];
-    if WEIGHTED {
-        for (measured, weight) in measured.iter().zip(&signals.weight[start..end]) {
-            step::<L, FMA, ABSOLUTE, true>(lanes, *measured, *weight);
+    let Lanes { mut x, mut sums, phi, gain: mut drive } = *lanes;
+    for (n, (measured, inputs)) in samples.measured.iter().zip(inputs).enumerate() {
+        let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
+        if CHANGING > 0 {
+            drive = gain::<L, CHANGING>(maps, inputs);
         }
-    } else {
-        for measured in measured {
-            step::<L, FMA, ABSOLUTE, false>(lanes, *measured, [1.0; 2]);
+        let errors = step::<L, FMA>(&mut x, &phi, &drive, *measured);
+        for channel in 0..2 {
+            for lane in 0..L {
+                let sum = &mut sums[channel][lane];
+                *sum = add_loss::<FMA, ABSOLUTE, WEIGHTED>(*sum, errors[channel][lane], weight[channel]);
+            }
         }
     }
+    (lanes.x, lanes.sums) = (x, sums);
 }
 
 #[inline(always)]
@@ -164,35 +196,40 @@ pub(super) fn phi<const L: usize>(maps: &StepMaps<L>) -> [[f64; L]; 4] {
     phi
 }
 
+/// What inputs add to both states; of one the others are zero.
 #[inline(always)]
-fn gain<const L: usize>(maps: &StepMaps<L>, span: &Span) -> [[f64; L]; 2] {
+fn gain<const L: usize, const CHANGING: usize>(maps: &StepMaps<L>, inputs: [f64; 3]) -> [[f64; L]; 2] {
     let mut gain = [[0.0; L]; 2];
     for axis in 0..2 {
         for lane in 0..L {
-            gain[axis][lane] = maps.taps[0][axis][lane] * span.voltage[0]
-                + maps.taps[1][axis][lane] * span.voltage[1]
-                + maps.torque[axis][lane] * span.torque;
+            gain[axis][lane] = maps.taps[0][axis][lane] * inputs[0];
+            if CHANGING > 1 {
+                gain[axis][lane] += maps.taps[1][axis][lane] * inputs[1];
+                gain[axis][lane] += maps.torque[axis][lane] * inputs[2];
+            }
         }
     }
     gain
 }
 
-/// One sample: its errors into the sums, then one step of the state.
+/// One sample: its errors, and one step of the state.
 #[inline(always)]
-fn step<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
-    lanes: &mut Lanes<L>,
+fn step<const L: usize, const FMA: bool>(
+    [i, w]: &mut [[f64; L]; 2],
+    phi: &[[f64; L]; 4],
+    gain: &[[f64; L]; 2],
     measured: [f64; 2],
-    weight: [f64; 2],
-) {
-    let Lanes { x: [i, w], sums: [sum_i, sum_w], phi, gain } = lanes;
+) -> [[f64; L]; 2] {
+    let mut errors = [[0.0; L]; 2];
     for lane in 0..L {
-        sum_i[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_i[lane], measured[0] - i[lane], weight[0]);
-        sum_w[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_w[lane], measured[1] - w[lane], weight[1]);
+        errors[0][lane] = measured[0] - i[lane];
+        errors[1][lane] = measured[1] - w[lane];
         let next =
             multiply_add::<FMA>(phi[0][lane], i[lane], multiply_add::<FMA>(phi[1][lane], w[lane], gain[0][lane]));
         w[lane] = multiply_add::<FMA>(phi[2][lane], i[lane], multiply_add::<FMA>(phi[3][lane], w[lane], gain[1][lane]));
         i[lane] = next;
     }
+    errors
 }
 
 #[inline(always)]

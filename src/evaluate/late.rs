@@ -21,7 +21,7 @@ enum Kind<const L: usize> {
     Uneven { time: Vec<f64>, cursors: [usize; L] },
 }
 
-/// Even steps; what is added to the states is in units of the reactions.
+/// Even steps.
 struct Even<const L: usize> {
     taps: [Taps; L],
     /// What one volt of each of the three samples adds to both states.
@@ -50,16 +50,12 @@ pub(super) fn late_times(signals: &Signals, setting: Setting) -> Vec<f64> {
 }
 
 impl<'a, const L: usize> LateInputs<'a, L> {
-    pub(super) fn new(
-        problem: &'a Problem,
-        signals: &'a Signals,
-        (motors, steps): (&[Extended; L], &[Step<L>]),
-    ) -> Self {
+    pub(super) fn new(problem: &'a Problem, signals: &'a Signals, motors: &[Extended; L]) -> Self {
         let setting = problem.setting(signals);
         let kind = if signals.step_index.is_empty() && !signals.has_own_lines() {
             let time = late_times(signals, setting);
             let taps = std::array::from_fn(|lane| Taps::new(signals, setting, &motors[lane], &time));
-            Kind::Even(Box::new(Even::new(taps, &steps[0].units)))
+            Kind::Even(Box::new(Even::new(taps)))
         } else {
             Kind::Uneven { time: sample_times(&signals.drive()), cursors: [0; L] }
         };
@@ -103,13 +99,10 @@ impl<'a, const L: usize> LateInputs<'a, L> {
 }
 
 impl<const L: usize> Even<L> {
-    fn new(mut taps: [Taps; L], units: &Pair<L>) -> Self {
+    fn new(taps: [Taps; L]) -> Self {
         let mut gains = [[[0.0; L]; 2]; 3];
-        for (lane, taps) in taps.iter_mut().enumerate() {
+        for (lane, taps) in taps.iter().enumerate() {
             for axis in 0..2 {
-                let unit = units[axis][lane];
-                taps.gains[axis] = taps.gains[axis].map(|gain| gain / unit);
-                taps.special.iter_mut().for_each(|(_, gain)| gain[axis] /= unit);
                 for (gains, gain) in gains.iter_mut().zip(taps.gains[axis]) {
                     gains[axis][lane] = gain;
                 }

@@ -8,6 +8,7 @@ mod cpu;
 mod extended;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+mod input;
 mod kernel;
 mod late;
 mod peak;
@@ -17,6 +18,7 @@ mod scalar;
 mod sensor;
 mod signals;
 mod simd;
+mod span;
 mod terminal;
 
 pub use cpu::{Level, cpu_name};
@@ -24,8 +26,9 @@ pub(crate) use kernel::multiply_add;
 pub use peak::fma_loop;
 pub use problem::{Model, Problem};
 pub use scalar::Scalar;
-pub use signals::{Initial, Signals, Span};
+pub use signals::{Initial, Signals};
 pub use simd::Simd;
+pub use span::Span;
 
 use crate::candidates::Candidates;
 use crate::{Error, Result};

@@ -1,6 +1,7 @@
 //! A problem: recordings, model, space and criterion, checked and prepared once.
 
-use super::signals::{Initial, Signals, Span};
+use super::signals::{Initial, Signals};
+use super::span::{Span, Stretch};
 use crate::Result;
 use crate::criterion::Criterion;
 use crate::motor::{Discretization, Extended, Extensions, Extent, Parameters, Setting, Space, walk, walk_extended};
@@ -9,6 +10,8 @@ use std::sync::Arc;
 
 /// Stretches of constant inputs.
 pub(crate) type Spans<'a> = std::iter::Chain<std::slice::Iter<'a, Span>, std::slice::Iter<'a, Span>>;
+/// The same, short ones together.
+pub(super) type Stretches<'a> = std::iter::Chain<std::slice::Iter<'a, Stretch>, std::slice::Iter<'a, Stretch>>;
 
 /// How the motor is simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -113,6 +116,12 @@ impl Problem {
     pub(crate) fn spans<'a>(&self, signals: &'a Signals) -> Spans<'a> {
         let quiet: &[Span] = if self.extent.is_biased() { &signals.quiet } else { &[] };
         quiet.iter().chain(&signals.spans)
+    }
+
+    /// The same, short ones together.
+    pub(super) fn stretches<'a>(&self, signals: &'a Signals) -> Stretches<'a> {
+        let quiet: &[Stretch] = if self.extent.is_biased() { &signals.quiet_stretches } else { &[] };
+        quiet.iter().chain(&signals.stretches)
     }
 
     /// The weighted sums of errors before that sample.

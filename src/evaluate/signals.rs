@@ -1,5 +1,6 @@
 //! One recording, made ready to be evaluated: what does not depend on the candidate is done once, here.
 
+use super::span::{Span, Stretch, spans, stretches};
 use crate::criterion::{Criterion, noise_sigma, peak};
 use crate::motor::{Beginning, Discretization, Drive};
 use crate::record::Record;
@@ -37,21 +38,6 @@ impl Initial {
     }
 }
 
-/// A stretch of samples over which the step and all inputs stay the same.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Span {
-    /// First sample.
-    pub start: usize,
-    /// One past the last sample.
-    pub end: usize,
-    /// Index of the step.
-    pub step: u16,
-    /// Voltage at the start and at the end of each step \[V\]; the latter 0 where the method does not use it.
-    pub voltage: [f64; 2],
-    /// Load torque \[N·m\].
-    pub torque: f64,
-}
-
 /// One recording, ready to run.
 #[derive(Debug, Clone)]
 pub struct Signals {
@@ -87,6 +73,9 @@ pub struct Signals {
     pub(crate) spans: Vec<Span>,
     /// Those before.
     pub(crate) quiet: Vec<Span>,
+    /// The spans, short ones together; and those before `first_active`.
+    pub(crate) stretches: Vec<Stretch>,
+    pub(crate) quiet_stretches: Vec<Stretch>,
     /// How the voltage begins.
     pub(crate) beginning: Beginning,
 }
@@ -124,6 +113,8 @@ impl Signals {
             rest: [0.0; 2],
             spans: Vec::new(),
             quiet: Vec::new(),
+            stretches: Vec::new(),
+            quiet_stretches: Vec::new(),
             beginning: Beginning::default(),
         };
         signals.beginning = Beginning::of(&signals.voltage, signals.starts_at_rest());
@@ -235,6 +226,20 @@ impl Signals {
         !self.lines[0].is_empty()
     }
 
+    /// Voltage at the start and at the end of the step that follows a sample, and the torque over it.
+    #[inline(always)]
+    pub(super) fn inputs(&self, n: usize) -> [f64; 3] {
+        let drive = self.drive();
+        [drive.voltage[n], drive.end(n), drive.torque.get(n).copied().unwrap_or(0.0)]
+    }
+
+    /// The voltage alone.
+    #[inline(always)]
+    pub(super) fn line(&self, n: usize) -> [f64; 2] {
+        let [start, end, _] = self.inputs(n);
+        [start, end]
+    }
+
     /// The index of the step of a sample.
     pub(super) fn step_of(&self, n: usize) -> u16 {
         self.step_index.get(n).copied().unwrap_or(0)
@@ -258,28 +263,7 @@ impl Signals {
     }
 
     fn set_spans(&mut self, method: Discretization) {
-        let last = self.len() - 1;
-        let here = |n: usize| {
-            let end = if method.uses_next_input() { self.voltage[(n + 1).min(last)] } else { 0.0 };
-            let [start, ends] = &self.lines;
-            let voltage = match (start.get(n), ends.get(n)) {
-                (Some(start), Some(end)) => [*start, *end],
-                _ => [self.voltage[n], end],
-            };
-            let torque = self.torque.get(n).copied().unwrap_or(0.0);
-            Span { start: n, end: n + 1, step: self.step_of(n), voltage, torque }
-        };
-        let (mut spans, mut span) = (Vec::new(), here(0));
-        for next in (1..=last).map(here) {
-            if (Span { start: next.start, end: next.end, ..span }) == next {
-                span.end = next.end;
-            } else {
-                spans.push(span);
-                span = next;
-            }
-        }
-        spans.push(span);
-        self.spans = spans;
+        self.spans = spans(self, method);
         let zero = |values: &[f64]| values.iter().all(|v| *v == 0.0);
         if self.starts_at_rest() {
             let quiet = |span: &Span| zero(&span.voltage) && span.torque == 0.0;
@@ -287,6 +271,8 @@ impl Signals {
             self.first_active = self.spans.get(leading).map_or(self.len(), |span| span.start);
             self.quiet = self.spans.drain(..leading).collect();
         }
+        self.quiet_stretches = stretches(&self.quiet);
+        self.stretches = stretches(&self.spans);
     }
 
     fn set_rest(&mut self, criterion: &Criterion) {

@@ -2,7 +2,7 @@
 
 use super::extended;
 use super::kernel::{self, Block};
-use super::{Batch, Evaluator, Group, Level, cpu_name};
+use super::{Batch, Evaluator, Group, Level, Problem, cpu_name};
 use crate::Result;
 use rayon::prelude::*;
 
@@ -31,8 +31,13 @@ impl Simd {
         self.level
     }
 
-    fn lanes(self) -> usize {
-        if self.level == Level::Avx512 { kernel::LANES_AVX512 } else { kernel::LANES }
+    /// Candidates of a block.
+    fn lanes(self, problem: &Problem) -> usize {
+        match (self.level, problem.extent().is_linear()) {
+            (Level::Avx512, _) => kernel::LANES_AVX512,
+            (Level::Avx2, false) => extended::LANES_AVX2,
+            _ => kernel::LANES,
+        }
     }
 
     fn run(self, group: &Group<'_>, first: usize, costs: &mut [f64]) {
@@ -57,20 +62,20 @@ impl Simd {
 impl Evaluator for Simd {
     fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()> {
         batch.check(costs)?;
-        let (simd, lanes) = (*self, self.lanes());
+        let simd = *self;
         let mut rest = costs;
         let mut parts = Vec::with_capacity(batch.groups.len());
         for group in batch.groups {
             let (own, others) = rest.split_at_mut(group.candidates.count());
-            parts.push((group, own));
+            parts.push((group, simd.lanes(group.problem), own));
             rest = others;
         }
         if rayon::current_num_threads() == 1 {
-            for (group, costs) in parts {
+            for (group, lanes, costs) in parts {
                 costs.chunks_mut(lanes).enumerate().for_each(|(n, costs)| simd.run(group, n * lanes, costs));
             }
         } else {
-            parts.into_par_iter().for_each(|(group, costs)| {
+            parts.into_par_iter().for_each(|(group, lanes, costs)| {
                 costs.par_chunks_mut(lanes).enumerate().for_each(|(n, costs)| simd.run(group, n * lanes, costs));
             });
         }

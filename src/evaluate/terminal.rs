@@ -27,7 +27,7 @@ impl<const L: usize> Terminals<L> {
 
     /// What the drives make of a voltage.
     #[inline(always)]
-    pub(super) fn of(&self, voltage: f64) -> [f64; L] {
+    fn of(&self, voltage: f64) -> [f64; L] {
         let mut given = [0.0; L];
         for lane in 0..L {
             given[lane] = self.drive(lane).gives(voltage);
@@ -45,6 +45,18 @@ impl<const L: usize> Terminals<L> {
             reverse_gain: reverse_gain[lane],
             offset: offset[lane],
         }
+    }
+
+    /// What the voltage at the start of a step and, for lines, at its end, and a torque add to both states.
+    #[inline(always)]
+    pub(super) fn gain<const FMA: bool>(
+        &self,
+        maps: &StepMaps<L>,
+        [start, end, torque]: [f64; 3],
+        lines: bool,
+    ) -> Pair<L> {
+        let end = if lines { self.of(end) } else { [0.0; L] };
+        gain::<L, FMA>(maps, &[self.of(start), end], &self.torque(torque))
     }
 
     /// The loads with a torque besides.

@@ -207,10 +207,15 @@ impl Extensions {
     /// The same with another value for one parameter; the five of the motor are left alone.
     #[must_use]
     pub fn with(mut self, parameter: Parameter, value: f64) -> Self {
+        self.set(parameter, value);
+        self
+    }
+
+    /// Changes the value of one parameter; those of the motor are ignored.
+    pub(super) fn set(&mut self, parameter: Parameter, value: f64) {
         if let Some(own) = (parameter as usize).checked_sub(Parameter::ALL.len()) {
             self.0[own] = value;
         }
-        self
     }
 
     /// The value of one parameter; not a number for the five of the motor.

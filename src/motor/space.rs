@@ -189,10 +189,18 @@ impl Space {
     /// What a candidate means for the extensions of one recording.
     #[must_use]
     pub fn extensions(&self, candidate: &[f64], recording: u32) -> Extensions {
-        let fixed = self.fixed.iter().map(|&(parameter, scope, value)| (parameter, scope, value));
-        let free = self.free.iter().zip(candidate).map(|(axis, &value)| (axis.parameter, axis.scope, value));
-        let own = fixed.chain(free).filter(|(_, scope, _)| scope.covers(recording));
-        own.fold(Extensions::NONE, |all, (parameter, _, value)| all.with(parameter, value))
+        let mut extensions = Extensions::NONE;
+        for &(parameter, scope, value) in &self.fixed {
+            if scope.covers(recording) {
+                extensions.set(parameter, value);
+            }
+        }
+        for (axis, &value) in self.free.iter().zip(candidate) {
+            if axis.scope.covers(recording) {
+                extensions.set(axis.parameter, value);
+            }
+        }
+        extensions
     }
 
     /// Which extensions the model has: those that are free or held.
