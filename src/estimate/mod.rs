@@ -1,5 +1,6 @@
 //! Estimation in f64 on the CPU: Steiglitz–McBride, the maximum-likelihood refinement, how sure it is.
 
+mod descent;
 mod initial;
 mod normal;
 mod output_error;

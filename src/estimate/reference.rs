@@ -2,7 +2,7 @@
 
 use super::normal::{Fit, Sigma};
 use super::projection;
-use super::refine::{Refined, fit_problem, refine_problem};
+use super::refine::{Effort, Refined, fit_problem, refine_problem, refine_roughly};
 use crate::Result;
 use crate::evaluate::{Model, Problem};
 use crate::motor::{Axis, Space};
@@ -73,10 +73,10 @@ pub fn global_reference(records: &[Record], space: &Space, model: Model, sigma: 
 
 /// The lowest refinement of some starts, or of the middle of the box where there are none.
 fn lowest(problem: &Problem, starts: &[Vec<f64>], sigma: &Sigma) -> Result<Refined> {
-    let refine = |start: &[f64], thorough| refine_problem(problem, start, Some(sigma), thorough);
-    let fits: Vec<Result<Refined>> = starts.par_iter().map(|start| refine(start, false)).collect();
+    let refine = |start: &[f64]| refine_problem(problem, start, Some(sigma), Effort::Thorough);
+    let fits: Vec<Result<Refined>> = starts.par_iter().map(|start| refine_roughly(problem, start, sigma)).collect();
     let best = fits.into_iter().flatten().min_by(|a, b| a.weighted(sigma).total_cmp(&b.weighted(sigma)));
-    best.map_or_else(|| refine(&middle(problem), true), |best| refine(&best.values, true))
+    best.map_or_else(|| refine(&middle(problem)), |best| refine(&best.values))
 }
 
 /// Parameters in the order of the axes.

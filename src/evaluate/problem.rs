@@ -1,7 +1,9 @@
 //! A problem: recordings, model, space and criterion, checked and prepared once.
 
 use super::signals::{Initial, Signals};
-use super::span::{Span, Stretch};
+#[cfg(feature = "gpu")]
+use super::span::Span;
+use super::span::Stretch;
 use crate::Result;
 use crate::criterion::Criterion;
 use crate::motor::{Discretization, Extended, Extensions, Extent, Parameters, Setting, Space, walk, walk_extended};
@@ -9,6 +11,7 @@ use crate::record::Record;
 use std::sync::Arc;
 
 /// Stretches of constant inputs.
+#[cfg(feature = "gpu")]
 pub(crate) type Spans<'a> = std::iter::Chain<std::slice::Iter<'a, Span>, std::slice::Iter<'a, Span>>;
 /// The same, short ones together.
 pub(super) type Stretches<'a> = std::iter::Chain<std::slice::Iter<'a, Stretch>, std::slice::Iter<'a, Stretch>>;
@@ -113,6 +116,7 @@ impl Problem {
     }
 
     /// The stretches of constant inputs from there on.
+    #[cfg(feature = "gpu")]
     pub(crate) fn spans<'a>(&self, signals: &'a Signals) -> Spans<'a> {
         let quiet: &[Span] = if self.extent.is_biased() { &signals.quiet } else { &[] };
         quiet.iter().chain(&signals.spans)

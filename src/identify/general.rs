@@ -5,7 +5,7 @@
 //! from grids along their axes; the refinement of the best of these starts is the estimate.
 
 use super::channels::{Stand, guess};
-use super::extended::{With, best_start, climb, explained, extended_space, lagged, led};
+use super::extended::{With, best_start, climb, explained, extended_space, is_far, lagged, led};
 use super::search::{Found, evaluated, population};
 use super::spec::{Identification, IdentifySpec};
 use super::verify::deviations;
@@ -13,7 +13,7 @@ use super::warnings::{self, Warning};
 use super::{Attempt, Polish, assemble, checks, complete, friction, refine_widening, residuals};
 use crate::Result;
 use crate::estimate::{Refined, SmFailure, fit_problem, global_reference};
-use crate::evaluate::{Problem, Signals};
+use crate::evaluate::Problem;
 use crate::motor::{Axis, Parameter, Scope, Space};
 use crate::optimize::Progress;
 use crate::record::Record;
@@ -143,17 +143,6 @@ fn attempt(
 
 /// Candidate-steps that a search may take where it is not asked for: about a second.
 const AFFORDABLE: usize = 1_000_000_000;
-/// Residuals of more σ than these of the noise are not noise.
-const FAR: f64 = 2.0;
-
-/// Whether what a refinement leaves is far above the noise: a better optimum may be elsewhere.
-fn is_far(problem: &Problem, refined: &Refined) -> bool {
-    let far = |(signals, sigma): (&Arc<Signals>, &[f64; 2])| {
-        (0..2).any(|channel| signals.has(channel) && sigma[channel] > FAR * signals.noise(channel))
-    };
-    problem.signals().iter().zip(&refined.sigmas).any(far)
-}
-
 /// What was found, with the refinement of the best start.
 fn refined(
     spec: &IdentifySpec,

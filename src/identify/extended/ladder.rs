@@ -1,15 +1,15 @@
 //! The ladder of models: from the linear motor up, each rung the extension that the recordings speak for most, until none
 //! is worth its parameters.
 //!
-//! Extensions can need each other: a load and an offset of the voltage each alone may make nothing better. So the first
-//! rung may be a pair, and where no extension more helps, one is exchanged for another. All are refined roughly, from where
-//! the model is that they are made from; the best of them thoroughly and from several explanations.
+//! Extensions can need each other: a load and an offset of the voltage each alone may make nothing better. Where what the
+//! way up leaves is far above the noise, there is a way down as well: from the motor with all extensions that the
+//! recordings can show, without the least of them as long as that costs nothing. The better of both is taken.
 
 use super::super::spec::IdentifySpec;
 use super::super::verify::deviations;
 use super::starts::{carried, warmed};
-use super::worth::{Fit, gain, independent, is_worth};
-use super::{Extension, best_start, explained, extended_space, led};
+use super::worth::{Fit, gain, independent, is_far, is_worth};
+use super::{Extension, best_start, explained, extended_space};
 use crate::estimate::{Refined, fit_problem, refine_on};
 use crate::evaluate::Problem;
 use crate::motor::{Scope, Space};
@@ -46,7 +46,7 @@ const HEIGHT: usize = 6;
 /// Models of a rung that are refined thoroughly.
 const FINALISTS: usize = 3;
 /// Samples on which models are tried, if fewer recordings have as many: what is taken is estimated on all.
-const SAMPLES: usize = 40_000;
+const SAMPLES: usize = 20_000;
 
 /// The extensions that recordings speak for, with the ladder that led to them. `space` is that of the linear motor,
 /// `motors` are near the right one.
@@ -58,21 +58,19 @@ pub(in super::super) fn climb(
 ) -> Result<(Vec<Extension>, Ladder)> {
     let some = representative(records, space);
     let scene = Scene { records: &some, spec, space, motors };
-    let mut best = scene.first()?;
     let mut ladder = Ladder::default();
-    ladder.rungs.push(Rung { taken: true, ..rung(scene.records, &best, None) });
-    loop {
-        let next = candidates(scene.records, &best);
-        let more = more(&best, &next);
-        let taken = match scene.step(&best, &more, &mut ladder)? {
-            None => scene.step(&best, &exchanged(&best, &next), &mut ladder)?,
-            taken => taken,
-        };
-        match taken {
-            Some(fit) => best = scene.pruned(fit)?,
-            None => return Ok((best.with, ladder)),
+    let mut best = scene.up(&mut ladder)?;
+    if is_far(&scene.problems(&best.with)?.1, &best.refined) {
+        let mut down = Ladder::default();
+        let other = scene.down(&mut down).filter(|other| gain(&best, other) < 0.0);
+        if let Some(other) = other {
+            ladder.rungs.iter_mut().for_each(|rung| rung.taken = false);
+            down.rungs.iter_mut().for_each(|rung| rung.taken = rung.with == other.with);
+            best = other;
         }
+        ladder.rungs.append(&mut down.rungs);
     }
+    Ok((best.with, ladder))
 }
 
 /// Of many recordings some from all over them; recordings with parameters of their own are needed as they are.
@@ -85,26 +83,6 @@ fn representative(records: &[Record], space: &Space) -> Vec<Record> {
     records.iter().step_by(every).cloned().collect()
 }
 
-/// Models with one extension more; from the linear motor, two as well.
-fn more(best: &Fit, next: &[Extension]) -> Vec<Vec<Extension>> {
-    if best.with.len() >= HEIGHT {
-        return Vec::new();
-    }
-    let mut sets: Vec<Vec<Extension>> = next.iter().map(|e| best.with.iter().copied().chain([*e]).collect()).collect();
-    if best.with.is_empty() {
-        let pairs = next.iter().enumerate().flat_map(|(n, one)| next[n + 1..].iter().map(|other| vec![*one, *other]));
-        sets.extend(pairs);
-    }
-    sets
-}
-
-/// Models with one extension in another's place.
-fn exchanged(best: &Fit, next: &[Extension]) -> Vec<Vec<Extension>> {
-    let without = |out: &Extension| best.with.iter().copied().filter(move |e| e != out).collect::<Vec<_>>();
-    let pairs = best.with.iter().flat_map(|out| next.iter().map(move |into| (out, into)));
-    pairs.map(|(out, into)| without(out).into_iter().chain([*into]).collect()).collect()
-}
-
 /// What models are tried on.
 struct Scene<'a> {
     records: &'a [Record],
@@ -115,72 +93,85 @@ struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// The linear motor.
-    fn first(&self) -> Result<Fit> {
-        let starts = |problem: &Arc<Problem>| explained(problem, self.motors);
-        self.thorough(&[], starts)
-    }
-
-    /// The best of some models, if it is worth more than the one that they are made from. Those of one extension more
-    /// are noted; of others those that were refined thoroughly.
-    fn step(&self, best: &Fit, sets: &[Vec<Extension>], ladder: &mut Ladder) -> Result<Option<Fit>> {
-        // One that cannot be fitted explains nothing.
-        let fits = sets.par_iter().filter_map(|with| self.rough(best, with).ok());
-        let mut tried: Vec<(f64, Fit)> = fits.map(|fit| (gain(best, &fit), fit)).collect();
-        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let others = tried.split_off(tried.len().min(FINALISTS));
-        let thorough: Vec<Fit> = tried.into_par_iter().map(|(_, fit)| self.finished(best, fit)).collect();
-        let mut fits: Vec<(f64, Fit)> = thorough.into_iter().map(|fit| (gain(best, &fit), fit)).collect();
-        fits.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let take = fits.first().is_some_and(|(_, fit)| is_worth(best, fit));
-        let others = others.iter().filter(|(_, fit)| fit.with.len() == best.with.len() + 1);
-        let rungs = fits.iter().chain(others).enumerate();
-        ladder.rungs.extend(
-            rungs.map(|(n, (gain, fit))| Rung { taken: take && n == 0, ..rung(self.records, fit, Some(*gain)) }),
-        );
-        Ok(fits.into_iter().next().filter(|_| take).map(|(_, fit)| fit))
-    }
-
-    /// A model from where another is: along what is new, then roughly from there and from other explanations of what is
-    /// late.
-    fn rough(&self, from: &Fit, with: &[Extension]) -> Result<Fit> {
-        let known = (&from.space, from.refined.values.as_slice());
-        let (problem, plain) = self.problems(with)?;
-        let mut starts = vec![warmed(&problem, known)?];
-        starts.extend(
-            led(&problem, &starts[0])?.into_iter().filter(|start| *start != starts[0]).take(ANEW).collect::<Vec<_>>(),
-        );
-        let refined = best_start(&plain, &starts, &from.refined.sigmas).ok_or_else(nowhere)?;
-        Ok(fit(with, &plain, refined))
-    }
-
-    /// A rough fit made thorough, from where it is and from explanations anew.
-    fn finished(&self, from: &Fit, rough: Fit) -> Fit {
-        let Fit { with, space, refined, .. } = &rough;
-        let starts = |problem: &Arc<Problem>| {
-            let motors: Vec<[f64; 5]> =
-                [from.refined.parameters.to_array()].into_iter().chain(self.motors.iter().take(1).copied()).collect();
-            let mut starts = vec![carried(problem, (space, &refined.values))];
-            starts.extend(explained(problem, &motors)?.into_iter().take(ANEW));
-            Ok(starts)
-        };
-        let thorough = self.thorough(with, starts).ok();
-        match thorough {
-            Some(fit) if gain(&rough, &fit) < 0.0 => fit,
-            _ => rough,
+    /// From the linear motor up.
+    fn up(&self, ladder: &mut Ladder) -> Result<Fit> {
+        let mut best = self.thorough(&[], |problem| explained(problem, self.motors))?;
+        ladder.rungs.push(Rung { taken: true, ..rung(self.records, &best, None) });
+        while best.with.len() < HEIGHT {
+            let next = candidates(self.records, &best);
+            // One that cannot be fitted explains nothing.
+            let fits = next.par_iter().filter_map(|extension| self.rough(&best, *extension).ok());
+            let mut tried: Vec<(f64, Fit)> = fits.map(|fit| (gain(&best, &fit), fit)).collect();
+            tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let others = tried.split_off(tried.len().min(FINALISTS));
+            let thorough: Vec<Fit> = tried.into_par_iter().map(|(_, fit)| self.finished(fit)).collect();
+            let mut fits: Vec<(f64, Fit)> = thorough.into_iter().map(|fit| (gain(&best, &fit), fit)).collect();
+            fits.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let take = fits.first().is_some_and(|(_, fit)| is_worth(&best, fit));
+            for (n, (gain, fit)) in fits.iter().chain(&others).enumerate() {
+                ladder.rungs.push(Rung { taken: take && n == 0, ..rung(self.records, fit, Some(*gain)) });
+            }
+            match fits.into_iter().next().filter(|_| take) {
+                Some((_, fit)) => best = self.pruned(fit)?,
+                None => break,
+            }
         }
+        Ok(best)
+    }
+
+    /// From the motor with all extensions down; `None` where that cannot be fitted.
+    fn down(&self, ladder: &mut Ladder) -> Option<Fit> {
+        let linear = self.thorough(&[], |problem| explained(problem, self.motors)).ok()?;
+        let all = candidates(self.records, &linear);
+        let mut best = self.thorough(&all, |problem| explained(problem, self.motors)).ok()?;
+        ladder.rungs.push(rung(self.records, &best, Some(gain(&linear, &best))));
+        while !best.with.is_empty() {
+            let without = best.with.par_iter().filter_map(|extension| self.without(&best, *extension).ok());
+            let tried: Vec<(f64, Fit)> = without.map(|fit| (gain(&best, &fit), fit)).collect();
+            let (gain, fit) = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+            if is_worth(&fit, &best) {
+                break;
+            }
+            ladder.rungs.push(rung(self.records, &fit, Some(gain)));
+            best = fit;
+        }
+        Some(best)
+    }
+
+    /// A model with one extension more, roughly, from where it is without: that alone, and as the first explanation of
+    /// all that is late.
+    fn rough(&self, from: &Fit, extension: Extension) -> Result<Fit> {
+        let with: Vec<Extension> = from.with.iter().copied().chain([extension]).collect();
+        let (problem, plain) = self.problems(&with)?;
+        let mut starts = vec![warmed(&problem, (&from.space, &from.refined.values))?];
+        starts.extend(explained(&problem, &[from.refined.parameters.to_array()])?.into_iter().take(ANEW));
+        let refined = best_start(&plain, &starts, &deviations(self.records)).ok_or_else(nowhere)?;
+        Ok(fit(&with, &plain, refined))
+    }
+
+    /// A rough fit made thorough.
+    fn finished(&self, rough: Fit) -> Fit {
+        let refined = self.problems(&rough.with).and_then(|(_, plain)| {
+            let refined = refine_on(&plain, &rough.refined.values, None)?;
+            Ok(fit(&rough.with, &plain, refined))
+        });
+        refined.unwrap_or(rough)
+    }
+
+    /// A model with one extension less, from where it is with it.
+    fn without(&self, from: &Fit, extension: Extension) -> Result<Fit> {
+        let with: Vec<Extension> = from.with.iter().copied().filter(|e| *e != extension).collect();
+        self.thorough(&with, |problem| Ok(vec![carried(problem, (&from.space, &from.refined.values))]))
     }
 
     /// Without extensions that another has made idle.
     fn pruned(&self, fit: Fit) -> Result<Fit> {
         let mut best = fit;
         for extension in best.with.clone() {
-            let with: Vec<Extension> = best.with.iter().copied().filter(|e| *e != extension).collect();
             if best.with.last() == Some(&extension) {
                 continue;
             }
-            let warm = |problem: &Arc<Problem>| Ok(vec![carried(problem, (&best.space, &best.refined.values))]);
-            let less = self.thorough(&with, warm)?;
+            let less = self.without(&best, extension)?;
             if !is_worth(&less, &best) {
                 best = less;
             }

@@ -7,6 +7,7 @@ mod worth;
 pub(super) use ladder::climb;
 pub use ladder::{Ladder, Rung};
 pub(super) use starts::{best_start, explained, lagged, led};
+pub(super) use worth::is_far;
 
 use super::spec::IdentifySpec;
 use crate::criterion::peak;

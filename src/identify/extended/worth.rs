@@ -4,8 +4,9 @@
 
 use super::Extension;
 use crate::estimate::Refined;
-use crate::evaluate::Problem;
+use crate::evaluate::{Problem, Signals};
 use crate::motor::Space;
+use std::sync::Arc;
 
 /// A criterion must be lower by this much: odds of e³ = 20 to 1.
 const GAIN: f64 = 6.0;
@@ -47,16 +48,18 @@ pub(super) fn independent(problem: &Problem, refined: &Refined) -> Vec<[f64; 2]>
     refined.initial.iter().enumerate().map(of).collect()
 }
 
-/// Schwarz's criterion of a model less that of the one that it was made from, with the independent samples of the richer
-/// one.
+/// Schwarz's criterion of a model less that of another, with the independent samples of that which fits a channel better.
 pub(super) fn gain(from: &Fit, to: &Fit) -> f64 {
     let mut gain = 0.0;
     let mut samples: f64 = 0.0;
-    for ((before, after), count) in from.refined.sigmas.iter().zip(&to.refined.sigmas).zip(&to.independent) {
+    let recordings =
+        from.refined.sigmas.iter().zip(&to.refined.sigmas).zip(from.independent.iter().zip(&to.independent));
+    for ((before, after), counts) in recordings {
         for channel in 0..2 {
-            if count[channel] > 0.0 {
-                gain += 2.0 * count[channel] * (after[channel] / before[channel]).ln();
-                samples += count[channel];
+            let count = if after[channel] < before[channel] { counts.1[channel] } else { counts.0[channel] };
+            if count > 0.0 {
+                gain += 2.0 * count * (after[channel] / before[channel]).ln();
+                samples += count;
             }
         }
     }
@@ -69,4 +72,15 @@ pub(super) fn gain(from: &Fit, to: &Fit) -> f64 {
 fn is_smaller(from: &Fit, to: &Fit) -> bool {
     let pairs = from.refined.sigma.iter().zip(&to.refined.sigma);
     pairs.filter_map(|(before, after)| Some((*after)? / (*before)?)).any(|ratio| ratio < 1.0 - SMALLEST)
+}
+
+/// Residuals of more σ than these of the noise are not noise.
+const FAR: f64 = 2.0;
+
+/// Whether what a refinement leaves is far above the noise: a better optimum may be elsewhere.
+pub(in super::super) fn is_far(problem: &Problem, refined: &Refined) -> bool {
+    let far = |(signals, sigma): (&Arc<Signals>, &[f64; 2])| {
+        (0..2).any(|channel| signals.has(channel) && sigma[channel] > FAR * signals.noise(channel))
+    };
+    problem.signals().iter().zip(&refined.sigmas).any(far)
 }

@@ -1,0 +1,243 @@
+//! The descent of a refinement: Levenberg–Marquardt steps, damped after H. B. Nielsen (1999) and scaled by the diagonal
+//! (D. W. Marquardt 1963), within bounds, and the weights by what is left.
+
+use super::normal::{Fit, Normal, Sigma};
+use super::refine::{EVALUATIONS_MAX, Refined, SMALLEST, STEP_MAX};
+use super::uncertainty::uncertainty;
+use crate::evaluate::Signals;
+use crate::{Error, ErrorKind, Result};
+use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
+
+/// Damping below which the length of a step is that of what is left to go.
+const UNDAMPED: f64 = 1e-2;
+/// Longest step in a logarithm.
+const TRUST: f64 = 1.0;
+/// Residuals below this part of a channel's rms are rounding.
+const SIGMA_MIN: f64 = 1e-13;
+/// Residuals below so many σ of the noise are noise.
+const NOISY: f64 = 2.0;
+
+/// A descent on its way.
+pub(super) struct Search<'a> {
+    fit: &'a Fit<'a>,
+    lower: DVector<f64>,
+    upper: DVector<f64>,
+    at: DVector<f64>,
+    normal: Normal,
+    sigma: Sigma,
+    damping: f64,
+    evaluations: usize,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(fit: &'a Fit<'a>, start: &[f64], sigma: Sigma) -> Result<Self> {
+        let axes = fit.problem.space().free();
+        let bound = |of: &dyn Fn(usize) -> f64, open: f64| {
+            DVector::from_fn(fit.unknowns, |n, _| axes.get(n).map_or(open, |axis| axis.coordinate(of(n))))
+        };
+        let lower = bound(&|n| axes[n].min, f64::NEG_INFINITY);
+        let upper = bound(&|n| axes[n].max, f64::INFINITY);
+        let at = clamp(&fit.start(start), &lower, &upper);
+        let normal = fit.normal(&at);
+        if !normal.is_finite() {
+            return Err(Error::new(
+                ErrorKind::NotIdentified,
+                "the motor diverges where the refinement begins",
+                "Start elsewhere, or use --discretization zoh, which cannot diverge by itself.",
+            ));
+        }
+        Ok(Self { fit, lower, upper, at, normal, sigma, damping: 1e-3, evaluations: 1 })
+    }
+
+    /// Descends until a step is shorter than `enough` standard errors; false when it has not got there.
+    pub(super) fn run(&mut self, enough: f64) -> bool {
+        let mut growth = 2.0;
+        while self.evaluations < EVALUATIONS_MAX {
+            let (matrix, gradient) = self.fit.weighted(&self.normal, &self.sigma);
+            let cost = self.normal.cost(&self.sigma);
+            let free = self.free(&gradient);
+            let Some(step) = damped_step(&matrix, &gradient, &free, self.damping) else {
+                self.damping = (self.damping * growth).max(1e-12);
+                growth *= 2.0;
+                if self.damping > 1e16 {
+                    return false;
+                }
+                continue;
+            };
+            let next = clamp(&(&self.at + self.trusted(step)), &self.lower, &self.upper);
+            let step = &next - &self.at;
+            let length = step.dot(&(&matrix * &step)).max(0.0).sqrt();
+            let smallest = step.iter().zip(&self.at).all(|(s, x)| s.abs() <= 1e-15 * x.abs().max(1.0));
+            if smallest {
+                return true;
+            }
+            // What a simulation could add is far below the noise. Where weights are to change, the step is left to the next
+            // ones, which begin from the sums known here.
+            if length < enough && self.damping < UNDAMPED {
+                if enough <= STEP_MAX {
+                    self.at = next;
+                }
+                return true;
+            }
+            let normal = self.fit.normal(&next);
+            self.evaluations += 1;
+            let after = if normal.is_finite() { normal.cost(&self.sigma) } else { f64::INFINITY };
+            let predicted = 2.0 * step.dot(&gradient) - step.dot(&(&matrix * &step));
+            if after < cost {
+                let ratio = ((cost - after) / predicted).clamp(0.0, 1.0);
+                self.damping = (self.damping * (1.0 / 3.0_f64).max(1.0 - (2.0 * ratio - 1.0).powi(3))).max(1e-14);
+                growth = 2.0;
+                (self.at, self.normal) = (next, normal);
+                if length < enough {
+                    return true;
+                }
+            } else {
+                // No descent by so short a step: what is left is rounding.
+                if length < enough.max(1e-3) && (after - cost).abs() <= 1e-12 * cost {
+                    return true;
+                }
+                self.damping = (self.damping * growth).max(1e-12);
+                growth *= 2.0;
+                if self.damping > 1e16 {
+                    return length < enough.max(1e-3);
+                }
+            }
+        }
+        false
+    }
+
+    /// Which unknowns may move: not those at a bound that the descent pushes against.
+    fn free(&self, gradient: &DVector<f64>) -> Vec<usize> {
+        let held = |n: usize| {
+            (self.at[n] <= self.lower[n] && gradient[n] < 0.0) || (self.at[n] >= self.upper[n] && gradient[n] > 0.0)
+        };
+        (0..self.fit.unknowns).filter(|&n| !held(n)).collect()
+    }
+
+    /// A step whose logarithms all stay within the trust.
+    fn trusted(&self, step: DVector<f64>) -> DVector<f64> {
+        let longest = step.iter().take(self.fit.problem.space().free().len()).fold(0.0, |m: f64, v| m.max(v.abs()));
+        if longest > TRUST { step * (TRUST / longest) } else { step }
+    }
+
+    /// Whether the residuals are not far above the noise, so that they tell its σ.
+    pub(super) fn is_near(&self) -> bool {
+        let residuals = self.residual_sigma();
+        residuals.iter().flatten().zip(self.sigma.iter().flatten()).all(|(found, noise)| *found < 2.0 * noise)
+    }
+
+    /// σ of the residuals, corrected for what the unknowns took; returns its largest relative change.
+    pub(super) fn reweight(&mut self) -> f64 {
+        let sigma = self.residual_sigma();
+        let pairs = sigma.iter().flatten().zip(self.sigma.iter().flatten());
+        let largest = pairs.map(|(new, old)| (new / old - 1.0).abs()).fold(0.0, f64::max);
+        self.sigma = sigma;
+        self.damping = self.damping.min(1e-3);
+        largest
+    }
+
+    /// What is left of one in the degrees of freedom.
+    #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
+    fn freedom(&self) -> f64 {
+        1.0 - (self.fit.unknowns as f64 / self.fit.count() as f64).min(0.9)
+    }
+
+    /// σ of the residuals of each recording and channel; 1 for a channel not measured.
+    fn residual_sigma(&self) -> Sigma {
+        let freedom = self.freedom();
+        let of = |(recording, signals): (usize, &Arc<Signals>)| {
+            [0, 1].map(|channel| {
+                if !signals.has(channel) {
+                    return 1.0;
+                }
+                #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
+                let count = signals.count(channel) as f64;
+                let sigma = (self.normal.squares(recording, channel) / (count * freedom).max(1.0)).sqrt();
+                #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
+                let part = (signals.len() as f64 / count).sqrt();
+                sigma.max(SIGMA_MIN * part * signals.rms(channel)).max(SMALLEST)
+            })
+        };
+        let own: Sigma = self.fit.problem.signals().iter().enumerate().map(of).collect();
+        if self.fit.problem.extent().is_linear() { own } else { self.shared(own) }
+    }
+
+    /// The same where residuals are far above the noise of their recording: what a model misses it misses in all of them,
+    /// and weighs alike. Else recordings that it happens to fit would count for more than all others.
+    fn shared(&self, own: Sigma) -> Sigma {
+        let pooled = self.pooled_sigma();
+        let of = |(signals, own): (&Arc<Signals>, [f64; 2])| {
+            [0, 1].map(|channel| {
+                let (Some(pooled), true) = (pooled[channel], signals.has(channel)) else { return own[channel] };
+                let noise = (NOISY * signals.noise(channel) / own[channel]).powi(2).min(1.0);
+                (noise * own[channel].powi(2) + (1.0 - noise) * pooled.powi(2)).sqrt()
+            })
+        };
+        self.fit.problem.signals().iter().zip(own).map(of).collect()
+    }
+
+    /// The same of each channel over all recordings.
+    fn pooled_sigma(&self) -> [Option<f64>; 2] {
+        let signals = self.fit.problem.signals();
+        [0, 1].map(|channel| {
+            let measured = || (0..signals.len()).filter(|n| signals[*n].has(channel));
+            let squares: f64 = measured().map(|n| self.normal.squares(n, channel)).sum();
+            let count: usize = measured().map(|n| signals[n].count(channel)).sum();
+            #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
+            let freedom = (count as f64 * self.freedom()).max(1.0);
+            (count > 0).then(|| (squares / freedom).sqrt())
+        })
+    }
+
+    pub(super) fn finish(self, converged: bool) -> Refined {
+        let Self { fit, at, normal, evaluations, .. } = &self;
+        let axes = fit.problem.space().free();
+        // Samples behind a filter are not independent: fewer of them inform.
+        let share = |(sigma, signals): (&[f64; 2], &Arc<Signals>)| sigma.map(|s| s / signals.independent.sqrt());
+        let informing: Sigma = self.sigma.iter().zip(fit.problem.signals()).map(share).collect();
+        let (matrix, gradient) = fit.weighted(normal, &informing);
+        let free = self.free(&gradient);
+        let at_bound = (0..axes.len()).map(|n| match (free.contains(&n), at[n] <= self.lower[n]) {
+            (true, _) => None,
+            (false, true) => Some("min"),
+            (false, false) => Some("max"),
+        });
+        let (values, initial) = (fit.values(at), fit.initial(at));
+        let recordings = fit.problem.signals().len();
+        Refined {
+            parameters: fit.problem.parameters(&values, 0),
+            sigma: self.pooled_sigma(),
+            sigmas: self.residual_sigma(),
+            squares: (0..recordings).map(|n| [normal.squares(n, 0), normal.squares(n, 1)]).collect(),
+            at_bound: at_bound.collect(),
+            uncertainty: uncertainty(fit, &values, &initial, &matrix, &free),
+            values,
+            initial,
+            converged,
+            evaluations: *evaluations,
+        }
+    }
+}
+
+fn clamp(unknowns: &DVector<f64>, lower: &DVector<f64>, upper: &DVector<f64>) -> DVector<f64> {
+    DVector::from_fn(unknowns.len(), |n, _| unknowns[n].max(lower[n]).min(upper[n]))
+}
+
+/// `(JᵀJ + λ diag JᵀJ)⁻¹ Jᵀe` of the unknowns that may move, zero in the others; `None` where it has no solution.
+fn damped_step(matrix: &DMatrix<f64>, gradient: &DVector<f64>, free: &[usize], damping: f64) -> Option<DVector<f64>> {
+    // Scaled by the diagonal, so that units do not matter.
+    let scale: Vec<f64> = free.iter().map(|&n| matrix[(n, n)].sqrt()).collect();
+    let divisor = |n: usize| if scale[n] > 0.0 { scale[n] } else { 1.0 };
+    let system = DMatrix::from_fn(free.len(), free.len(), |a, b| {
+        let own = if a == b { damping } else { 0.0 };
+        matrix[(free[a], free[b])] / (divisor(a) * divisor(b)) + own
+    });
+    let right = DVector::from_fn(free.len(), |a, _| gradient[free[a]] / divisor(a));
+    let solved = system.cholesky()?.solve(&right);
+    let mut step = DVector::zeros(matrix.nrows());
+    for (n, &place) in free.iter().enumerate() {
+        step[place] = solved[n] / divisor(n);
+    }
+    step.iter().all(|v| v.is_finite()).then_some(step)
+}
