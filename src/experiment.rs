@@ -85,7 +85,8 @@ pub fn simulated_with(
     if extent.is_linear() {
         walk(parameters, &drive(&draft), [0.0; 2], method, &mut visit);
     } else {
-        let setting = Setting { extent, method, beginning: Beginning::of(&draft.samples().voltage, true) };
+        let setting =
+            Setting { extent, method: method.into(), beginning: Beginning::of(&draft.samples().voltage, true) };
         walk_extended(&Extended::new(parameters, extensions), &drive(&draft), setting, [0.0; 2], visit);
     }
     let (current, speed) = (Some(current), Some(speed));

@@ -38,7 +38,7 @@ pub(super) fn spec(args: &ProblemArgs, device: &DeviceArgs, style: &Style) -> Re
     }
     Ok(IdentifySpec {
         criterion: Criterion { norm, scale, time_origin_s: args.time_origin, noise },
-        model: Model { discretization: discretization(args.discretization), initial },
+        model: Model { discretization: args.discretization.map_or(Discretization::Zoh, discretization), initial },
         space: Space::table2_with(&values::bounds(&args.bounds)?, &values::parameters(&args.fix, "--fix")?)?,
         auto_bounds: values::auto_bounds(&args.bounds)?,
         with: With::parse(&args.with)?,

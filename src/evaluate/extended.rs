@@ -65,7 +65,7 @@ struct Run<'a, const L: usize> {
 impl<'a, const L: usize> Run<'a, L> {
     #[inline(always)]
     fn new(problem: &'a Problem, signals: &'a Signals, motors: &[Extended; L]) -> Self {
-        let (extent, method) = (problem.extent(), problem.model().discretization);
+        let (extent, method) = (problem.extent(), problem.method());
         let steps: Vec<_> = signals.step_s.iter().map(|&h| Step::new(motors, h, extent, method)).collect();
         let sensors = [(Parameter::CurrentAverage, 0), (Parameter::SpeedAverage, 1)].map(|(of, channel)| {
             let windows = std::array::from_fn(|lane| motors[lane].get(of));

@@ -16,7 +16,7 @@ mod space;
 
 pub use delay::Beginning;
 pub(crate) use delay::{DelayTaps, sample_times};
-pub use discretize::{Discretization, StepMap, StepMaps, step_maps};
+pub use discretize::{Discretization, Input, Method, StepMap, StepMaps, step_maps};
 pub use dual::{Dual, Number};
 pub use extended::{Extended, Extent, Setting, walk_extended};
 pub(crate) use extended::{Terminal, WINDOW_MAX, late};

@@ -47,7 +47,7 @@ pub struct Column {
 pub struct Samples {
     /// Time \[s\], increasing.
     pub time_s: Vec<f64>,
-    /// Voltage \[V\].
+    /// Voltage \[V\]; empty where it was not recorded, and the current is the input.
     pub voltage: Vec<f64>,
     /// Load torque \[N·m\].
     pub torque: Option<Vec<f64>>,
@@ -105,8 +105,8 @@ impl Record {
     /// Checks the signals and makes a recording of them.
     ///
     /// # Errors
-    /// `Data` when lengths differ, there are fewer than two samples, neither current nor speed is there, a value is
-    /// not finite or beyond [`VALUE_MAX`], or time repeats, goes back or has a gap.
+    /// `Data` when lengths differ, there are fewer than two samples, there is no input (a voltage, or a current beside
+    /// a speed) or no output, a value is not finite or beyond [`VALUE_MAX`], or time repeats, goes back or has a gap.
     pub fn new(samples: Samples) -> Result<Self> {
         Self::from_file(samples, Source::default(), false)
     }
@@ -177,7 +177,7 @@ impl Record {
         Self { independent, ..self }
     }
 
-    /// By how much the voltage rises over each step, around its value there as the mean; empty where it is held or
+    /// By how much the input rises over each step, around its value there as the mean; empty where it is held or
     /// sampled as recorded. A change of rate makes such lines.
     #[must_use]
     pub fn slope(&self) -> &[f64] {
@@ -202,11 +202,11 @@ impl Record {
         time.last().zip(time.first()).map_or(0.0, |(last, first)| last - first)
     }
 
-    /// The same with the voltage some samples later; what was before the first lasts on.
-    pub(crate) fn with_late_voltage(&self, samples: usize) -> Self {
-        let voltage = &self.samples.voltage;
-        let late = (0..voltage.len()).map(|n| voltage[n.saturating_sub(samples)]).collect();
-        Self { samples: Samples { voltage: late, ..self.samples.clone() }, ..self.clone() }
+    /// The same with the input some samples later; what was before the first lasts on.
+    pub(crate) fn with_late_input(&self, samples: usize) -> Self {
+        let input = self.input();
+        let late = (0..input.len()).map(|n| input[n.saturating_sub(samples)]).collect();
+        Self { samples: self.samples.clone().with_input(late), ..self.clone() }
     }
 
     /// The same with the voltage held over each step as a line that does not rise.
@@ -247,10 +247,23 @@ impl Record {
         &self.samples
     }
 
-    /// Measured channels in the order current, speed.
+    /// Measured outputs in the order current, speed; a current that is the input is none.
     #[must_use]
     pub fn measured(&self) -> [Option<&[f64]>; 2] {
-        [self.samples.current.as_deref(), self.samples.speed.as_deref()]
+        let current = self.samples.current.as_deref().filter(|_| self.driver() == Quantity::Voltage);
+        [current, self.samples.speed.as_deref()]
+    }
+
+    /// What is the input: the voltage, or the current where no voltage was recorded.
+    #[must_use]
+    pub fn driver(&self) -> Quantity {
+        self.samples.driver()
+    }
+
+    /// The samples of the input, in V or A.
+    #[must_use]
+    pub fn input(&self) -> &[f64] {
+        self.samples.input()
     }
 
     /// How many samples.
@@ -285,13 +298,32 @@ impl Record {
 }
 
 impl Samples {
+    fn driver(&self) -> Quantity {
+        if self.voltage.is_empty() { Quantity::Current } else { Quantity::Voltage }
+    }
+
+    fn input(&self) -> &[f64] {
+        match self.driver() {
+            Quantity::Current => self.current.as_deref().unwrap_or_default(),
+            _ => &self.voltage,
+        }
+    }
+
+    /// The same with another input.
+    fn with_input(self, input: Vec<f64>) -> Self {
+        match self.driver() {
+            Quantity::Current => Self { current: Some(input), ..self },
+            _ => Self { voltage: input, ..self },
+        }
+    }
+
     /// Some of the samples.
     #[must_use]
     pub fn slice(&self, range: std::ops::Range<usize>) -> Self {
         let some = |signal: &Option<Vec<f64>>| signal.as_ref().map(|signal| signal[range.clone()].to_vec());
         Self {
             time_s: self.time_s[range.clone()].to_vec(),
-            voltage: self.voltage[range.clone()].to_vec(),
+            voltage: self.voltage.get(range.clone()).unwrap_or_default().to_vec(),
             torque: some(&self.torque),
             current: some(&self.current),
             speed: some(&self.speed),
@@ -302,7 +334,7 @@ impl Samples {
     fn signal_mut(&mut self, quantity: Quantity) -> Option<&mut Vec<f64>> {
         match quantity {
             Quantity::Time => Some(&mut self.time_s),
-            Quantity::Voltage => Some(&mut self.voltage),
+            Quantity::Voltage => Some(&mut self.voltage).filter(|voltage| !voltage.is_empty()),
             Quantity::Torque => self.torque.as_mut(),
             Quantity::Current => self.current.as_mut(),
             Quantity::Speed => self.speed.as_mut(),
@@ -313,7 +345,7 @@ impl Samples {
     /// The signals present, time left out.
     fn signals(&self) -> impl Iterator<Item = (Quantity, &[f64])> {
         [
-            (Quantity::Voltage, Some(&self.voltage)),
+            (Quantity::Voltage, Some(&self.voltage).filter(|voltage| !voltage.is_empty())),
             (Quantity::Torque, self.torque.as_ref()),
             (Quantity::Current, self.current.as_ref()),
             (Quantity::Speed, self.speed.as_ref()),
@@ -339,13 +371,24 @@ fn check_shape(samples: &Samples) -> Result<()> {
             ));
         }
     }
-    if samples.current.is_none() && samples.speed.is_none() {
-        return Err(Error::data(
-            "neither current nor speed was recorded",
-            "Record at least one of them; all five parameters need both.",
-        ));
-    }
-    Ok(())
+    let (message, remedy) = match (!samples.voltage.is_empty(), &samples.current, &samples.speed) {
+        (true, None, None) => {
+            ("neither current nor speed was recorded", "Record at least one of them; all five parameters need both.")
+        }
+        (false, Some(_), None) => (
+            "the current alone was recorded: nothing tells what it answers or drives",
+            "Record the voltage beside it, which gives R and L, or the speed, which gives the mechanical side.",
+        ),
+        (false, None, Some(_)) => (
+            "the speed alone was recorded: nothing tells what drives it",
+            "Record the voltage or the current beside it.",
+        ),
+        (false, None, None) => {
+            ("neither voltage, current nor speed was recorded", "Record voltage, current and speed.")
+        }
+        _ => return Ok(()),
+    };
+    Err(Error::data(message, remedy))
 }
 
 fn check_values(quantity: Quantity, signal: &[f64], source: &Source) -> Result<()> {

@@ -76,6 +76,7 @@ impl IdentifyDocument {
             "generations": spec.generations,
             "criterion": names.criterion,
             "scale": names.scale,
+            "input": identified::name_of(found.input),
             "discretization": names.discretization,
             "initial": names.initial,
             "bounds": bounds,

@@ -5,6 +5,7 @@
 //! `N (1 − ρ)/(1 + ρ)` for a correlation ρ from sample to sample (G. V. Bayley, J. M. Hammersley 1946). Residuals that a
 //! wrong model leaves are correlated, and counted as they are they would speak for any extension at all.
 
+use super::super::mechanical::{allows, is_driven_by_current};
 use super::super::spec::IdentifySpec;
 use super::super::verify::deviations;
 use super::starts::{carried, warmed};
@@ -152,10 +153,12 @@ const ANEW: usize = 2;
 
 /// Extensions that could be next: not what the model has, nor what the recordings cannot show.
 fn candidates(records: &[Record], model: &Fit) -> Vec<Extension> {
-    let any = |of: &dyn Fn(f64) -> bool| records.iter().any(|record| record.samples().voltage.iter().any(|v| of(*v)));
+    let any = |of: &dyn Fn(f64) -> bool| records.iter().any(|record| record.input().iter().any(|v| of(*v)));
     let both_ways = any(&|v| v > 0.0) && any(&|v| v < 0.0);
     let measured = |channel: usize| records.iter().any(|record| record.measured()[channel].is_some());
+    let by_current = is_driven_by_current(records);
     let can = |extension: &Extension| match extension {
+        _ if by_current && !allows(*extension) => false,
         Extension::DirectionGain => both_ways,
         // Without a current the drop of the brushes is that of a deadband or of friction.
         Extension::BrushDrop => measured(0),

@@ -7,6 +7,7 @@ pub(super) use ladder::climb;
 pub use ladder::{Ladder, Rung};
 pub(super) use starts::{best_start, explained, lagged, led};
 
+use super::mechanical::is_driven_by_current;
 use super::spec::IdentifySpec;
 use crate::criterion::peak;
 use crate::motor::{Axis, Parameter, Scope, Space};
@@ -185,6 +186,7 @@ pub(super) fn extended_space(
 
 /// What is large in recordings.
 struct Scales {
+    /// The input, a voltage or a current.
     voltage: f64,
     stall_torque: f64,
     period_s: f64,
@@ -196,16 +198,17 @@ struct Scales {
 impl Scales {
     fn of(records: &[Record], &[r, _, k, b, j]: &[f64; 5]) -> Self {
         let largest = |of: &dyn Fn(&Record) -> f64| records.iter().map(of).fold(0.0, f64::max);
-        let voltage = largest(&|record| peak(&record.samples().voltage)).max(f64::MIN_POSITIVE);
+        let voltage = largest(&|record| peak(record.input())).max(f64::MIN_POSITIVE);
+        let by_current = is_driven_by_current(records);
         let shortest = records.iter().map(Record::len).min().unwrap_or(1);
         #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
         let samples = shortest as f64;
         Self {
             voltage,
-            stall_torque: k * voltage / r,
+            stall_torque: if by_current { k * voltage } else { k * voltage / r },
             period_s: largest(&Record::period_s),
             duration_s: largest(&Record::duration_s),
-            time_constant_s: r * j / (k * k + r * b),
+            time_constant_s: if by_current { j / b } else { r * j / (k * k + r * b) },
             samples,
         }
     }

@@ -188,7 +188,7 @@ pub(in super::super) fn lagged(records: &[Record], spec: &IdentifySpec) -> Vec<[
     let options = SmOptions { model: spec.model, sigma: None };
     let longest = records.iter().max_by_key(|record| record.len());
     let of = |record: &Record, lag: &usize| {
-        let late = record.with_late_voltage(*lag);
+        let late = record.with_late_input(*lag);
         Some(try_steiglitz_mcbride(&late, &options).ok()?.ok()?.parameters.to_array())
     };
     longest.map_or_else(Vec::new, |record| LAGS.iter().filter_map(|lag| of(record, lag)).collect())
