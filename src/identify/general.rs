@@ -10,7 +10,7 @@ use super::search::{Found, evaluated, population};
 use super::spec::{Identification, IdentifySpec};
 use super::verify::deviations;
 use super::warnings::{self, Warning};
-use super::{Attempt, Polish, assemble, checks, complete, friction, held, refine_widening, residuals};
+use super::{Attempt, Polish, assemble, checks, complete, friction, held, mechanical, refine_widening, residuals};
 use crate::Result;
 use crate::estimate::{Refined, SmFailure, fit_problem, global_reference};
 use crate::evaluate::{Problem, Signals};
@@ -68,6 +68,7 @@ pub(super) fn run(
     warnings.extend(dropped.into_iter().map(not_told));
     warnings.extend(warnings::of_result(&result, &Err(SmFailure::PoorFit)));
     warnings.extend(held::of_current(records, spec, &result));
+    warnings.extend(mechanical::input_noise(records, &result));
     result.warnings = warnings;
     complete(records, spec, &mut result)?;
     result.seconds = started.elapsed().as_secs_f64();
@@ -78,6 +79,10 @@ pub(super) fn run(
 fn asked_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
     match (&spec.with, held_motor(&spec.space)) {
         (With::These(list), Some(motor)) => extended_space(records, spec, &spec.space, (list, &motor)),
+        (With::Auto, Some(_)) => {
+            let message = "every parameter is held, and --with auto compares fits of the linear motor with others";
+            Err(crate::Error::usage(message, "Name the extensions, as in --with load, or leave a parameter free."))
+        }
         _ => Ok(spec.space.clone()),
     }
 }

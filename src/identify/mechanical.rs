@@ -8,11 +8,12 @@ use super::Method;
 use super::channels::Stand;
 use super::extended::{Extension, With};
 use super::held::lag_by_speed;
-use super::spec::IdentifySpec;
+use super::spec::{Identification, IdentifySpec};
 use super::warnings::{Warning, unused_columns};
-use crate::criterion::peak;
-use crate::motor::{Axis, Discretization, Parameter, Scope, Space};
+use crate::criterion::{noise_sigma, peak};
+use crate::motor::{Axis, Discretization, Input, Parameter, Scope, Space};
 use crate::record::{Quantity, Record};
+use crate::text::{engineering, significant};
 use crate::{Error, Result};
 
 /// The parameters that only one of them gives a scale.
@@ -75,8 +76,10 @@ pub(super) fn stand_in(records: &[Record], spec: &IdentifySpec) -> Result<Option
     }
     let mut unknown = vec![Parameter::R, Parameter::L];
     unknown.extend(SCALED.iter().filter(|_| !scaled));
+    // All of the motor may be held where its extensions are asked for.
+    let space = if free.is_empty() { Space::unchecked(free, fix) } else { Space::new(free, fix)? };
     Ok(Some(Stand {
-        space: Space::new(free, fix)?,
+        space,
         motor,
         unknown: unknown.into_iter().filter(|p| !held(*p)).collect(),
         warning: warning(records, spec, scaled),
@@ -166,4 +169,30 @@ fn warning(records: &[Record], spec: &IdentifySpec, scaled: bool) -> Warning {
     };
     let unused = unused_columns(records);
     Warning::new("channel_missing", format!("no voltage{unused}: the current is the input, {between}; {told}"))
+}
+
+/// Noise of the current makes standard errors so many times too small before it is said.
+const TOO_SMALL: f64 = 1.5;
+
+/// What noise of the current does to standard errors, which know that of the speed alone.
+///
+/// Through the motor, white noise of σ_i becomes one of the speed that is correlated over its time constant. Where
+/// parameters act as slowly as that, it counts as white noise of `gain σ_i` would.
+pub(super) fn input_noise(records: &[Record], found: &Identification) -> Option<Warning> {
+    let sigma = found.residual_sigma[1].filter(|sigma| found.input == Input::Current && *sigma > 0.0)?;
+    found.uncertainty.as_ref()?;
+    let longest = records.iter().max_by_key(|record| record.len())?;
+    let noise = noise_sigma(longest.input());
+    let [_, _, k, b, j] = found.parameters.to_array();
+    let speed = k / j * (j / b).min(longest.duration_s()) * noise;
+    let times = (1.0 + (speed / sigma).powi(2)).sqrt();
+    (times > TOO_SMALL).then(|| {
+        let message = format!(
+            "the current has noise of {}, which acts on the speed: standard errors, which know the noise of the speed alone, \
+             are too small by up to a factor of {}",
+            engineering(noise, "A", 2),
+            significant(times, 2)
+        );
+        Warning::new("input_noise", message)
+    })
 }
