@@ -46,7 +46,7 @@ fn step_maps_are_the_closed_form() {
         for one in [held, line] {
             near(one.d[3], fall);
             near(one.torque[1], fall / M2.b);
-            assert!(one.d[0] == -1.0 && one.d[1] == 0.0 && one.d[2] == 0.0, "the current acts on nothing");
+            assert_eq!(one.d[..3], [-1.0, 0.0, 0.0], "the current acts on nothing");
             assert!(one.taps[0][0] == 0.0 && one.taps[1][0] == 0.0 && one.torque[0] == 0.0);
         }
         near(held.taps[0][1], -gain * fall);
@@ -398,6 +398,8 @@ fn one_signal_alone_is_refused() {
         ("time_s,speed_rad_s", "voltage_V or current_A"),
         // What looks like a drive is not passed over.
         ("time_s,current_A,speed_rad_s,pwm", "voltage=-"),
+        ("time_s,voltge_V,current_A,speed_rad_s", "no column for voltage_V"),
+        ("time_s,Bus (mV),current_A,speed_rad_s", "no column for voltage_V"),
     ] {
         let row = |n: u32| head.split(',').map(|_| n.to_string()).collect::<Vec<_>>().join(",") + "\n";
         let file = folder.file("alone.csv", format!("{head}\n{}", (0..30).map(row).collect::<String>()));

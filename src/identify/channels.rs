@@ -1,7 +1,7 @@
 //! What recordings tell that lack a channel. Speed alone shows three combinations of R, L, K, B and J: the motor with
 //! R = 1 Ω and next to no friction that does the same under the same voltage stands for all of them, and gives kV and kA,
 //! gain and time constant. Current alone shows four: a motor with some K stands for all of them, and its R and L are
-//! right. What there is without a voltage has a file of its own, [`mechanical`].
+//! right. What there is without a voltage has a file of its own, `mechanical.rs`.
 
 use super::Polish;
 use super::held::guess_by_speed;

@@ -194,10 +194,18 @@ fn lacking(headings: &[Heading], missing: &[&str]) -> Error {
     Error::data(format!("no column for {}; the heading has {}", missing.join(" and "), list.join(", ")), remedy)
 }
 
-/// Whether a heading looks like what drives a motor.
+/// Whether a heading looks like what drives a motor: by a word, or by a unit of volts.
 fn is_drive(heading: &&Heading) -> bool {
+    const WORDS: [&str; 8] = ["pwm", "duty", "throttle", "command", "degrau", "step", "flag", "volt"];
     let name = heading.name.to_lowercase();
-    ["pwm", "duty", "throttle", "command", "degrau", "step", "flag", "volt"].iter().any(|word| name.contains(word))
+    let in_volts = |name: &str| {
+        let name = name.trim_end_matches([')', ']']);
+        ["v", "mv", "kv"]
+            .iter()
+            .any(|unit| name.strip_suffix(unit).is_some_and(|rest| rest.ends_with(['_', '[', '(', ' '])))
+    };
+    let unit = heading.unit.as_ref().map(|unit| format!("[{}", unit.to_lowercase()));
+    WORDS.iter().any(|word| name.contains(word)) || in_volts(&name) || unit.is_some_and(|unit| in_volts(&unit))
 }
 
 /// Where the column of a request stands, its formula and its unit.
