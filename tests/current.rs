@@ -278,18 +278,23 @@ fn noise_of_the_current_is_said() {
 
 #[test]
 fn friction_that_does_not_show_leaves_the_inertia() {
-    // A tenth of a time constant's length.
-    let current: Vec<f64> = (0..100).map(|n| f64::from(n / 10 % 2)).collect();
-    let motor = |w: &[f64]| noisy(w, 0.05, 8);
-    let recording = [record(current.clone(), motor(&speed_of(&current, 0.0)))];
-    let found = identify(&recording, &spec(&[], &[])).unwrap();
-    let named = Characteristics::named_of(&found);
-    let value = |name: &str| named.iter().find(|(own, ..)| *own == name).unwrap().2;
-    let ka = value("kA").unwrap();
-    assert!((ka.value / (M2.j / M2.k) - 1.0).abs() < 0.02, "{ka:?}");
-    if found.warnings.iter().any(|w| w.code == "not_identifiable") {
-        assert!(value("kV").is_none() && value("gain").is_none() && value("time_constant").is_none());
+    // A third of a time constant under noise as large as what friction does in it.
+    let current: Vec<f64> = (0..60).map(|n| f64::from(n / 10 % 2)).collect();
+    let speed = speed_of(&current, 0.0);
+    let mut untold = 0;
+    for seed in 0..10 {
+        let found = identify(&[record(current.clone(), noisy(&speed, 1.5, seed))], &spec(&[], &[])).unwrap();
+        let named = Characteristics::named_of(&found);
+        let value = |name: &str| named.iter().find(|(own, ..)| *own == name).unwrap().2;
+        let ka = value("kA").unwrap();
+        assert!((ka.value - M2.j / M2.k).abs() < 4.0 * ka.std_error.unwrap() + 0.1 * ka.value, "{ka:?}");
+        let open = ["kV", "gain", "time_constant"].map(|name| value(name).is_none());
+        let told = !found.warnings.iter().any(|w| w.code == "not_identifiable");
+        assert!(open == [!told; 3], "{open:?} {told}");
+        untold += usize::from(!told);
     }
+    println!("friction is untold in {untold} of 10");
+    assert!(untold >= 2);
 }
 
 /// A recording of time, current and speed, and the one with the voltage.
