@@ -74,6 +74,10 @@ pub fn simulated_with(
     method: Discretization,
 ) -> Result<Record> {
     let Excitation { time_s, voltage, torque } = excitation.clone();
+    if voltage.len() != time_s.len() {
+        let message = format!("{} samples of time but {} of voltage", time_s.len(), voltage.len());
+        return Err(Error::data(message, "Give one voltage per time."));
+    }
     let zero = Some(vec![0.0; time_s.len()]);
     let draft = Record::new(Samples { time_s, voltage, torque, current: zero.clone(), speed: zero })?;
     let (mut current, mut speed) = (Vec::with_capacity(draft.len()), Vec::with_capacity(draft.len()));
@@ -85,7 +89,8 @@ pub fn simulated_with(
     if extent.is_linear() {
         walk(parameters, &drive(&draft), [0.0; 2], method, &mut visit);
     } else {
-        let setting = Setting { extent, method, beginning: Beginning::of(&draft.samples().voltage, true) };
+        let setting =
+            Setting { extent, method: method.into(), beginning: Beginning::of(&draft.samples().voltage, true) };
         walk_extended(&Extended::new(parameters, extensions), &drive(&draft), setting, [0.0; 2], visit);
     }
     let (current, speed) = (Some(current), Some(speed));
@@ -133,7 +138,7 @@ pub fn drive(record: &Record) -> Drive<'_> {
     Drive {
         step_s: &steps.step_s,
         step_index: &steps.step_index,
-        voltage: &samples.voltage,
+        voltage: record.input(),
         voltage_end: &[],
         torque: samples.torque.as_deref().unwrap_or_default(),
     }

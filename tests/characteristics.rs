@@ -19,34 +19,35 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 const SIGMA: [f64; 2] = [0.02, 0.5];
 
-/// kS, kV, kA, gain and sum of time constants by other ways: where the motor settles, and the trace of its state matrix.
-fn oracle([r, l, k, b, j, tc, vb]: [f64; 7]) -> [f64; 5] {
+/// kS, kV, kA, kG, gain and sum of time constants by other ways: where the motor settles, and the trace of its state matrix.
+fn oracle([r, l, k, b, j, tc, vb, tl]: [f64; 8]) -> [f64; 6] {
     let motor = Parameters { r, l, k, b, j };
     // Per newton metre, at which voltage the torque holds the shaft at standstill: speed falls linearly with it.
     let (still, driven) = (motor.steady_state(0.0, tc)[1], motor.steady_state(1.0, tc)[1]);
     let gain = motor.steady_state(1.0, 0.0)[1];
     let (trace, determinant) = (-r / l - b / j, (r * b + k * k) / (l * j));
     let times = -trace / determinant;
-    [-still / (driven - still) + vb, 1.0 / gain, times / gain, gain, times]
+    let (held, moved) = (motor.steady_state(0.0, tl)[1], motor.steady_state(1.0, tl)[1]);
+    [-still / (driven - still) + vb, 1.0 / gain, times / gain, -held / (moved - held), gain, times]
 }
 
-fn values(of: [f64; 7]) -> (Constants, [f64; 7]) {
-    let [r, l, k, b, j, tc, vb] = of;
-    (Constants { r, l, k, b, j, tc: Some(tc), vb: Some(vb) }, of)
+fn values(of: [f64; 8]) -> (Constants, [f64; 8]) {
+    let [r, l, k, b, j, tc, vb, tl] = of;
+    (Constants { r, l, k, b, j, tc: Some(tc), vb: Some(vb), tl: Some(tl) }, of)
 }
 
 #[test]
 fn errors_are_those_of_the_delta_method() {
     let mut numbers = Xoshiro256PlusPlus::seed_from_u64(1);
     for _ in 0..200 {
-        let base = [0.9, 0.008, 0.07, 7e-4, 1.4e-4, 0.01, 0.6];
+        let base = [0.9, 0.008, 0.07, 7e-4, 1.4e-4, 0.01, 0.6, 0.02];
         let (constants, of) = values(base.map(|v: f64| v * numbers.random_range(-2.0_f64..2.0).exp()));
         // Any matrix times its transpose is a covariance; a tenth of a per mille keeps differences linear.
         let root: Vec<Vec<f64>> =
-            of.iter().map(|v| (0..7).map(|_| 1e-4 * v * numbers.random_range(-1.0..1.0)).collect()).collect();
+            of.iter().map(|v| (0..8).map(|_| 1e-4 * v * numbers.random_range(-1.0..1.0)).collect()).collect();
         let entry = |a: usize, b: usize| root[a].iter().zip(&root[b]).map(|(x, y)| x * y).sum::<f64>();
         let covariance: Covariance = std::array::from_fn(|a| std::array::from_fn(|b| Some(entry(a, b))));
-        let slopes: Vec<[f64; 5]> = (0..7)
+        let slopes: Vec<[f64; 6]> = (0..8)
             .map(|n| {
                 let step = 1e-5 * of[n];
                 let at = |sign: f64| oracle(std::array::from_fn(|m| of[m] + if m == n { sign * step } else { 0.0 }));
@@ -57,8 +58,8 @@ fn errors_are_those_of_the_delta_method() {
         let found = characteristics(&constants, &covariance).named();
         for (c, (expected, (name, _, found))) in oracle(of).into_iter().zip(found).enumerate() {
             let found = found.unwrap();
-            let variance: f64 = (0..7)
-                .flat_map(|a| (0..7).map(move |b| (a, b)))
+            let variance: f64 = (0..8)
+                .flat_map(|a| (0..8).map(move |b| (a, b)))
                 .map(|(a, b)| slopes[a][c] * entry(a, b) * slopes[b][c])
                 .sum();
             assert!((found.value / expected - 1.0).abs() < 1e-12, "{name}: {} {expected}", found.value);
@@ -72,8 +73,8 @@ fn errors_are_those_of_the_delta_method() {
 
 #[test]
 fn what_is_not_known_is_not_told() {
-    let constants = Constants { r: 1.0, l: 0.01, k: 0.05, b: 1e-4, j: 1e-4, tc: None, vb: None };
-    let mut covariance: Covariance = [[Some(0.0); 7]; 7];
+    let constants = Constants { r: 1.0, l: 0.01, k: 0.05, b: 1e-4, j: 1e-4, tc: None, vb: None, tl: None };
+    let mut covariance: Covariance = [[Some(0.0); 8]; 8];
     covariance[0][0] = Some(1e-4);
     let known = characteristics(&constants, &covariance);
     assert!(known.ks.is_none());
@@ -98,8 +99,8 @@ fn estimates_spread_as_their_errors_say() {
     const SEEDS: u64 = 200;
     let clean = lively(600);
     let [r, l, k, b, j] = Parameters::M2.to_array();
-    let truth = oracle([r, l, k, b, j, 0.0, 0.0]);
-    let mut z = vec![Vec::new(); 5];
+    let truth = oracle([r, l, k, b, j, 0.0, 0.0, 0.0]);
+    let mut z = vec![Vec::new(); 6];
     for seed in 0..SEEDS {
         let found = identify(&[with_noise(&clean, SIGMA, seed).unwrap()], &IdentifySpec::default()).unwrap();
         for (c, (_, _, value)) in Characteristics::named_of(&found).into_iter().enumerate() {
@@ -108,8 +109,8 @@ fn estimates_spread_as_their_errors_say() {
             }
         }
     }
-    assert!(z[0].is_empty(), "a motor without friction has no kS");
-    for (c, z) in z.iter().enumerate().skip(1) {
+    assert!(z[0].is_empty() && z[3].is_empty(), "a motor without friction and load has neither kS nor kG");
+    for (c, z) in z.iter().enumerate().filter(|(_, z)| !z.is_empty()) {
         let mean = z.iter().sum::<f64>() / SEEDS as f64;
         let rms = (z.iter().map(|z| z * z).sum::<f64>() / SEEDS as f64).sqrt();
         // Standard errors over 200 seeds are 0.071 and 0.05: four of them.
@@ -179,7 +180,7 @@ fn ordinary_errors_are_those_of_the_textbook() {
 fn the_regression_is_biased_where_the_output_error_is_not() {
     let clean = lively(2000);
     let [r, l, k, b, j] = Parameters::M2.to_array();
-    let [_, kv, ka, ..] = oracle([r, l, k, b, j, 0.0, 0.0]);
+    let [_, kv, ka, ..] = oracle([r, l, k, b, j, 0.0, 0.0, 0.0]);
     let found = identify(&[with_noise(&clean, SIGMA, 1).unwrap()], &IdentifySpec::default()).unwrap();
     let by_error = Characteristics::of(&found).unwrap();
     assert!((by_error.ka.value / ka - 1.0).abs() < 0.01 && (by_error.kv.value / kv - 1.0).abs() < 0.01);
@@ -199,14 +200,14 @@ fn the_program_shows_them() {
     let document = json(&["identify", EXAMPLE, "--json"]);
     let of = &document["characteristics"];
     let by_error = &of["output_error"];
-    assert!(by_error["kS"].is_null());
+    assert!(by_error["kS"].is_null() && by_error["kG"].is_null());
     assert_eq!((&by_error["kV"]["unit"], &by_error["kA"]["unit"]), (&"V*s/rad".into(), &"V*s^2/rad".into()));
     let value = |name: &str| by_error[name]["value"].as_f64().unwrap();
     let parameter = |name: &str| document["parameters"][name]["value"].as_f64().unwrap();
     let [r, l, k, b, j] = ["R", "L", "K", "B", "J"].map(parameter);
-    let expected = oracle([r, l, k, b, j, 0.0, 0.0]);
-    for (n, name) in ["kV", "kA", "gain", "time_constant"].into_iter().enumerate() {
-        assert!((value(name) / expected[n + 1] - 1.0).abs() < 1e-9, "{name}");
+    let expected = oracle([r, l, k, b, j, 0.0, 0.0, 0.0]);
+    for (n, name) in [(1, "kV"), (2, "kA"), (4, "gain"), (5, "time_constant")] {
+        assert!((value(name) / expected[n] - 1.0).abs() < 1e-9, "{name}");
         assert!(by_error[name]["std_error"].as_f64().unwrap() > 0.0, "{name}");
     }
     // One step from rest under one voltage: nothing for a regression to tell apart.

@@ -561,7 +561,7 @@ fn bad_recordings() {
         ("empty", Vec::new(), "is empty"),
         ("heading", head.into(), "found 0 rows"),
         ("one-row", format!("{head}0,0,0,0\n").into(), "found 1 row"),
-        ("missing", "time_s,current_A,speed_rad_s\n0,0,0\n1,1,1\n".into(), "no column for voltage_V"),
+        ("missing", "time_s,current_A\n0,0\n1,1\n".into(), "no column for voltage_V or speed_rad_s"),
         ("text", rows("0.001,1,abc,1").into(), "line 3, column current_A: found \"abc\""),
         ("nan", rows("0.001,nan,1,1").into(), "line 3, column voltage_V"),
         ("inf", rows("0.001,1,1,inf").into(), "line 3, column speed_rad_s"),
@@ -757,6 +757,40 @@ fn without_an_adapter_gpu_is_exit_5_and_auto_carries_on() {
 }
 
 #[test]
+fn extensions_alone_are_estimated() {
+    let folder = Folder::new();
+    let path = folder.path("loaded.csv");
+    let motor = format!("{M2},TL=0.02,Tc=0.01");
+    ok(&[
+        "simulate",
+        "--parameters",
+        &motor,
+        "--input",
+        "step:8@0.2",
+        "--duration",
+        "1",
+        "--noise",
+        "40dB",
+        "--out",
+        &path,
+    ]);
+    let found = json(&["identify", &path, "--fix", M2, "--with", "load,coulomb", "--json"]);
+    for (symbol, truth) in [("TL", 0.02), ("Tc", 0.01)] {
+        let [value, error] = ["value", "std_error"].map(|part| found["parameters"][symbol][part].as_f64().unwrap());
+        assert!(
+            (value - truth).abs() < 4.0 * error && error < 0.1 * truth,
+            "{symbol}: {}",
+            found["parameters"][symbol]
+        );
+    }
+    for symbol in ["R", "L", "K", "B", "J"] {
+        assert_eq!(found["parameters"][symbol]["fixed"], true, "{symbol}");
+    }
+    // What auto leaves out may be named.
+    json(&["identify", EXAMPLE, "--with", "auto", "--per-recording", "TL", "--json"]);
+}
+
+#[test]
 fn wrong_usage() {
     let identify = |args: &[&str], part: &str| {
         let all: Vec<&str> = ["identify", EXAMPLE].iter().chain(args).copied().collect();
@@ -772,6 +806,11 @@ fn wrong_usage() {
     identify(&["--fix", "R=-1"], "positive");
     identify(&["--fix", "R=1,R=2"], "twice");
     identify(&["--fix", M2], "nothing to find");
+    identify(&["--fix", M2, "--with", "auto"], "Name the extensions");
+    identify(&["--fix", &format!("{M2},TL=0.01"), "--with", "load"], "nothing to find");
+    identify(&["--per-recording", "TL"], "--per-recording: TL is not in the model");
+    identify(&["--per-recording", "TL,t0", "--with", "load"], "--per-recording: t0 is not in the model");
+    identify(&["--per-recording", "R", "--fix", "R=0.92"], "--per-recording: R is held");
     identify(&["--population", "0"], "population is 0");
     identify(&["--generations", "0"], "generations is 0");
     identify(&["--population", "99999999999999999999"], "--population");

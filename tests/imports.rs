@@ -448,7 +448,7 @@ proptest! {
                     let samples = record.samples();
                     prop_assert!(samples.time_s.windows(2).all(|t| t[1] > t[0]));
                     let outputs = record.measured().into_iter().flatten();
-                    prop_assert!(outputs.chain([samples.voltage.as_slice()]).all(|s| s.len() == record.len() && s.iter().all(|v| v.is_finite())));
+                    prop_assert!(outputs.chain([record.input()]).all(|s| s.len() == record.len() && s.iter().all(|v| v.is_finite())));
                     // Every sample is a line of the file, and every line of numbers but those said to be left out a sample.
                     let lines = &record.source().lines;
                     prop_assert_eq!(lines.len(), record.len());

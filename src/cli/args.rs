@@ -188,9 +188,10 @@ pub(crate) struct ProblemArgs {
     /// Parameters that each recording of a joint fit has for itself, as TL,K (a start latency always is one)
     #[arg(long, value_delimiter = ',', value_name = "LIST", help_heading = "Model")]
     pub per_recording: Vec<String>,
-    /// One-step method: voltage held (zoh), a line between samples (foh), Runge–Kutta, Euler
-    #[arg(long, value_enum, default_value = "zoh", help_heading = "Model")]
-    pub discretization: DiscretizationName,
+    /// One-step method: input held (zoh), a line between samples (foh), Runge–Kutta, Euler [default: zoh; foh where no
+    /// voltage was recorded and the measured current is the input]
+    #[arg(long, value_enum, help_heading = "Model")]
+    pub discretization: Option<DiscretizationName>,
     /// State at the first sample; auto: zero if the recording starts at rest, else free (a search takes it as
     /// measured)
     #[arg(long, value_enum, default_value = "auto", help_heading = "Model")]

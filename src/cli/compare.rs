@@ -157,7 +157,7 @@ fn subject(args: &CompareArgs) -> Result<Subject> {
         return Subject::m2();
     }
     Ok(Subject {
-        records: reading::records(&args.records, &args.reading, problem::discretization(args.discretization))?,
+        records: reading::records(&args.records, &args.reading, Some(problem::discretization(args.discretization)))?,
         truth: None,
     })
 }

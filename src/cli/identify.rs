@@ -9,9 +9,9 @@ use motorfit::estimate::ReferenceKind;
 use motorfit::identify::{
     Identification, IdentifySpec, Method, Polish, Status, identify_with, repeatability, suspicions, validate, values,
 };
-use motorfit::motor::Scope;
+use motorfit::motor::{Discretization, Input, Scope};
 use motorfit::optimize::Stop;
-use motorfit::record::Record;
+use motorfit::record::{Quantity, Record};
 use motorfit::report::{
     IdentifyDocument, Names, characteristics_lines, identify_page, json, ladder_table, ladder_text, repeatability_text,
     verdicts,
@@ -22,10 +22,14 @@ use std::fmt::Write as _;
 use std::ops::ControlFlow;
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
-    let spec = spec(args, style)?;
-    let discretization = problem::discretization(args.problem.discretization);
+    let mut spec = spec(args, style)?;
+    let discretization = args.problem.discretization.map(problem::discretization);
     let records = reading::records(&args.records, &args.reading, discretization)?;
     let mut held_out = reading::records(&args.validate, &args.reading, discretization)?;
+    if discretization.is_none() && records.iter().all(|record| record.driver() == Quantity::Current) {
+        // What is measured goes on between samples.
+        spec.model.discretization = Discretization::Foh;
+    }
     let records = match args.split {
         None => records,
         Some(fraction) => split(records, fraction, &mut held_out)?,
@@ -109,7 +113,8 @@ fn curves(records: &[Record], spec: &IdentifySpec, found: &Identification) -> St
         let none = || vec![f64::NAN; record.len()];
         columns[0].extend(vec![f64::from(n); record.len()]);
         columns[1].extend(&samples.time_s);
-        columns[2].extend(&samples.voltage);
+        let voltage = if samples.voltage.is_empty() { none() } else { samples.voltage.clone() };
+        columns[2].extend(voltage);
         columns[3].extend(samples.current.clone().unwrap_or_else(none));
         columns[4].extend(current);
         columns[5].extend(samples.speed.clone().unwrap_or_else(none));
@@ -219,6 +224,9 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
     };
     let method = match found.searched.method {
         "sm" => format!("Steiglitz–McBride, {} iterations", found.evaluations),
+        "grid" if found.input == Input::Current => {
+            "a start by least squares, and grids along the extensions".to_owned()
+        }
         "grid" => "starts from Steiglitz–McBride or one channel, and grids along the extensions".to_owned(),
         search => format!(
             "{search}, {} agents × {} generations, {} evaluations, seed {}",
@@ -260,7 +268,8 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
         let left = residuals(validation.residual_sigma);
         let tests: Vec<_> = validation.held_out.iter().map(|held| held.residual_tests).collect();
         let [white, independent] = verdicts(&tests);
-        let tested = format!("residuals white: {white}; independent of the voltage: {independent} (current, speed)");
+        let input = if found.input == Input::Current { Quantity::Current } else { Quantity::Voltage };
+        let tested = format!("residuals white: {white}; independent of the {input}: {independent} (current, speed)");
         lines.splice(1..1, [("held out", format!("{fit}; residual {left}{of}{started}{own}")), ("", tested)]);
     }
     lines

@@ -5,7 +5,6 @@ use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
 use super::{Outcome, reading};
 use motorfit::identify::{Inspection, Outlook};
-use motorfit::motor::Discretization;
 use motorfit::report::{InspectDocument, SignalFacts, inspect_page, json};
 use motorfit::text::{printable, significant};
 use motorfit::{Error, Result};
@@ -13,7 +12,7 @@ use std::fmt::Write as _;
 
 pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
     let band = band(args.band.settling_band)?;
-    let records = reading::records(&args.records, &args.reading, Discretization::Zoh)?;
+    let records = reading::records(&args.records, &args.reading, None)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
     let inspections: Vec<Inspection<'_>> = records.iter().map(Inspection::of).collect();
     let document = json(&InspectDocument::of(&inspections, band));

@@ -36,10 +36,12 @@ pub(super) fn spec(args: &ProblemArgs, device: &DeviceArgs, style: &Style) -> Re
         let message = "--time-origin has no effect without --criterion itse or itae";
         return Err(Error::usage(message, "Choose one of them or leave --time-origin out."));
     }
+    // What is held may be all of the motor where extensions are asked for.
+    let space = if args.with.is_empty() { Space::table2_with } else { Space::table2_to_extend };
     Ok(IdentifySpec {
         criterion: Criterion { norm, scale, time_origin_s: args.time_origin, noise },
-        model: Model { discretization: discretization(args.discretization), initial },
-        space: Space::table2_with(&values::bounds(&args.bounds)?, &values::parameters(&args.fix, "--fix")?)?,
+        model: Model { discretization: args.discretization.map_or(Discretization::Zoh, discretization), initial },
+        space: space(&values::bounds(&args.bounds)?, &values::parameters(&args.fix, "--fix")?)?,
         auto_bounds: values::auto_bounds(&args.bounds)?,
         with: With::parse(&args.with)?,
         per_recording: values::named(&args.per_recording, "--per-recording")?,

@@ -9,8 +9,12 @@ use motorfit::text::{engineering, printable};
 use motorfit::{Error, Result};
 use std::path::PathBuf;
 
-/// Reads and prepares all recordings; a voltage between samples goes on as `discretization` has it.
-pub(super) fn records(paths: &[PathBuf], args: &Reading, discretization: Discretization) -> Result<Vec<Record>> {
+/// Reads and prepares all recordings; an input between samples goes on as `discretization` has it, where that is given.
+pub(super) fn records(
+    paths: &[PathBuf],
+    args: &Reading,
+    discretization: Option<Discretization>,
+) -> Result<Vec<Record>> {
     let reading = record::Reading { options: options(args)?, preparation: preparation(args, discretization)? };
     let mut records = Vec::new();
     for path in paths {
@@ -38,7 +42,7 @@ fn options(args: &Reading) -> Result<ReadOptions> {
     })
 }
 
-fn preparation(args: &Reading, discretization: Discretization) -> Result<Preparation> {
+fn preparation(args: &Reading, discretization: Option<Discretization>) -> Result<Preparation> {
     if let Some(decimate @ 0) = args.decimate {
         return Err(Error::usage(format!("--decimate is {decimate}"), "Give a whole number from 1 on."));
     }
@@ -49,7 +53,7 @@ fn preparation(args: &Reading, discretization: Discretization) -> Result<Prepara
         rate_hz: args.rate,
         decimate: args.decimate,
         filter: args.filter.as_deref().map(str::parse).transpose()?,
-        sampled_input: discretization.uses_next_input(),
+        sampled_input: discretization.map(Discretization::uses_next_input),
     })
 }
 

@@ -116,7 +116,7 @@ impl<'a> Fit<'a> {
         let signals: &Signals = &self.problem.signals()[recording];
         let mut sums = if self.problem.extent().is_linear() {
             let parameters = self.problem.parameters(values, recording);
-            products(signals, &parameters, initial, self.problem.model().discretization)
+            products(signals, &parameters, initial, self.problem.method())
                 .map(|sums| DMatrix::from_fn(sums.len(), sums.len(), |a, b| sums[a][b]))
         } else {
             let axes = self.problem.space().free().len();

@@ -9,7 +9,7 @@
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
 use crate::evaluate::{Level, Signals, multiply_add};
-use crate::motor::{Discretization, Parameters, StepMap};
+use crate::motor::{Method, Parameters, StepMap};
 use multiversion::multiversion;
 
 /// Five parameters, two initial states, the error.
@@ -30,7 +30,7 @@ struct Step {
 }
 
 impl Step {
-    fn new(parameters: &Parameters, h: f64, method: Discretization) -> Self {
+    fn new(parameters: &Parameters, h: f64, method: Method) -> Self {
         let (map, slopes) = StepMap::with_sensitivities(parameters, h, method);
         let lanes = |of: &dyn Fn(&StepMap) -> f64| -> [f64; ROW] {
             std::array::from_fn(|lane| slopes.get(lane).map_or(0.0, of))
@@ -46,12 +46,7 @@ impl Step {
 
 /// Sums of the products of both channels (current, speed) over the active samples of a recording, from the state
 /// `initial`.
-pub(super) fn products(
-    signals: &Signals,
-    parameters: &Parameters,
-    initial: [f64; 2],
-    method: Discretization,
-) -> [Products; 2] {
+pub(super) fn products(signals: &Signals, parameters: &Parameters, initial: [f64; 2], method: Method) -> [Products; 2] {
     let steps: Vec<Step> = signals.step_s.iter().map(|&h| Step::new(parameters, h, method)).collect();
     match Level::best() {
         Level::Avx512 => avx512(signals, &steps, initial),

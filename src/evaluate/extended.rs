@@ -67,7 +67,7 @@ struct Run<'a, const L: usize> {
 impl<'a, const L: usize> Run<'a, L> {
     #[inline(always)]
     fn new(problem: &'a Problem, signals: &'a Signals, motors: &[Extended; L]) -> Self {
-        let (extent, method) = (problem.extent(), problem.model().discretization);
+        let (extent, method) = (problem.extent(), problem.method());
         // A loop, because a closure would not be compiled for the feature level.
         let mut steps = Vec::with_capacity(signals.step_s.len());
         for &h in &signals.step_s {

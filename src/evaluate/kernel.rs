@@ -105,7 +105,7 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
     signals: &Signals,
     parameters: &[[f64; L]; 5],
 ) -> [[f64; L]; 2] {
-    let method = problem.model().discretization;
+    let method = problem.method();
     let uniform = signals.step_index.is_empty();
     // Irregular recordings have a table of maps; a regular one, the rule, needs no allocation.
     let first = step_maps(parameters, signals.step_s[0], method);

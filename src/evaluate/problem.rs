@@ -6,8 +6,10 @@ use super::span::Span;
 use super::span::Stretch;
 use crate::Result;
 use crate::criterion::Criterion;
-use crate::motor::{Discretization, Extended, Extensions, Extent, Parameters, Setting, Space, walk, walk_extended};
-use crate::record::Record;
+use crate::motor::{
+    Discretization, Extended, Extensions, Extent, Input, Method, Parameters, Setting, Space, walk, walk_extended,
+};
+use crate::record::{Quantity, Record};
 use std::sync::Arc;
 
 /// Stretches of constant inputs.
@@ -30,6 +32,7 @@ pub struct Model {
 pub struct Problem {
     signals: Vec<Arc<Signals>>,
     model: Model,
+    input: Input,
     space: Space,
     extent: Extent,
     criterion: Criterion,
@@ -40,7 +43,7 @@ impl Problem {
     /// Prepares the recordings.
     ///
     /// # Errors
-    /// `Usage` when there is no recording; `NotIdentified` when a signal is constant where the scale divides by its
+    /// `Usage` when there is no recording; `Data` when some have a voltage and others none; `NotIdentified` when a signal is constant where the scale divides by its
     /// variation.
     pub fn new(records: &[Record], model: Model, space: Space, criterion: Criterion) -> Result<Self> {
         if records.is_empty() {
@@ -58,7 +61,7 @@ impl Problem {
             })
             .collect::<Result<Vec<_>>>()?;
         let samples = signals.iter().map(|s| s.samples()).sum();
-        Ok(Self { signals, model, extent: space.extent(), space, criterion, samples })
+        Ok(Self { signals, model, input: input(records)?, extent: space.extent(), space, criterion, samples })
     }
 
     /// The same with other free and held parameters; the recordings are shared.
@@ -94,6 +97,18 @@ impl Problem {
     #[must_use]
     pub fn space(&self) -> &Space {
         &self.space
+    }
+
+    /// What drives the motor.
+    #[must_use]
+    pub fn input(&self) -> Input {
+        self.input
+    }
+
+    /// The one-step method, for what drives the motor.
+    #[must_use]
+    pub fn method(&self) -> Method {
+        Method { discretization: self.model.discretization, input: self.input }
     }
 
     /// The criterion.
@@ -164,7 +179,7 @@ impl Problem {
         let signals = &self.signals[recording];
         let motor = self.parameters(candidate, recording);
         if self.extent.is_linear() {
-            return walk(&motor, &signals.drive(), initial, self.model.discretization, visit);
+            return walk(&motor, &signals.drive(), initial, self.method(), visit);
         }
         let motor = Extended::new(&motor, &self.extensions(candidate, recording));
         walk_extended(&motor, &signals.drive(), self.setting(signals), initial, visit);
@@ -183,7 +198,7 @@ impl Problem {
     /// What an extended motor is simulated in.
     #[must_use]
     pub fn setting(&self, signals: &Signals) -> Setting {
-        Setting { extent: self.extent, method: self.model.discretization, beginning: signals.beginning }
+        Setting { extent: self.extent, method: self.method(), beginning: signals.beginning }
     }
 
     /// Adds one recording's weighted sums (over its active samples) to the total of a candidate.
@@ -199,5 +214,21 @@ impl Problem {
     #[inline]
     pub(crate) fn cost(&self, total: f64) -> f64 {
         self.criterion.cost(total, self.samples)
+    }
+}
+
+/// What drives the motor in all recordings.
+fn input(records: &[Record]) -> Result<Input> {
+    let without = |record: &&Record| record.driver() == Quantity::Current;
+    match (records.iter().find(without), records.iter().find(|record| !without(record))) {
+        (Some(_), None) => Ok(Input::Current),
+        (None, _) => Ok(Input::Voltage),
+        (Some(record), Some(_)) => {
+            let message = "has no voltage, while other recordings of this fit have one";
+            let remedy =
+                "Fit the recordings without a voltage by themselves, or name the column: --columns voltage=HEADING:V.";
+            let error = crate::Error::data(message, remedy);
+            Err(record.source().path.iter().fold(error, |error, path| error.in_file(path)))
+        }
     }
 }

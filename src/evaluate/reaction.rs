@@ -11,7 +11,7 @@
 
 use super::input::Input;
 use super::kernel::{Samples, add_loss, multiply_add, phi};
-use crate::motor::{Discretization, Extended, Extent, Parameter, StepMaps, step_maps};
+use crate::motor::{Extended, Extent, Method, Parameter, StepMaps, step_maps};
 
 /// A pair of numbers (current, speed) of each candidate.
 pub(super) type Pair<const L: usize> = [[f64; L]; 2];
@@ -30,7 +30,7 @@ pub(super) struct Step<const L: usize> {
 
 impl<const L: usize> Step<L> {
     #[inline(always)]
-    pub(super) fn new(motors: &[Extended; L], h: f64, extent: Extent, method: Discretization) -> Self {
+    pub(super) fn new(motors: &[Extended; L], h: f64, extent: Extent, method: Method) -> Self {
         let parameters: [[f64; L]; 5] = std::array::from_fn(|p| std::array::from_fn(|lane| motors[lane].motor[p]));
         let maps = step_maps(&parameters, h, extent.method(method));
         let [mut bias, mut limits, mut adds] = [[[0.0; L]; 2]; 3];

@@ -43,6 +43,7 @@ impl Initial {
 pub struct Signals {
     pub(crate) step_s: Vec<f64>,
     pub(crate) step_index: Vec<u16>,
+    /// Voltage, or the current where that is the input.
     pub(crate) voltage: Vec<f64>,
     /// Voltage at the start and at the end of each step, where it is a line of its own over each; empty otherwise.
     lines: [Vec<f64>; 2],
@@ -94,7 +95,7 @@ impl Signals {
         let mut signals = Self {
             step_s: steps.step_s.clone(),
             step_index: steps.step_index.clone(),
-            voltage: samples.voltage.clone(),
+            voltage: record.input().to_vec(),
             lines: lines(record, method),
             torque: samples.torque.clone().unwrap_or_default(),
             measured: match measured {
@@ -329,7 +330,7 @@ fn lines(record: &Record, method: Discretization) -> [Vec<f64>; 2] {
     }
     let at = |part: f64| {
         let line = |(mean, slope): (&f64, &f64)| mean + part * slope;
-        record.samples().voltage.iter().zip(record.slope()).map(line).collect()
+        record.input().iter().zip(record.slope()).map(line).collect()
     };
     [at(-0.5), at(0.5)]
 }

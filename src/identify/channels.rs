@@ -1,9 +1,11 @@
 //! What recordings tell that lack a channel. Speed alone shows three combinations of R, L, K, B and J: the motor with
 //! R = 1 Ω and next to no friction that does the same under the same voltage stands for all of them, and gives kV and kA,
 //! gain and time constant. Current alone shows four: a motor with some K stands for all of them, and its R and L are
-//! right.
+//! right. What there is without a voltage has a file of its own, `mechanical.rs`.
 
+use super::Polish;
 use super::held::guess_by_speed;
+use super::mechanical;
 use super::spec::IdentifySpec;
 use super::warnings::{Warning, missing_channel};
 use crate::Result;
@@ -24,12 +26,23 @@ pub(super) struct Stand {
 
 /// Friction of the motor that stands for others by their speed, in parts of K²/R.
 const FRICTION: f64 = 1e-6;
+/// What speed alone does not tell.
+const BY_SPEED: [Parameter; 7] = {
+    let [r, l, k, b, j] = Parameter::ALL;
+    [r, l, k, b, j, Parameter::Coulomb, Parameter::Load]
+};
 /// How far around a motor that was guessed the bounds are.
 const SPREAD: f64 = 1e3;
 
 /// The motor that stands for those that recordings without current, or without speed, could be of; `None` where both were
 /// measured, or enough is held.
 pub(super) fn stand_in(records: &[Record], spec: &IdentifySpec) -> Result<Option<Stand>> {
+    if let Some(stand) = mechanical::stand_in(records, spec)? {
+        return Ok(Some(stand));
+    }
+    if spec.polish == Polish::None {
+        return Ok(None);
+    }
     let missing = |channel: usize| records.iter().all(|r| r.measured()[channel].is_none());
     let held = |parameter| fixed(spec, parameter).is_some();
     let free = Parameter::ALL.into_iter().filter(|p| !held(*p)).count();
@@ -39,7 +52,8 @@ pub(super) fn stand_in(records: &[Record], spec: &IdentifySpec) -> Result<Option
         return Ok(None);
     };
     let (motor, assumed, unknown): ([f64; 5], &[Parameter], &[Parameter]) = if by_speed {
-        (of_speed(records, spec), &[Parameter::R, Parameter::B], &Parameter::ALL)
+        // Torques go with the resistance.
+        (of_speed(records, spec), &[Parameter::R, Parameter::B], &BY_SPEED)
     } else {
         let unknown = &[Parameter::K, Parameter::B, Parameter::J];
         (of_current(records, spec), &[Parameter::K], unknown)
@@ -88,7 +102,7 @@ fn of_speed(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
     let [l, k, j] = guessed.unwrap_or_else(|| {
         let record = longest(records);
         let speed = record.and_then(|r| r.samples().speed.as_deref()).map_or(1.0, peak).max(f64::MIN_POSITIVE);
-        let volts = record.map_or(1.0, |r| peak(&r.samples().voltage));
+        let volts = record.map_or(1.0, |r| peak(r.input()));
         let (k, seconds) = (volts / speed, record.map_or(1.0, Record::duration_s));
         [0.001 * seconds, k, 0.03 * seconds * k * k]
     });
@@ -101,7 +115,7 @@ fn of_speed(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
 fn of_current(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
     let record = longest(records);
     let current = record.and_then(|r| r.samples().current.as_deref()).map_or(1.0, peak).max(f64::MIN_POSITIVE);
-    let volts = record.map_or(1.0, |r| peak(&r.samples().voltage)).max(f64::MIN_POSITIVE);
+    let volts = record.map_or(1.0, |r| peak(r.input())).max(f64::MIN_POSITIVE);
     let (seconds, period) = (record.map_or(1.0, Record::duration_s), record.map_or(0.001, Record::period_s));
     let r = fixed(spec, Parameter::R).unwrap_or(0.8 * volts / current);
     let middle = || spec.space.free().iter().find(|a| a.parameter == Parameter::K).map(Axis::middle);

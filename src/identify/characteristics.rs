@@ -3,10 +3,13 @@
 //!
 //! Eliminating the current from `L di/dt = v − R i − K ω − vb sgn(ω)` and `J dω/dt = K i − B ω − Tc sgn(ω)` gives
 //! `v = (R Tc/K + vb) sgn(ω) + (R B + K²)/K ω + (R J + L B)/K dω/dt + L J/K d²ω/dt²`; feedforward leaves out the last
-//! term. `kA/kV` is the sum of the motor's two time constants.
+//! term. `kA/kV` is the sum of the motor's two time constants. A load torque TL adds `kG = R TL/K`.
+//!
+//! Where the current is the input, they are that current: `i = kS sgn(ω) + kG + kV ω + kA a` with `kS = Tc/K`, `kG = TL/K`,
+//! `kV = B/K`, `kA = J/K`; `kA/kV = J/B` is the mechanical time constant.
 
 use super::spec::Identification;
-use crate::motor::{Parameter, Scope};
+use crate::motor::{Input, Parameter, Scope};
 
 /// Constants of a motor, SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,16 +28,20 @@ pub struct Constants {
     pub tc: Option<f64>,
     /// Voltage drop of the brushes \[V\]; `None` where the model has none.
     pub vb: Option<f64>,
+    /// Load torque \[N·m\]; `None` where the model has none.
+    pub tl: Option<f64>,
 }
 
-/// Covariances of R, L, K, B, J, Tc, vb in their units: zero for what is held, `None` for what is not known.
+/// Covariances of R, L, K, B, J, Tc, vb, TL in their units: zero for what is held, `None` for what is not known.
 pub type Covariance = [[Option<f64>; CONSTANTS]; CONSTANTS];
 
 /// Constants there are.
-const CONSTANTS: usize = 7;
+const CONSTANTS: usize = 8;
 /// The parameters that they are.
-const IN_ORDER: [Parameter; CONSTANTS] =
-    [Parameter::R, Parameter::L, Parameter::K, Parameter::B, Parameter::J, Parameter::Coulomb, Parameter::BrushDrop];
+const IN_ORDER: [Parameter; CONSTANTS] = {
+    let [r, l, k, b, j] = Parameter::ALL;
+    [r, l, k, b, j, Parameter::Coulomb, Parameter::BrushDrop, Parameter::Load]
+};
 
 /// A value with its standard error, `None` where it depends on what is not known.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,16 +52,20 @@ pub struct Characteristic {
     pub std_error: Option<f64>,
 }
 
-/// What feedforward needs.
+/// What feedforward needs: a voltage, or a current where that is the input (A for V in all units).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Characteristics {
-    /// Voltage that friction and brushes take \[V\]; `None` where the model has neither.
+    /// What drives the motor.
+    pub input: Input,
+    /// Input that friction and brushes take \[V\]; `None` where the model has neither.
     pub ks: Option<Characteristic>,
-    /// Voltage per speed \[V·s/rad\].
+    /// Input that the load takes \[V\]; `None` where the model has none.
+    pub kg: Option<Characteristic>,
+    /// Input per speed \[V·s/rad\].
     pub kv: Characteristic,
-    /// Voltage per acceleration \[V·s²/rad\].
+    /// Input per acceleration \[V·s²/rad\].
     pub ka: Characteristic,
-    /// Speed per voltage at standstill of the rest, 1/kV \[rad/s/V\].
+    /// Speed per input at standstill of the rest, 1/kV \[rad/s/V\].
     pub gain: Characteristic,
     /// `kA/kV` \[s\].
     pub time_constant: Characteristic,
@@ -66,22 +77,38 @@ pub type Named = (&'static str, &'static str, Option<Characteristic>);
 impl Characteristics {
     /// All, with their names and units as in results.
     #[must_use]
-    pub fn named(&self) -> [Named; 5] {
-        Self::listed(Some(self))
+    pub fn named(&self) -> [Named; 6] {
+        Self::listed(Some(self), self.input)
     }
 
     /// Those of what was found; none of them where it does not determine them.
     #[must_use]
-    pub fn named_of(found: &Identification) -> [Named; 5] {
-        Self::listed(Self::of(found).as_ref())
+    pub fn named_of(found: &Identification) -> [Named; 6] {
+        let mut all = Self::listed(Self::of(found).as_ref(), found.input);
+        // Without a voltage friction may be too small to be told, and inertia is all the same.
+        let untold =
+            |p: Parameter| found.unidentified.contains(&p) && found.space.free().iter().all(|axis| axis.parameter != p);
+        let [_, kv, ka, _, gain, time_constant] = &mut all;
+        if found.input == Input::Current && untold(Parameter::B) {
+            [kv, gain, time_constant].into_iter().for_each(|of| of.2 = None);
+        }
+        if found.input == Input::Current && untold(Parameter::J) {
+            ka.2 = None;
+        }
+        all
     }
 
-    fn listed(all: Option<&Self>) -> [Named; 5] {
+    fn listed(all: Option<&Self>, input: Input) -> [Named; 6] {
+        let [own, by_speed, by_acceleration, gain] = match input {
+            Input::Voltage => ["V", "V*s/rad", "V*s^2/rad", "rad/s/V"],
+            Input::Current => ["A", "A*s/rad", "A*s^2/rad", "rad/s/A"],
+        };
         [
-            ("kS", "V", all.and_then(|c| c.ks)),
-            ("kV", "V*s/rad", all.map(|c| c.kv)),
-            ("kA", "V*s^2/rad", all.map(|c| c.ka)),
-            ("gain", "rad/s/V", all.map(|c| c.gain)),
+            ("kS", own, all.and_then(|c| c.ks)),
+            ("kV", by_speed, all.map(|c| c.kv)),
+            ("kA", by_acceleration, all.map(|c| c.ka)),
+            ("kG", own, all.and_then(|c| c.kg)),
+            ("gain", gain, all.map(|c| c.gain)),
             ("time_constant", "s", all.map(|c| c.time_constant)),
         ]
     }
@@ -92,39 +119,76 @@ impl Characteristics {
         // What stands for motors of the same speed has their characteristics; of current it has not.
         let unknown = |parameter| found.unidentified.contains(&parameter);
         let by_speed = found.residual_sigma[1].is_some();
-        let told = if unknown(Parameter::K) { by_speed } else { !unknown(Parameter::R) && !unknown(Parameter::J) };
+        let by_current = found.input == Input::Current;
+        let told = match unknown(Parameter::K) {
+            _ if by_current => true,
+            true => by_speed,
+            false => !unknown(Parameter::R) && !unknown(Parameter::J),
+        };
         let [r, l, k, b, j] = found.parameters.to_array();
         let one = |parameter: Parameter| {
-            let all = found.estimates();
-            let own = all.iter().find(|e| e.parameter == parameter && e.scope == Scope::Shared)?;
-            own.value
+            let free = found.space.free().iter().zip(&found.values).map(|(a, value)| (a.parameter, a.scope, *value));
+            let mut all = free.chain(found.space.fixed().iter().copied());
+            all.find(|(of, scope, _)| *of == parameter && *scope == Scope::Shared).map(|(.., value)| value)
         };
-        let constants = Constants { r, l, k, b, j, tc: one(Parameter::Coulomb), vb: one(Parameter::BrushDrop) };
-        told.then(|| characteristics(&constants, &covariance(found)))
+        let [tc, vb, tl] = [Parameter::Coulomb, Parameter::BrushDrop, Parameter::Load].map(one);
+        let constants = Constants { r, l, k, b, j, tc, vb, tl };
+        let of = if by_current { characteristics_by_current } else { characteristics };
+        told.then(|| of(&constants, &covariance(found)))
     }
 }
 
 /// The characteristics of a motor whose constants are known with a covariance.
 #[must_use]
 pub fn characteristics(constants: &Constants, covariance: &Covariance) -> Characteristics {
-    let Constants { r, l, k, b, j, tc, vb } = *constants;
+    let Constants { r, l, k, b, j, tc, vb, tl } = *constants;
     let entry = |value: f64, slope: [f64; CONSTANTS]| Characteristic { value, std_error: error(&slope, covariance) };
     let friction = (tc.is_some() || vb.is_some()).then(|| (tc.unwrap_or(0.0), vb.unwrap_or(0.0)));
-    let ks = friction.map(|(tc, vb)| entry(r * tc / k + vb, [tc / k, 0.0, -r * tc / (k * k), 0.0, 0.0, r / k, 1.0]));
+    let ks =
+        friction.map(|(tc, vb)| entry(r * tc / k + vb, [tc / k, 0.0, -r * tc / (k * k), 0.0, 0.0, r / k, 1.0, 0.0]));
+    let kg = tl.map(|tl| entry(r * tl / k, [tl / k, 0.0, -r * tl / (k * k), 0.0, 0.0, 0.0, 0.0, r / k]));
     let (kv, ka) = ((r * b + k * k) / k, (r * j + l * b) / k);
-    let kv_slope = [b / k, 0.0, 1.0 - r * b / (k * k), r / k, 0.0, 0.0, 0.0];
-    let ka_slope = [j / k, b / k, -ka / k, l / k, r / k, 0.0, 0.0];
+    let kv_slope = [b / k, 0.0, 1.0 - r * b / (k * k), r / k, 0.0, 0.0, 0.0, 0.0];
+    let ka_slope = [j / k, b / k, -ka / k, l / k, r / k, 0.0, 0.0, 0.0];
     let time_constant = ka / kv;
     let mut time_slope = [0.0; CONSTANTS];
     for (n, slope) in time_slope.iter_mut().enumerate() {
         *slope = (ka_slope[n] - time_constant * kv_slope[n]) / kv;
     }
     Characteristics {
+        input: Input::Voltage,
         ks,
+        kg,
         kv: entry(kv, kv_slope),
         ka: entry(ka, ka_slope),
         gain: entry(1.0 / kv, kv_slope.map(|slope| -slope / (kv * kv))),
         time_constant: entry(time_constant, time_slope),
+    }
+}
+
+/// The same of a motor whose input is the current: of K, B, J, Tc and TL.
+#[must_use]
+pub fn characteristics_by_current(constants: &Constants, covariance: &Covariance) -> Characteristics {
+    let Constants { k, b, j, tc, tl, .. } = *constants;
+    // A value over K, with its place among the constants.
+    let over_k = |value: f64, place: usize| {
+        let mut slope = [0.0; CONSTANTS];
+        (slope[2], slope[place]) = (-value / (k * k), 1.0 / k);
+        (value / k, slope)
+    };
+    let entry =
+        |(value, slope): (f64, [f64; CONSTANTS])| Characteristic { value, std_error: error(&slope, covariance) };
+    let (kv, kv_slope) = over_k(b, 3);
+    let mut time_slope = [0.0; CONSTANTS];
+    (time_slope[3], time_slope[4]) = (-j / (b * b), 1.0 / b);
+    Characteristics {
+        input: Input::Current,
+        ks: tc.map(|tc| entry(over_k(tc, 5))),
+        kg: tl.map(|tl| entry(over_k(tl, 7))),
+        kv: entry((kv, kv_slope)),
+        ka: entry(over_k(j, 4)),
+        gain: entry((1.0 / kv, kv_slope.map(|slope| -slope / (kv * kv)))),
+        time_constant: entry((j / b, time_slope)),
     }
 }
 

@@ -7,7 +7,7 @@ use super::{Method, Polish, not_identified, warnings};
 use crate::estimate::{Refined, describe};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Parameter, Space};
-use crate::record::{Record, diagnose};
+use crate::record::{Quantity, Record, diagnose};
 use crate::{Error, Result};
 
 /// Whether the spec, the recordings and the criterion leave anything to be found at all.
@@ -26,14 +26,15 @@ pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem)
         .sum();
     let free = problem.space().free().len();
     if values == 0 || !problem.signals().iter().any(|s| s.is_driven()) {
+        let input = driver(records);
         return Err(not_identified(
-            "nothing drives the motor: voltage and load torque are zero throughout and it starts at rest",
-            "Record while the voltage changes.",
+            format!("nothing drives the motor: {input} and load torque are zero throughout and it starts at rest"),
+            format!("Record while the {input} changes."),
         ));
     }
     if values <= free {
         return Err(not_identified(
-            format!("{values} measured values under voltage for {free} free parameters"),
+            format!("{values} measured values under {} for {free} free parameters", driver(records)),
             "Record longer or faster, or hold parameters with --fix.",
         ));
     }
@@ -51,6 +52,11 @@ pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem)
     Ok(())
 }
 
+/// What drives the motor, in words.
+pub(super) fn driver(records: &[Record]) -> Quantity {
+    records.first().map_or(Quantity::Voltage, Record::driver)
+}
+
 /// Whether the fit leaves anything that was asked for unknown.
 pub(super) fn after(
     records: &[Record],
@@ -60,11 +66,12 @@ pub(super) fn after(
     warnings: &mut Vec<Warning>,
 ) -> Result<()> {
     let Some(what) = unknown(spec, space, refined) else { return Ok(()) };
-    let constant = |r: &Record| r.samples().voltage.windows(2).all(|v| v[0].to_bits() == v[1].to_bits());
+    let constant = |r: &Record| r.input().windows(2).all(|v| v[0].to_bits() == v[1].to_bits());
+    let input = driver(records);
     let remedy = if records.iter().all(constant) {
-        "the voltage is constant: record it changing, or a step from rest, or hold parameters with --fix"
+        format!("the {input} is constant: record it changing, or a step from rest, or hold parameters with --fix")
     } else {
-        "record faster or longer, under a voltage that changes more, or hold parameters with --fix"
+        format!("record faster or longer, under a {input} that changes more, or hold parameters with --fix")
     };
     if spec.polish == Polish::LevenbergMarquardt {
         reversed_sign(records)?;

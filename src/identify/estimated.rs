@@ -4,7 +4,7 @@ use super::extended::Extension;
 use super::spec::{Identification, IdentifySpec, side};
 use crate::Result;
 use crate::estimate::fit_problem;
-use crate::motor::{Axis, Parameter, Scope};
+use crate::motor::{Axis, Input, Parameter, Scope};
 use crate::record::Record;
 
 /// A parameter of a result.
@@ -77,13 +77,18 @@ impl Identification {
         Extension::ALL.into_iter().filter(|extension| extent.has_any(extension.parameters())).collect()
     }
 
-    /// What it says that recordings show: current and speed, one value a sample, of those that it was made from.
+    /// What it says that recordings show: current and speed, one value a sample, of those that it was made from; not a
+    /// number for a current that is the input.
     ///
     /// # Errors
     /// As for a problem of these recordings.
     pub fn modelled(&self, records: &[Record], spec: &IdentifySpec) -> Result<Vec<[Vec<f64>; 2]>> {
         let problem = fit_problem(records, &self.space, spec.model)?;
         let initial = |n: usize| self.initial.get(n).copied().unwrap_or_default();
-        Ok((0..records.len()).map(|n| problem.simulate(&self.values, n, initial(n))).collect())
+        let mut shown: Vec<_> = (0..records.len()).map(|n| problem.simulate(&self.values, n, initial(n))).collect();
+        if self.input == Input::Current {
+            shown.iter_mut().for_each(|[current, _]| current.fill(f64::NAN));
+        }
+        Ok(shown)
     }
 }

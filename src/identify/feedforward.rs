@@ -20,7 +20,7 @@ pub struct Regression {
     pub window_samples: usize,
     /// Samples that took part.
     pub samples: usize,
-    /// Voltage that friction takes \[V\].
+    /// Voltage that friction takes \[V\]; current, as of those below, where that is the input.
     pub ks: Characteristic,
     /// Voltage per speed \[V·s/rad\].
     pub kv: Characteristic,
@@ -106,7 +106,7 @@ fn visit(record: &Record, half: usize, to: &mut dyn FnMut(Vector3<f64>, f64)) {
         // A window across a gap is no window.
         if moving && window_s < 1.5 * count(2 * half) * record.period_s() {
             let difference = (speed[after] - speed[before]) / window_s;
-            to(Vector3::new(speed[n], samples.voltage[n], sign), difference);
+            to(Vector3::new(speed[n], record.input()[n], sign), difference);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! A fit without the search of the whole box and without diagnoses: what a batch of thousands needs of each.
 
 use super::figures::Spread;
+use super::mechanical::needs_voltage;
 use super::search::{around, steiglitz_mcbride};
 use super::spec::{IdentifySpec, side};
 use super::{Polish, checks, figures, general, refine_widening, warnings};
@@ -39,6 +40,7 @@ pub struct Fitted {
 /// # Errors
 /// As [`super::identify`] with that method.
 pub fn fit(records: &[Record], spec: &IdentifySpec) -> Result<Fitted> {
+    needs_voltage(records)?;
     fit_on(&fit_problem(records, &spec.space, spec.model)?, records, spec)
 }
 
@@ -125,6 +127,7 @@ fn codes(at_bound: &[Option<&'static str>], fit_percent: [Option<f64>; 2]) -> Ve
 /// # Errors
 /// As for a problem.
 pub fn search_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
+    needs_voltage(records)?;
     if general::is_extended(spec) {
         return general::search_space(records, spec);
     }

@@ -5,16 +5,16 @@
 //! from grids along their axes; the refinement of the best of these starts is the estimate.
 
 use super::channels::{Stand, guess};
-use super::extended::{With, best_start, climb, explained, extended_space, is_far, lagged, led};
+use super::extended::{Extension, With, best_start, climb, explained, extended_space, is_far, lagged, led};
 use super::search::{Found, evaluated, population};
 use super::spec::{Identification, IdentifySpec};
 use super::verify::deviations;
 use super::warnings::{self, Warning};
-use super::{Attempt, Polish, assemble, checks, complete, friction, refine_widening, residuals};
+use super::{Attempt, Polish, assemble, checks, complete, friction, held, mechanical, refine_widening, residuals};
 use crate::Result;
 use crate::estimate::{Refined, SmFailure, fit_problem, global_reference};
 use crate::evaluate::Problem;
-use crate::motor::{Axis, Parameter, Scope, Space};
+use crate::motor::{Axis, Input, Parameter, Scope, Space};
 use crate::optimize::Progress;
 use crate::record::Record;
 use std::ops::ControlFlow;
@@ -40,13 +40,17 @@ pub(super) fn run(
         warnings.insert(0, stand.warning.clone());
     }
     let spec = &IdentifySpec { space: stand.as_ref().map_or(&spec.space, |s| &s.space).clone(), ..spec.clone() };
-    checks::before(records, spec, &Problem::new(records, spec.model, spec.space.clone(), spec.criterion)?)?;
+    let asked = asked_space(records, spec)?;
+    checks::before(records, spec, &Problem::new(records, spec.model, asked, spec.criterion)?)?;
     let (motors, space) = near(records, spec, stand.as_ref())?;
     let (with, ladder) = match &spec.with {
         With::These(list) => (list.clone(), None),
         With::Auto => climb(records, spec, &space, &motors).map(|(with, ladder)| (with, Some(ladder)))?,
     };
     let space = extended_space(records, spec, &space, (&with, &motors[0]))?;
+    if spec.with != With::Auto {
+        check_per_recording(spec, &space)?;
+    }
     let mut attempt = attempt(records, spec, (&space, &motors), observe)?;
     let dropped = drop_unknown(records, spec, &mut attempt, &unknown)?;
     checks::after(records, spec, &attempt.space, &attempt.refined, &mut warnings)?;
@@ -55,16 +59,54 @@ pub(super) fn run(
     let plain = fit_problem(records, &attempt.space, spec.model)?;
     warnings.append(&mut friction::differs(records, spec, &plain, &attempt));
     let mut result = Identification { verification, ladder, ..assemble(records, spec, attempt)? };
-    result.unidentified = unknown.into_iter().chain(dropped.iter().copied()).collect();
+    let extent = result.space.extent();
+    let stood = unknown.into_iter().filter(|p| !p.is_extension() || extent.has(*p));
+    result.unidentified = stood.chain(dropped.iter().copied()).collect();
     result.unidentified.sort_by_key(|p| *p as usize);
     result.unidentified.dedup();
     checks::fit(records, spec, result.fit_percent)?;
     warnings.extend(dropped.into_iter().map(not_told));
     warnings.extend(warnings::of_result(&result, &Err(SmFailure::PoorFit)));
+    warnings.extend(held::of_current(records, spec, &result));
+    warnings.extend(mechanical::input_noise(records, &result));
     result.warnings = warnings;
     complete(records, spec, &mut result)?;
     result.seconds = started.elapsed().as_secs_f64();
     Ok(result)
+}
+
+/// What will be free for sure: of a motor that is held as a whole, its extensions.
+fn asked_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
+    match (&spec.with, held_motor(&spec.space)) {
+        (With::These(list), Some(motor)) => extended_space(records, spec, &spec.space, (list, &motor)),
+        (With::Auto, Some(_)) => {
+            let message = "every parameter is held, and --with auto compares fits of the linear motor with others";
+            Err(crate::Error::usage(message, "Name the extensions, as in --with load, or leave a parameter free."))
+        }
+        _ => Ok(spec.space.clone()),
+    }
+}
+
+/// R, L, K, B and J, where all are held.
+fn held_motor(space: &Space) -> Option<[f64; 5]> {
+    let held = |p: Parameter| space.fixed().iter().find(|(of, ..)| *of == p).map(|(.., value)| *value);
+    let [r, l, k, b, j] = Parameter::ALL.map(held);
+    Some([r?, l?, k?, b?, j?])
+}
+
+/// What each recording is to have for itself must be free in the model.
+fn check_per_recording(spec: &IdentifySpec, space: &Space) -> Result<()> {
+    let free = |p: &Parameter| space.free().iter().any(|axis| axis.parameter == *p);
+    let Some(parameter) = spec.per_recording.iter().find(|p| !free(p)) else { return Ok(()) };
+    let symbol = parameter.symbol();
+    let extension = Extension::ALL.into_iter().find(|e| e.parameters().contains(parameter));
+    let is_held = space.fixed().iter().any(|(of, ..)| of == parameter);
+    let (what, remedy) = match extension {
+        _ if is_held => ("is held", format!("Leave {symbol} out of --per-recording, or do not hold it.")),
+        Some(extension) => ("is not in the model", format!("Add --with {}, or leave {symbol} out.", extension.name())),
+        None => ("is not in the model", format!("Leave {symbol} out of --per-recording.")),
+    };
+    Err(crate::Error::usage(format!("--per-recording: {symbol} {what}"), remedy))
 }
 
 /// The space of a search with the extensions of a spec.
@@ -74,13 +116,18 @@ pub(super) fn search_space(records: &[Record], spec: &IdentifySpec) -> Result<Sp
         return Err(crate::Error::usage(message, "Name the extensions, as in --with coulomb,dead-time."));
     };
     let (motors, space) = near(records, spec, None)?;
-    extended_space(records, spec, &space, (list, &motors[0]))
+    let space = extended_space(records, spec, &space, (list, &motors[0]))?;
+    check_per_recording(spec, &space)?;
+    Ok(space)
 }
 
 /// Motors near the right one, the likeliest first, and the space of the linear motor around them.
 fn near(records: &[Record], spec: &IdentifySpec, stand: Option<&Stand>) -> Result<(Vec<[f64; 5]>, Space)> {
     if let Some(stand) = stand {
         return Ok((vec![stand.motor], stand.space.clone()));
+    }
+    if let Some(motor) = held_motor(&spec.space) {
+        return Ok((vec![motor], spec.space.clone()));
     }
     let mut motors = lagged(records, spec);
     motors.extend(guess(records, spec));
@@ -178,10 +225,15 @@ pub(super) fn drop_unknown(
         let value = attempt.refined.values[place];
         let (refined, space) = holding(records, spec, attempt, (place, value))?;
         // One of the motor is unknown by itself only if it may as well be elsewhere. At a bound that is said of an
-        // inductance alone that is too small for the clock to show.
+        // inductance alone that is too small for the clock to show, and of friction that a current shows nothing of.
         let at_bound = attempt.refined.at_bound[place].is_some();
         let elsewhere = if at_bound { ELSEWHERE } else { std::f64::consts::E } * value;
-        let small = parameter == Parameter::L && elsewhere < refined.parameters.r * shortest(records);
+        let small = match parameter {
+            Parameter::L => elsewhere < refined.parameters.r * shortest(records),
+            // Without a voltage the inertia is told all the same.
+            Parameter::B => attempt.problem.input() == Input::Current && attempt.refined.at_bound[place] == Some("min"),
+            _ => false,
+        };
         if !parameter.is_extension() && !stood.contains(&parameter) {
             let (other, _) = holding(records, spec, attempt, (place, elsewhere))?;
             if (at_bound && !small) || !is_same(&space, &refined, &other) {
@@ -223,12 +275,17 @@ fn holding(
 }
 
 /// Whether two fits are the same within their standard errors, made as much larger as correlated residuals count less.
+/// What is late is not asked: an inductance delays as it does.
 fn is_same(space: &Space, one: &Refined, other: &Refined) -> bool {
     let allowed = MOVED * residuals::inflation(&one.uncertainty).sqrt();
     let errors = one.uncertainty.std_error.iter().zip(space.free());
     let pairs = one.values.iter().zip(&other.values).zip(errors);
     let near = |((a, b), (error, axis)): ((&f64, &f64), (&Option<f64>, &Axis))| {
-        error.is_none_or(|error| (axis.coordinate(*a) - axis.coordinate(*b)).abs() * axis.slope(*a) <= allowed * error)
+        let is_late = Extension::LATE.iter().any(|late| late.parameters().contains(&axis.parameter));
+        is_late
+            || error.is_none_or(|error| {
+                (axis.coordinate(*a) - axis.coordinate(*b)).abs() * axis.slope(*a) <= allowed * error
+            })
     };
     pairs.into_iter().all(near)
 }

@@ -9,7 +9,7 @@ use super::spec::{Identification, IdentifySpec};
 use super::warnings::{Place, Warning, warnings_of_records};
 use crate::estimate::{RefineOptions, Refined, refine};
 use crate::evaluate::{Initial, Model};
-use crate::motor::{Axis, Discretization, Parameter, Scope, Space};
+use crate::motor::{Axis, Discretization, Input, Parameter, Scope, Space};
 use crate::record::{Quantity, Record};
 use crate::text::{engineering, significant};
 use crate::{Error, Result};
@@ -33,7 +33,7 @@ const LOG_LIKELIHOOD: f64 = 5.0;
 
 /// Whether the voltage changes at so many samples that it matters what it does between them.
 fn is_lively(record: &Record) -> bool {
-    let voltage = &record.samples().voltage;
+    let voltage = record.input();
     let changes = voltage.windows(2).filter(|v| v[0].to_bits() != v[1].to_bits()).count();
     #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
     let part = changes as f64 / voltage.len() as f64;
@@ -69,7 +69,8 @@ fn judged(here: &Refined, there: &Refined, better: Discretization, count: usize)
 /// # Errors
 /// As a refinement.
 pub fn between_samples(record: &Record, start: Option<&[f64; 5]>, method: Discretization) -> Result<Option<Between>> {
-    let Some(better) = other(method).filter(|_| is_lively(record)) else { return Ok(None) };
+    let by_voltage = record.driver() == Quantity::Voltage;
+    let Some(better) = other(method).filter(|_| by_voltage && is_lively(record)) else { return Ok(None) };
     let alone = (start.is_none() && record.measured()[1].is_some()).then(|| record.speed_alone());
     let record = alone.as_ref().unwrap_or(record);
     let records = std::slice::from_ref(record);
@@ -109,13 +110,19 @@ fn by_speed(record: &Record) -> Result<(Space, Vec<f64>)> {
 
 /// L, K and J of a motor with R = 1 Ω and no friction that about does what the speed shows.
 pub(super) fn guess_by_speed(record: &Record) -> Result<[f64; 3]> {
-    let samples = record.samples();
-    let speed = samples.speed.as_deref().unwrap_or_default();
+    let [gain, constant] = lag_by_speed(record)?;
+    Ok([0.3 * record.period_s(), 1.0 / gain, constant / (gain * gain)])
+}
+
+/// Gain \[rad/s per unit of the input\] and time constant \[s\] of the first-order lag that about does what the speed
+/// shows.
+pub(super) fn lag_by_speed(record: &Record) -> Result<[f64; 2]> {
+    let (speed, input) = (record.samples().speed.as_deref().unwrap_or_default(), record.input());
     let h = record.period_s();
     // w⁺ = a w + b v by least squares; rough, but a start.
     let mut sums = [0.0; 5];
-    for n in 0..speed.len() - 1 {
-        let (w, v, next) = (speed[n], samples.voltage[n], speed[n + 1]);
+    for (pair, v) in speed.windows(2).zip(input) {
+        let (w, v, next) = (pair[0], *v, pair[1]);
         for (sum, term) in sums.iter_mut().zip([w * w, w * v, v * v, w * next, v * next]) {
             *sum += term;
         }
@@ -126,10 +133,9 @@ pub(super) fn guess_by_speed(record: &Record) -> Result<[f64; 3]> {
     let a = a.clamp(0.01, 0.9999);
     let (gain, constant) = (b.abs() / (1.0 - a), -h / a.ln());
     if !(gain.is_finite() && gain > 0.0 && constant.is_finite()) {
-        return Err(Error::data("the speed does not follow the voltage", "Check the recording."));
+        return Err(Error::data("the speed does not follow the input", "Check the recording."));
     }
-    let (k, j) = (1.0 / gain, constant / (gain * gain));
-    Ok([0.3 * h, k, j])
+    Ok([gain, constant])
 }
 
 /// What the outputs say of an assumption, in words.
@@ -137,6 +143,10 @@ impl Between {
     /// As a warning, with the flag that follows it.
     #[must_use]
     pub fn warning(&self) -> Warning {
+        self.warning_of(Quantity::Voltage)
+    }
+
+    fn warning_of(&self, driver: Quantity) -> Warning {
         let (what, flag) = match self.better {
             Discretization::Foh => ("as if it had been sampled while it went on in between", "foh"),
             _ => ("as if it had been held in between", "zoh"),
@@ -144,10 +154,10 @@ impl Between {
         let smaller = significant(100.0 * (1.0 - self.sigma_ratio), 2);
         Warning {
             remedy: Some(format!("Use --discretization {flag}.")),
-            place: Some(Place { quantity: Some(Quantity::Voltage), ..Place::default() }),
+            place: Some(Place { quantity: Some(driver), ..Place::default() }),
             ..Warning::new(
                 "between_samples",
-                format!("the motor follows the voltage {what}: residuals are {smaller} % smaller"),
+                format!("the motor follows the {driver} {what}: residuals are {smaller} % smaller"),
             )
         }
     }
@@ -170,12 +180,19 @@ const COARSE_BETWEEN: f64 = 0.2;
 /// The warning for a recording that was brought to a rate at which the motor's fastest motion is not seen.
 pub(super) fn coarse(records: &[Record], found: &Identification) -> Option<Warning> {
     let [r, l, k, b, j] = found.parameters.to_array();
+    if found.input == Input::Current {
+        return coarse_against(records, j / b);
+    }
     let (sum, product) = (r / l + b / j, (r * b + k * k) / (l * j));
     let root = (sum * sum / 4.0 - product).max(0.0).sqrt();
     let fastest = if root > 0.0 { 1.0 / (sum / 2.0 + root) } else { 1.0 / product.sqrt() };
+    coarse_against(records, fastest)
+}
+
+fn coarse_against(records: &[Record], fastest: f64) -> Option<Warning> {
     let limit = |record: &Record| if record.is_interpolated() { COARSE_BETWEEN } else { COARSE_LINES };
     let record = records.iter().find(|r| !r.slope().is_empty() && r.period_s() > limit(r) * fastest)?;
-    let what = if record.is_interpolated() { "what stands between samples" } else { "what the voltage does within" };
+    let what = if record.is_interpolated() { "what stands between samples" } else { "what the input does within" };
     Some(Warning::new(
         "coarse_rate",
         format!(
@@ -197,4 +214,18 @@ pub(super) fn of_result(records: &[Record], spec: &IdentifySpec, found: &Identif
     let start = found.parameters.to_array();
     let between = between_samples(record, all_free.then_some(&start), spec.model.discretization);
     between.ok().flatten().map(|between| between.warning())
+}
+
+/// The same where the current is the input.
+pub(super) fn of_current(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Option<Warning> {
+    let [record] = records else { return None };
+    let applies = found.input == Input::Current && spec.polish == Polish::LevenbergMarquardt && is_lively(record);
+    let method = spec.model.discretization;
+    let better = other(method).filter(|_| applies)?;
+    let refined = |discretization| {
+        let options = RefineOptions { model: Model { discretization, ..spec.model }, sigma: None };
+        refine(records, &found.space, &found.values, &options).ok()
+    };
+    let between = judged(&refined(method)?, &refined(better)?, better, record.len())?;
+    Some(between.warning_of(Quantity::Current))
 }

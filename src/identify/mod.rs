@@ -19,6 +19,7 @@ mod general;
 mod held;
 mod input_test;
 mod lockstep;
+mod mechanical;
 mod method;
 mod outlook;
 mod pace;
@@ -31,7 +32,9 @@ pub mod values;
 mod verify;
 mod warnings;
 
-pub use characteristics::{Characteristic, Characteristics, Constants, Covariance, Named, characteristics};
+pub use characteristics::{
+    Characteristic, Characteristics, Constants, Covariance, Named, characteristics, characteristics_by_current,
+};
 pub use costs::Costs;
 pub use device::{DeviceSpec, OnLoss, PrecisionSpec};
 pub use estimated::Estimated;
@@ -41,6 +44,7 @@ pub use fit::{Fitted, check, fit, fit_on, polished, search_space};
 pub use held::{Between, between_samples, suspicions};
 pub use input_test::{InputTest, Residuals, input_test};
 pub use lockstep::Lockstep;
+pub use mechanical::needs_voltage;
 pub use method::{Method, Polish};
 pub use outlook::{Inspection, Outlook};
 pub use pace::{AdapterPace, Pace, Paces, Work};
@@ -104,10 +108,7 @@ fn run(
     spec: &IdentifySpec,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Identification> {
-    let stand = match spec.polish {
-        Polish::LevenbergMarquardt => channels::stand_in(records, spec)?,
-        Polish::None => None,
-    };
+    let stand = channels::stand_in(records, spec)?;
     if stand.is_some() || general::is_extended(spec) {
         return general::run(records, spec, stand, observe);
     }
@@ -291,6 +292,7 @@ fn assemble(records: &[Record], spec: &IdentifySpec, attempt: Attempt) -> Result
     let problem = if polished { problem.starting_from(&refined.initial) } else { problem };
     let (fit_percent, residual) = figures::of(records, &problem, values);
     Ok(Identification {
+        input: problem.input(),
         parameters: problem.parameters(values, 0),
         values: values.clone(),
         unidentified: Vec::new(),

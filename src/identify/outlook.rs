@@ -4,9 +4,9 @@ use super::device::DeviceSpec;
 use super::held::between_samples;
 use super::spec::IdentifySpec;
 use super::warnings::{Warning, record_warnings};
-use super::{Method, identify};
-use crate::motor::Parameter;
-use crate::record::Record;
+use super::{Characteristic, Characteristics, Identification, Method, identify};
+use crate::motor::{Discretization, Parameter};
+use crate::record::{Quantity, Record};
 use crate::text::significant;
 
 /// A recording that was looked at.
@@ -59,10 +59,16 @@ impl<'a> Inspection<'a> {
     pub fn of(record: &'a Record) -> Self {
         // Where Steiglitz–McBride cannot serve, a search of a long recording takes longer than an inspection may.
         let method = if record.len() > LENGTH_SEARCHED { Method::SteiglitzMcBride } else { Method::Auto };
-        let spec = IdentifySpec { method, device: DeviceSpec::Cpu, ..IdentifySpec::default() };
+        let mut spec = IdentifySpec { method, device: DeviceSpec::Cpu, ..IdentifySpec::default() };
+        if record.driver() == Quantity::Current {
+            // A current is sampled while it goes on; nothing is searched.
+            spec.method = Method::Auto;
+            spec.model.discretization = Discretization::Foh;
+        }
         let mut warnings = record_warnings(record);
         let mut say = |warning: Option<Warning>| warnings.extend(warning);
         let outlook = match identify(std::slice::from_ref(record), &spec) {
+            Ok(found) if found.warnings.iter().any(|w| w.code == "channel_missing") => lacking(&found),
             Ok(found) => {
                 say(found.warnings.iter().find(|warning| warning.code == "between_samples").cloned());
                 let place = |p: Parameter| found.space.free().iter().position(|axis| axis.parameter == p);
@@ -77,5 +83,21 @@ impl<'a> Inspection<'a> {
             }
         };
         Self { record, warnings, outlook }
+    }
+}
+
+/// What is told where a channel is missing: characteristics with their relative standard errors.
+fn lacking(found: &Identification) -> Outlook {
+    let warning = found.warnings.iter().find(|warning| warning.code == "channel_missing");
+    let one = |(name, unit, c): (&str, &str, Option<Characteristic>)| {
+        let c = c?;
+        let error =
+            c.std_error.map_or(String::new(), |e| format!(" ± {} %", significant(100.0 * e / c.value.abs(), 2)));
+        Some(format!("{} {} {unit}{error}", name.replace('_', " "), significant(c.value, 4)))
+    };
+    let told: Vec<String> = Characteristics::named_of(found).into_iter().filter_map(one).collect();
+    Outlook::Lacks {
+        message: warning.map_or_else(String::new, |warning| warning.message.clone()),
+        remedy: if told.is_empty() { String::new() } else { format!("Told are {}.", told.join(", ")) },
     }
 }

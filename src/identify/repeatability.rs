@@ -63,7 +63,7 @@ struct Aligned<'a> {
 
 impl<'a> Aligned<'a> {
     fn of(number: usize, record: &'a Record, problem: &Problem) -> Option<Self> {
-        let voltage = &record.samples().voltage;
+        let voltage = record.input();
         let change = SAME * peak(voltage);
         let onset = voltage.iter().position(|v| (v - voltage[0]).abs() > change).unwrap_or(0);
         let evenly = record.steps().step_index.is_empty();
@@ -93,10 +93,11 @@ impl<'a> Aligned<'a> {
         let channels = a.measured().map(|m| m.is_some()) == b.measured().map(|m| m.is_some());
         let clock = (a.period_s() / b.period_s() - 1.0).abs() < SAME_PERIOD;
         channels
+            && a.driver() == b.driver()
             && clock
             && before + after >= SAMPLES_MIN
             && torque
-            && alike(&a.samples().voltage, &b.samples().voltage)
+            && alike(a.input(), b.input())
     }
 
     /// The value of a channel so many samples from the start of what is common, where it counts.

@@ -1,5 +1,7 @@
-//! The residuals of each recording, tested: whether they are white, and whether they depend on the voltage.
+//! The residuals of each recording, tested: whether they are white, and whether they depend on the voltage (or the
+//! current, where that is the input).
 
+use super::checks;
 use super::input_test::{InputTest, Residuals, input_test};
 use super::spec::Identification;
 use super::warnings::{Warning, name_of};
@@ -40,7 +42,7 @@ pub(super) fn tests(records: &[Record], problem: &Problem, values: &[f64], moved
             let less = |from: &[f64]| from.iter().zip(&model[channel]).map(|(a, b)| a - b).collect::<Vec<f64>>();
             let residuals = Residuals {
                 values: &less(measured),
-                voltage: &record.samples().voltage,
+                voltage: record.input(),
                 counting: &counting,
                 moves: &moved.iter().map(|signals| less(&signals[channel])).collect::<Vec<_>>(),
             };
@@ -109,8 +111,9 @@ pub(super) fn of_result(records: &[Record], found: &Identification) -> Option<Wa
             list.push(format!("{} % of what is left of the {name}{place}", significant(explained, 2)));
         }
     }
+    let input = checks::driver(records);
     let message = format!(
-        "the model misses how the voltage acts: the voltage still explains {}; parameters may be off by more than their \
+        "the model misses how the {input} acts: the {input} still explains {}; parameters may be off by more than their \
          errors",
         list.join(" and ")
     );

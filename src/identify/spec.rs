@@ -13,7 +13,7 @@ use super::warnings::Warning;
 use crate::criterion::Criterion;
 use crate::estimate::Uncertainty;
 use crate::evaluate::Model;
-use crate::motor::{Axis, Parameter, Parameters, Scope, Space};
+use crate::motor::{Axis, Input, Parameter, Parameters, Scope, Space};
 use crate::optimize::Stop;
 
 /// What is to be done.
@@ -89,6 +89,8 @@ pub struct Searched {
 /// What was found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification {
+    /// What drives the motor in the recordings.
+    pub input: Input,
     /// The parameters after the polish, those held included.
     pub parameters: Parameters,
     /// Values of what is free, in the order of the space; extensions and what belongs to one recording are among them.

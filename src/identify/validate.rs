@@ -5,11 +5,11 @@ use super::figures;
 use super::residuals::{self, ResidualTests};
 use super::spec::{Identification, IdentifySpec};
 use super::verify::deviations;
-use crate::Result;
 use crate::estimate::{fit_problem, initial_states};
 use crate::evaluate::Problem;
-use crate::motor::{Axis, Parameter, Scope, Space};
-use crate::record::Record;
+use crate::motor::{Axis, Input, Parameter, Scope, Space};
+use crate::record::{Quantity, Record};
+use crate::{Error, Result};
 use std::sync::Arc;
 
 /// A recording that was held out.
@@ -55,6 +55,7 @@ pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification)
     let mut sums = figures::Sums::default();
     let moved = residuals::moved(found);
     for record in records {
+        check_input(record, found)?;
         let Settled { problem, values, own } = settle(record, spec, found)?;
         let alone = std::slice::from_ref(record);
         let one = figures::sums(alone, &problem, &values);
@@ -72,6 +73,24 @@ pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification)
         });
     }
     Ok(Validation { held_out, fit_percent: sums.fit_percent(), residual_sigma: sums.residual_sigma() })
+}
+
+/// A motor that was found without a voltage says nothing of one, nor the other way round.
+fn check_input(record: &Record, found: &Identification) -> Result<()> {
+    if (record.driver() == Quantity::Current) == (found.input == Input::Current) {
+        return Ok(());
+    }
+    let (message, remedy) = match found.input {
+        Input::Current => (
+            "has a voltage, but the motor was fitted to recordings without one, whose input is the current",
+            "Leave its voltage out (--columns voltage=-), or fit recordings with a voltage.",
+        ),
+        Input::Voltage => (
+            "has no voltage, but the motor was fitted to recordings with one",
+            "Hold out recordings with a voltage, or fit all without it (--columns voltage=-).",
+        ),
+    };
+    Err(record.source().path.iter().fold(Error::data(message, remedy), |error, path| error.in_file(path)))
 }
 
 /// One recording with what belongs to it alone.

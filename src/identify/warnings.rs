@@ -2,11 +2,12 @@
 
 use super::characteristics::Characteristics;
 use super::estimated::Estimated;
+use super::mechanical::is_driven_by_current;
 use super::spec::{Identification, IdentifySpec};
 use super::verify::Status;
 use crate::estimate::{Estimate, SmFailure, Whiteness};
 use crate::evaluate::Initial;
-use crate::motor::{Axis, Parameter};
+use crate::motor::{Axis, Input, Parameter};
 use crate::record::{Finding, Quantity, Record, Severity, diagnose};
 use crate::text::{engineering, significant};
 use std::fmt;
@@ -169,7 +170,7 @@ pub(super) fn name_of(record: &Record) -> String {
 pub(super) fn of_result(found: &Identification, estimate: &std::result::Result<Estimate, SmFailure>) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let mut warn = |code, message: String| warnings.push(Warning::new(code, message));
-    if found.searched.is_fallback {
+    if found.searched.is_fallback && found.input == Input::Voltage {
         let failure = estimate.as_ref().err().copied().unwrap_or(SmFailure::PoorFit);
         let message = format!("Steiglitz–McBride cannot serve: {}; a population search took over", failure.message());
         warn("sm_failed", message);
@@ -263,14 +264,13 @@ pub(super) fn long_dead_time(found: &Identification) -> Option<Warning> {
 
 /// What speed alone or current alone cannot give, and what to do.
 pub(super) fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option<(String, String)> {
+    if is_driven_by_current(records) {
+        return None;
+    }
     let free: Vec<&Axis> = spec.space.free().iter().filter(|axis| !axis.parameter.is_extension()).collect();
     let is_free = |parameter| free.iter().any(|axis| axis.parameter == parameter);
     let missing = |channel: usize| records.iter().all(|r| r.measured()[channel].is_none());
-    let unused: Vec<String> = records.iter().flat_map(|r| r.source().ignored.iter().cloned()).take(12).collect();
-    let unused = match unused.len() {
-        0 => String::new(),
-        _ => format!(" (columns not used: {}; name one with --columns)", unused.join(", ")),
-    };
+    let unused = unused_columns(records);
     if missing(0) && free.len() > 3 {
         let what =
             format!("no current{unused}: speed alone fixes three combinations of the {} free parameters", free.len());
@@ -280,6 +280,15 @@ pub(super) fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option
         Some((what, "record the speed or hold K with --fix.".to_owned()))
     } else {
         None
+    }
+}
+
+/// The columns that were not used, in words.
+pub(super) fn unused_columns(records: &[Record]) -> String {
+    let unused: Vec<String> = records.iter().flat_map(|r| r.source().ignored.iter().cloned()).take(12).collect();
+    match unused.len() {
+        0 => String::new(),
+        _ => format!(" (columns not used: {}; name one with --columns)", unused.join(", ")),
     }
 }
 
@@ -312,11 +321,13 @@ pub fn record_warnings(record: &Record) -> Vec<Warning> {
         );
         warnings.push(Warning::new("period_unit", message));
     }
-    let voltage = &record.samples().voltage;
-    if voltage.iter().all(|v| v.to_bits() == voltage[0].to_bits()) && voltage[0] != 0.0 {
+    let (driver, input) = (record.driver(), record.input());
+    if input.iter().all(|v| v.to_bits() == input[0].to_bits()) && input[0] != 0.0 {
+        let (value, unit) = (input[0], driver.unit());
         let message =
-            format!("the voltage is {} V throughout; fine if the motor starts from rest in this recording", voltage[0]);
-        warnings.push(Warning::new("constant_voltage", message));
+            format!("the {driver} is {value} {unit} throughout; fine if the motor starts from rest in this recording");
+        let code = if driver == Quantity::Current { "constant_current" } else { "constant_voltage" };
+        warnings.push(Warning::new(code, message));
     }
     let assumed: Vec<String> =
         (columns.iter().filter(|c| !c.unit_named)).map(|c| format!("{} in {}", c.heading, c.unit)).collect();

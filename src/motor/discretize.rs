@@ -7,6 +7,9 @@
 //! the eigenvalues. Where the spectral radius of M exceeds 1 the step is halved until it does not, and the maps of
 //! the halves are composed (scaling and squaring).
 //!
+//! Where the current is the input, only `dω/dt = (K i − B ω − T)/J` is left: `A = [[0, 0], [0, −B/J]]`, `b = (0, K/J)`, so
+//! that the same series is exact; the state of the current falls to zero in one step and acts on nothing.
+//!
 //! Inputs: R \[ohm\], L \[H\], K \[V·s/rad\], B \[N·m·s/rad\], J \[kg·m²\], h \[s\]. Reference: N. J. Higham,
 //! Functions of Matrices (2008), ch. 10.
 
@@ -65,6 +68,40 @@ impl Discretization {
     }
 }
 
+/// What drives a motor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Input {
+    /// Its voltage \[V\].
+    #[default]
+    Voltage,
+    /// Its current \[A\]: of the motor the mechanical side is left, and R and L change nothing.
+    Current,
+}
+
+/// How a continuous motor with some input is turned into one step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Method {
+    /// The one-step method.
+    pub discretization: Discretization,
+    /// What drives the motor.
+    pub input: Input,
+}
+
+impl Method {
+    /// Whether a step uses the input at its end too.
+    #[must_use]
+    pub fn uses_next_input(self) -> bool {
+        self.discretization.uses_next_input()
+    }
+}
+
+/// A motor that is driven by its voltage.
+impl From<Discretization> for Method {
+    fn from(discretization: Discretization) -> Self {
+        Self { discretization, input: Input::Voltage }
+    }
+}
+
 /// `x⁺ = x + D x + taps[0] v[n] + taps[1] v[n+1] + torque T[n]` for one candidate, x = `[i, ω]`, D row-major.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepMap {
@@ -79,13 +116,13 @@ pub struct StepMap {
 impl StepMap {
     /// The map of one motor for a step of `h` seconds.
     #[must_use]
-    pub fn new(parameters: &Parameters, h: f64, method: Discretization) -> Self {
+    pub fn new(parameters: &Parameters, h: f64, method: impl Into<Method>) -> Self {
         Self::part(&step_maps(&parameters.to_array().map(|p| [p]), h, method), |v| v)
     }
 
     /// The map and its derivatives with respect to the logarithms of R, L, K, B and J.
     #[must_use]
-    pub fn with_sensitivities(parameters: &Parameters, h: f64, method: Discretization) -> (Self, [Self; 5]) {
+    pub fn with_sensitivities(parameters: &Parameters, h: f64, method: impl Into<Method>) -> (Self, [Self; 5]) {
         let values = parameters.to_array();
         let seed = |p: usize| {
             let mut derivatives = [0.0; 5];
@@ -120,18 +157,21 @@ pub struct StepMaps<const N: usize, T = f64> {
 pub fn step_maps<T: Number, const N: usize>(
     parameters: &[[T; N]; 5],
     h: f64,
-    method: Discretization,
+    method: impl Into<Method>,
 ) -> StepMaps<N, T> {
+    let Method { discretization, input } = method.into();
     let [r, l, k, b, j] = parameters;
     let mut m = [[T::constant(0.0); N]; 4];
     let mut halvings = [0_u32; N];
     for n in 0..N {
-        m[0][n] = -r[n] / l[n] * h;
-        m[1][n] = -k[n] / l[n] * h;
-        m[2][n] = k[n] / j[n] * h;
+        if input == Input::Voltage {
+            m[0][n] = -r[n] / l[n] * h;
+            m[1][n] = -k[n] / l[n] * h;
+            m[2][n] = k[n] / j[n] * h;
+        }
         m[3][n] = -b[n] / j[n] * h;
     }
-    if method.is_exact() {
+    if discretization.is_exact() {
         for n in 0..N {
             halvings[n] = halvings_needed([m[0][n], m[1][n], m[2][n], m[3][n]].map(T::value));
         }
@@ -147,17 +187,21 @@ pub fn step_maps<T: Number, const N: usize>(
             }
         }
     }
-    let mut maps = series(&m, method);
+    let mut maps = series(&m, discretization, input);
     for n in 0..N {
         let step = T::constant(part[n]);
+        let scale = if input == Input::Voltage { step / l[n] } else { step * k[n] / j[n] };
         for axis in 0..2 {
-            maps.taps[0][axis][n] = maps.taps[0][axis][n] * (step / l[n]);
-            maps.taps[1][axis][n] = maps.taps[1][axis][n] * (step / l[n]);
+            maps.taps[0][axis][n] = maps.taps[0][axis][n] * scale;
+            maps.taps[1][axis][n] = maps.taps[1][axis][n] * scale;
             maps.torque[axis][n] = maps.torque[axis][n] * (-step / j[n]);
         }
     }
     for done in 0..deepest {
-        double(&mut maps, &halvings, done, method.uses_next_input());
+        double(&mut maps, &halvings, done, discretization.uses_next_input());
+    }
+    if input == Input::Current {
+        maps.d[0] = [T::constant(-1.0); N];
     }
     maps
 }
@@ -179,9 +223,9 @@ fn halvings_needed(m: [f64; 4]) -> u32 {
 }
 
 /// `D` and the gains before they are scaled: `taps[0] = φ₁ e₁` (ZOH) or `(φ₁ − φ₂) e₁` with `taps[1] = φ₂ e₁` (FOH),
-/// `torque = φ₁ e₂`.
+/// `torque = φ₁ e₂`. With a current as input the taps are those of `e₂`.
 #[inline(always)]
-fn series<T: Number, const N: usize>(m: &[[T; N]; 4], method: Discretization) -> StepMaps<N, T> {
+fn series<T: Number, const N: usize>(m: &[[T; N]; 4], method: Discretization, input: Input) -> StepMaps<N, T> {
     let zero = T::constant(0.0);
     let mut maps = StepMaps { d: [[zero; N]; 4], taps: [[[zero; N]; 2]; 2], torque: [[zero; N]; 2] };
     let terms = method.terms();
@@ -211,10 +255,14 @@ fn series<T: Number, const N: usize>(m: &[[T; N]; 4], method: Discretization) ->
         maps.d[1][n] = m[0][n] * phi1[1] + m[1][n] * phi1[3];
         maps.d[2][n] = m[2][n] * phi1[0] + m[3][n] * phi1[2];
         maps.d[3][n] = m[2][n] * phi1[1] + m[3][n] * phi1[3];
-        let end = if foh { [q[0][n] + q[1][n] * m[0][n], q[1][n] * m[2][n]] } else { [zero; 2] };
+        let end = match (foh, input) {
+            (true, Input::Voltage) => [q[0][n] + q[1][n] * m[0][n], q[1][n] * m[2][n]],
+            (true, Input::Current) => [q[1][n] * m[1][n], q[0][n] + q[1][n] * m[3][n]],
+            (false, _) => [zero; 2],
+        };
         for axis in 0..2 {
             maps.taps[1][axis][n] = end[axis];
-            maps.taps[0][axis][n] = phi1[2 * axis] - end[axis];
+            maps.taps[0][axis][n] = phi1[2 * axis + usize::from(input == Input::Current)] - end[axis];
             maps.torque[axis][n] = phi1[2 * axis + 1];
         }
     }

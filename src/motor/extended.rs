@@ -12,7 +12,7 @@
 
 use super::Parameters;
 use super::delay::{Beginning, Late, late, sample_times};
-use super::discretize::{Discretization, StepMaps, step_maps};
+use super::discretize::{Discretization, Method, StepMaps, step_maps};
 use super::dual::Number;
 use super::parameter::{Extensions, Parameter};
 use super::simulate::Drive;
@@ -67,8 +67,9 @@ impl Extent {
 
     /// The one-step method of the maps: late voltages are lines, which a method for held ones cannot take.
     #[must_use]
-    pub fn method(self, method: Discretization) -> Discretization {
-        if self.is_delayed() && method == Discretization::Zoh { Discretization::Foh } else { method }
+    pub fn method(self, method: Method) -> Method {
+        let lines = self.is_delayed() && method.discretization == Discretization::Zoh;
+        if lines { Method { discretization: Discretization::Foh, ..method } } else { method }
     }
 }
 
@@ -114,7 +115,7 @@ pub struct Setting {
     /// Which extensions the model has.
     pub extent: Extent,
     /// The one-step method.
-    pub method: Discretization,
+    pub method: Method,
     /// How the recording begins.
     pub beginning: Beginning,
 }

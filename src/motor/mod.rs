@@ -18,7 +18,7 @@ mod terminal;
 pub use delay::Beginning;
 pub(crate) use delay::late;
 pub(crate) use delay::{DelayTaps, sample_times};
-pub use discretize::{Discretization, StepMap, StepMaps, step_maps};
+pub use discretize::{Discretization, Input, Method, StepMap, StepMaps, step_maps};
 pub use dual::{Dual, Number};
 pub(crate) use extended::WINDOW_MAX;
 pub use extended::{Extended, ExtendedWalk, Extent, Setting, walk_extended};

@@ -2,7 +2,7 @@
 //!
 //! It walks all samples one after the other with `x⁺ = x + (D x + gains)`, skips nothing and shortens nothing.
 
-use super::{Discretization, Parameters, StepMap};
+use super::{Method, Parameters, StepMap};
 
 /// What drives a simulation: samples of voltage and load torque with the steps between them.
 #[derive(Debug, Clone, Copy)]
@@ -11,7 +11,7 @@ pub struct Drive<'a> {
     pub step_s: &'a [f64],
     /// For each sample the step that follows it, as an index into `step_s`; empty when all steps are the first.
     pub step_index: &'a [u16],
-    /// Voltage at each sample \[V\].
+    /// Voltage at each sample \[V\]; the current \[A\] where that is the input.
     pub voltage: &'a [f64],
     /// Voltage at the end of each step \[V\], for methods that use it; empty when it is that of the next sample.
     pub voltage_end: &'a [f64],
@@ -52,7 +52,12 @@ pub struct Trajectory {
 ///
 /// A motor that diverges gives values that are not finite; that is not an error.
 #[must_use]
-pub fn simulate(parameters: &Parameters, drive: &Drive<'_>, initial: [f64; 2], method: Discretization) -> Trajectory {
+pub fn simulate(
+    parameters: &Parameters,
+    drive: &Drive<'_>,
+    initial: [f64; 2],
+    method: impl Into<Method>,
+) -> Trajectory {
     let samples = drive.voltage.len();
     let mut trajectory = Trajectory { current: Vec::with_capacity(samples), speed: Vec::with_capacity(samples) };
     walk(parameters, drive, initial, method, |[current, speed]| {
@@ -67,9 +72,10 @@ pub fn walk(
     parameters: &Parameters,
     drive: &Drive<'_>,
     initial: [f64; 2],
-    method: Discretization,
+    method: impl Into<Method>,
     mut visit: impl FnMut([f64; 2]),
 ) {
+    let method = method.into();
     let maps: Vec<StepMap> = drive.step_s.iter().map(|&h| StepMap::new(parameters, h, method)).collect();
     let mut x = initial;
     for n in 0..drive.voltage.len() {

@@ -90,10 +90,18 @@ impl Space {
     /// `Usage` when bounds are reversed, not positive or not finite, a held value is not positive and finite, a
     /// parameter is missing or given twice, or nothing is free.
     pub fn new(free: Vec<Axis>, fixed: Vec<(Parameter, Scope, f64)>) -> Result<Self> {
-        for axis in &free {
+        let space = Self { free, fixed }.checked()?;
+        if space.free.is_empty() {
+            return Err(Error::usage("every parameter is held: there is nothing to find", "Leave at least one free."));
+        }
+        Ok(space)
+    }
+
+    fn checked(self) -> Result<Self> {
+        for axis in &self.free {
             check_bounds(axis)?;
         }
-        for &(parameter, _, value) in &fixed {
+        for &(parameter, _, value) in &self.fixed {
             if !parameter.admits(value) {
                 return Err(Error::usage(
                     format!("{} cannot be held at {value}", parameter.symbol()),
@@ -101,14 +109,10 @@ impl Space {
                 ));
             }
         }
-        if free.is_empty() {
-            return Err(Error::usage("every parameter is held: there is nothing to find", "Leave at least one free."));
-        }
-        let space = Self { free, fixed };
         for parameter in Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS) {
-            space.check_once(parameter)?;
+            self.check_once(parameter)?;
         }
-        Ok(space)
+        Ok(self)
     }
 
     /// Of parts that belong to a checked space; here nothing need be free.
@@ -131,6 +135,15 @@ impl Space {
     /// # Errors
     /// As [`Space::new`].
     pub fn table2_with(bounds: &[(Parameter, f64, f64)], fixed: &[(Parameter, f64)]) -> Result<Self> {
+        let Self { free, fixed } = Self::table2_to_extend(bounds, fixed)?;
+        Self::new(free, fixed)
+    }
+
+    /// The same for a motor whose extensions are still to come: nothing of it need be free.
+    ///
+    /// # Errors
+    /// As [`Space::new`], but for that.
+    pub fn table2_to_extend(bounds: &[(Parameter, f64, f64)], fixed: &[(Parameter, f64)]) -> Result<Self> {
         let mut axes = Self::table2().free;
         for &(parameter, min, max) in bounds {
             let axis = Axis { parameter, scope: Scope::Shared, min, max };
@@ -148,7 +161,8 @@ impl Space {
             }
         }
         axes.retain(|axis| fixed.iter().all(|(parameter, _)| *parameter != axis.parameter));
-        Self::new(axes, fixed.iter().map(|&(parameter, value)| (parameter, Scope::Shared, value)).collect())
+        let fixed = fixed.iter().map(|&(parameter, value)| (parameter, Scope::Shared, value)).collect();
+        Self { free: axes, fixed }.checked()
     }
 
     /// The free parameters, in the order of a candidate's values.

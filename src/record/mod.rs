@@ -6,6 +6,7 @@ mod import;
 mod lines;
 mod prepare;
 mod reading;
+mod samples;
 mod time;
 
 pub use diagnose::{Finding, Severity, diagnose};
@@ -16,6 +17,7 @@ pub use import::{
 pub use lines::Lines;
 pub use prepare::{Cascade, FilterKind, LowPass, Mask, Offset, Preparation, parse_masks};
 pub use reading::{Reading, parse_crop, parse_offset};
+pub use samples::Samples;
 pub use time::{Gaps, Steps, TIME_JITTER_UNIFORM};
 
 use crate::{Error, Result};
@@ -40,21 +42,6 @@ pub struct Column {
     pub unit: String,
     /// Whether the unit was named or taken to be SI.
     pub unit_named: bool,
-}
-
-/// The signals of a recording, all of one length, SI units; the parts of a [`Record`].
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Samples {
-    /// Time \[s\], increasing.
-    pub time_s: Vec<f64>,
-    /// Voltage \[V\].
-    pub voltage: Vec<f64>,
-    /// Load torque \[N·m\].
-    pub torque: Option<Vec<f64>>,
-    /// Current \[A\].
-    pub current: Option<Vec<f64>>,
-    /// Speed \[rad/s\].
-    pub speed: Option<Vec<f64>>,
 }
 
 /// Where a recording came from and how it was understood.
@@ -105,8 +92,8 @@ impl Record {
     /// Checks the signals and makes a recording of them.
     ///
     /// # Errors
-    /// `Data` when lengths differ, there are fewer than two samples, neither current nor speed is there, a value is
-    /// not finite or beyond [`VALUE_MAX`], or time repeats, goes back or has a gap.
+    /// `Data` when lengths differ, there are fewer than two samples, there is no input (a voltage, or a current beside
+    /// a speed) or no output, a value is not finite or beyond [`VALUE_MAX`], or time repeats, goes back or has a gap.
     pub fn new(samples: Samples) -> Result<Self> {
         Self::from_file(samples, Source::default(), false)
     }
@@ -117,7 +104,7 @@ impl Record {
             Some(path) => error.in_file(path),
             None => error,
         };
-        check_shape(&samples).map_err(located)?;
+        samples.check_shape().map_err(located)?;
         let steps = time::steps(&samples.time_s, &source.lines, keep_gaps).map_err(located)?;
         for (quantity, signal) in samples.signals() {
             check_values(quantity, signal, &source).map_err(located)?;
@@ -177,7 +164,7 @@ impl Record {
         Self { independent, ..self }
     }
 
-    /// By how much the voltage rises over each step, around its value there as the mean; empty where it is held or
+    /// By how much the input rises over each step, around its value there as the mean; empty where it is held or
     /// sampled as recorded. A change of rate makes such lines.
     #[must_use]
     pub fn slope(&self) -> &[f64] {
@@ -202,11 +189,11 @@ impl Record {
         time.last().zip(time.first()).map_or(0.0, |(last, first)| last - first)
     }
 
-    /// The same with the voltage some samples later; what was before the first lasts on.
-    pub(crate) fn with_late_voltage(&self, samples: usize) -> Self {
-        let voltage = &self.samples.voltage;
-        let late = (0..voltage.len()).map(|n| voltage[n.saturating_sub(samples)]).collect();
-        Self { samples: Samples { voltage: late, ..self.samples.clone() }, ..self.clone() }
+    /// The same with the input some samples later; what was before the first lasts on.
+    pub(crate) fn with_late_input(&self, samples: usize) -> Self {
+        let input = self.input();
+        let late = (0..input.len()).map(|n| input[n.saturating_sub(samples)]).collect();
+        Self { samples: self.samples.clone().with_input(late), ..self.clone() }
     }
 
     /// The same with the voltage held over each step as a line that does not rise.
@@ -247,10 +234,23 @@ impl Record {
         &self.samples
     }
 
-    /// Measured channels in the order current, speed.
+    /// Measured outputs in the order current, speed; a current that is the input is none.
     #[must_use]
     pub fn measured(&self) -> [Option<&[f64]>; 2] {
-        [self.samples.current.as_deref(), self.samples.speed.as_deref()]
+        let current = self.samples.current.as_deref().filter(|_| self.driver() == Quantity::Voltage);
+        [current, self.samples.speed.as_deref()]
+    }
+
+    /// What is the input: the voltage, or the current where no voltage was recorded.
+    #[must_use]
+    pub fn driver(&self) -> Quantity {
+        self.samples.driver()
+    }
+
+    /// The samples of the input, in V or A.
+    #[must_use]
+    pub fn input(&self) -> &[f64] {
+        self.samples.input()
     }
 
     /// How many samples.
@@ -282,70 +282,6 @@ impl Record {
     pub fn source(&self) -> &Source {
         &self.source
     }
-}
-
-impl Samples {
-    /// Some of the samples.
-    #[must_use]
-    pub fn slice(&self, range: std::ops::Range<usize>) -> Self {
-        let some = |signal: &Option<Vec<f64>>| signal.as_ref().map(|signal| signal[range.clone()].to_vec());
-        Self {
-            time_s: self.time_s[range.clone()].to_vec(),
-            voltage: self.voltage[range.clone()].to_vec(),
-            torque: some(&self.torque),
-            current: some(&self.current),
-            speed: some(&self.speed),
-        }
-    }
-
-    /// A signal, if it is there; none for what a recording does not hold.
-    fn signal_mut(&mut self, quantity: Quantity) -> Option<&mut Vec<f64>> {
-        match quantity {
-            Quantity::Time => Some(&mut self.time_s),
-            Quantity::Voltage => Some(&mut self.voltage),
-            Quantity::Torque => self.torque.as_mut(),
-            Quantity::Current => self.current.as_mut(),
-            Quantity::Speed => self.speed.as_mut(),
-            Quantity::Position => None,
-        }
-    }
-
-    /// The signals present, time left out.
-    fn signals(&self) -> impl Iterator<Item = (Quantity, &[f64])> {
-        [
-            (Quantity::Voltage, Some(&self.voltage)),
-            (Quantity::Torque, self.torque.as_ref()),
-            (Quantity::Current, self.current.as_ref()),
-            (Quantity::Speed, self.speed.as_ref()),
-        ]
-        .into_iter()
-        .filter_map(|(quantity, signal)| Some((quantity, signal?.as_slice())))
-    }
-}
-
-fn check_shape(samples: &Samples) -> Result<()> {
-    let count = samples.time_s.len();
-    if count < 2 {
-        return Err(Error::data(
-            format!("found {count} row{} of samples, expected at least 2", if count == 1 { "" } else { "s" }),
-            "Record the motor while its voltage changes, a few hundred samples or more.",
-        ));
-    }
-    for (quantity, signal) in samples.signals() {
-        if signal.len() != count {
-            return Err(Error::data(
-                format!("{} samples of time but {} of {quantity}", count, signal.len()),
-                "Give every signal one value per sample.",
-            ));
-        }
-    }
-    if samples.current.is_none() && samples.speed.is_none() {
-        return Err(Error::data(
-            "neither current nor speed was recorded",
-            "Record at least one of them; all five parameters need both.",
-        ));
-    }
-    Ok(())
 }
 
 fn check_values(quantity: Quantity, signal: &[f64], source: &Source) -> Result<()> {

@@ -3,6 +3,7 @@
 use super::Table;
 use super::identified::{window, with_error};
 use crate::identify::{Characteristic, Characteristics, Identification};
+use crate::motor::Input;
 
 /// The characteristics as a table.
 pub(super) fn characteristics_table(found: &Identification) -> Table {
@@ -23,8 +24,9 @@ pub(super) fn characteristics_table(found: &Identification) -> Table {
              it."
         }
     };
+    let symbol = if found.input == Input::Current { "i" } else { "v" };
     table.note(format!(
-        "v = kS sgn(\u{3c9}) + kV \u{3c9} + kA d\u{3c9}/dt. By output error they follow from the parameters. {beside}"
+        "{symbol} = kS sgn(\u{3c9}) + kG + kV \u{3c9} + kA d\u{3c9}/dt. By output error they follow from the parameters. {beside}"
     ));
     table
 }

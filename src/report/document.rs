@@ -6,7 +6,7 @@ use crate::evaluate::{Level, cpu_name};
 use crate::identify::{
     Costs, Estimated, HeldOut, Identification, IdentifySpec, Ladder, Place, Rung, Validation, Warning,
 };
-use crate::motor::{Parameter, Parameters, Scope};
+use crate::motor::{Input, Parameter, Parameters, Scope};
 use crate::record::{Record, Severity};
 use crate::text::printable_json;
 use serde_json::{Map, Value, json as value};
@@ -44,6 +44,11 @@ pub(super) fn record_head(record: &Record) -> Value {
     })
 }
 
+/// A state at the start; a current that is the input is none.
+fn initial_state(input: Input, [current, speed]: [f64; 2]) -> Value {
+    value!({"current": (input == Input::Voltage).then_some(current), "speed": speed})
+}
+
 /// The columns as they were understood.
 fn columns(record: &Record) -> Value {
     let columns = record.source().columns.iter().map(|c| {
@@ -76,6 +81,7 @@ impl IdentifyDocument {
             "generations": spec.generations,
             "criterion": names.criterion,
             "scale": names.scale,
+            "input": identified::name_of(found.input),
             "discretization": names.discretization,
             "initial": names.initial,
             "bounds": bounds,
@@ -87,7 +93,7 @@ impl IdentifyDocument {
             "searched": {"method": searched.method, "parameters": plain(&searched.parameters), "cost": searched.cost},
             "fit_percent": {"current": found.fit_percent[0], "speed": found.fit_percent[1]},
             "residual_sigma": {"current": found.residual_sigma[0], "speed": found.residual_sigma[1]},
-            "initial_state": found.initial.iter().map(|[i, w]| value!({"current": i, "speed": w})).collect::<Value>(),
+            "initial_state": found.initial.iter().map(|state| initial_state(found.input, *state)).collect::<Value>(),
             "correlation": found.uncertainty.as_ref().map(|u| correlation(found, u)),
             "rank": found.uncertainty.as_ref().map(|u| u.rank),
             "condition": found.uncertainty.as_ref().map(|u| u.condition),

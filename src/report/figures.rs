@@ -6,7 +6,7 @@ use crate::criterion::{Criterion, Scale};
 use crate::evaluate::{Initial, Model, Problem};
 use crate::identify::{Identification, IdentifySpec};
 use crate::motor::{Axis, Discretization, Parameter, Parameters, Scope, Space, simulate};
-use crate::record::Record;
+use crate::record::{Quantity, Record};
 use crate::report::compare::quartiles;
 use crate::study::compare::{Block, Comparison, Contest, reached};
 use crate::study::statistics::sorted;
@@ -49,7 +49,13 @@ pub fn responses(id: &str, record: &Record, models: &[Modelled]) -> Figure {
         ..line.clone()
     };
     let (mut whole, mut left, mut enlarged) = (Vec::new(), Vec::new(), Vec::new());
+    let by_current = record.driver() == Quantity::Current;
     for (channel, (title, label)) in CHANNELS.into_iter().enumerate() {
+        if by_current && channel == 0 {
+            let lines = vec![line("input", record.input().to_vec())];
+            whole.push(Chart { lines, ..Chart::new(title, ["time [s]", label]) });
+            continue;
+        }
         let measured = record.measured()[channel].map(<[f64]>::to_vec);
         let mut lines = vec![line("measured", measured.clone().unwrap_or_default())];
         lines.extend(models.iter().map(|m| line(&m.name, m.signals[channel].clone())));
@@ -74,16 +80,20 @@ pub fn responses(id: &str, record: &Record, models: &[Modelled]) -> Figure {
         map: false,
         svg: panels(&charts, 2, [560.0, 300.0]),
         alternative: format!("Current and speed over time, measured and by {}, with residuals", names.join(", ")),
-        caption: "Above: measured and model. Middle: what the model leaves. Below: the transient after the largest change of \
-                  the voltage, enlarged."
-            .to_owned(),
+        caption: match by_current {
+            true => "Above: the current, which is the input, and the speed with the model. Below: what the model leaves, and \
+                     the transient after the largest change of the input, enlarged.",
+            false => "Above: measured and model. Middle: what the model leaves. Below: the transient after the largest \
+                      change of the voltage, enlarged.",
+        }
+        .to_owned(),
     }
 }
 
 /// From shortly before the largest change of the voltage on, for a while; the beginning where nothing changes.
 fn transient(record: &Record) -> [f64; 2] {
     let samples = record.samples();
-    let (time, voltage) = (&samples.time_s, &samples.voltage);
+    let (time, voltage) = (&samples.time_s, record.input());
     let change = |n: &usize| (voltage[*n] - voltage[n - 1]).abs();
     let at = (1..voltage.len()).max_by(|a, b| change(a).total_cmp(&change(b)).then(b.cmp(a))).unwrap_or(0);
     let whole = time[time.len() - 1] - time[0];

@@ -4,6 +4,7 @@ use crate::estimate::Uncertainty;
 use crate::identify::{
     Characteristic, Characteristics, Identification, InputTest, Regression, Repeatability, ResidualTest, ResidualTests,
 };
+use crate::motor::Input;
 use crate::text::{engineering, significant};
 use serde_json::{Map, Value, json as value};
 
@@ -35,14 +36,22 @@ pub fn characteristics_lines(found: &Identification) -> Vec<(&'static str, Strin
     };
     let named = Characteristics::named_of(found);
     let mut lines = match Characteristics::of(found) {
-        Some(_) => vec![("voltage", of(&named[..3])), ("", of(&named[3..]))],
+        Some(_) => vec![(name_of(found.input), of(&named[..4])), ("", of(&named[4..]))],
         None => Vec::new(),
     };
     if let Some(r) = found.regressions.last() {
-        let values = [("kS", "V", Some(r.ks)), ("kV", named[1].1, Some(r.kv)), ("kA", named[2].1, Some(r.ka))];
+        let values = [("kS", named[0].1, Some(r.ks)), ("kV", named[1].1, Some(r.kv)), ("kA", named[2].1, Some(r.ka))];
         lines.push(("", format!("{} by regression over {}", of(&values), window(r))));
     }
     lines
+}
+
+/// What drives the motor, in a word.
+pub(super) fn name_of(input: Input) -> &'static str {
+    match input {
+        Input::Voltage => "voltage",
+        Input::Current => "current",
+    }
 }
 
 pub(super) fn window(regression: &Regression) -> String {

@@ -18,7 +18,7 @@ pub fn ladder_table(ladder: &Ladder) -> Table {
     }
     table.note(
         "Fits in percent. Criterion: Schwarz's, with as many samples as the residuals have independent ones, less that of \
-         the model that it was made from, by one extension more or, on the way down from all, by one less.",
+         the model one extension smaller; the lowest is taken while it is well below zero.",
     );
     table
 }

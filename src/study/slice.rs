@@ -1,6 +1,6 @@
 //! The cost around an optimum, over two parameters.
 
-use crate::identify::{Costs, Identification, IdentifySpec, identify};
+use crate::identify::{Costs, Identification, IdentifySpec, identify, needs_voltage};
 use crate::motor::Parameter;
 use crate::record::Record;
 use crate::{Error, Result};
@@ -65,6 +65,7 @@ impl CostMap {
 /// # Errors
 /// As for an identification; `Usage` when the parameters are the same or held, or the grid is smaller than 2.
 pub fn cost_map(records: &[Record], spec: &IdentifySpec, parameters: [Parameter; 2], side: usize) -> Result<CostMap> {
+    needs_voltage(records)?;
     if parameters[0] == parameters[1] || !(2..=4096).contains(&side) {
         let message =
             format!("a slice of {} and {} with {side} points a side", parameters[0].symbol(), parameters[1].symbol());

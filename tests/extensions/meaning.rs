@@ -177,3 +177,69 @@ fn sensors_show_means() {
         assert!((current_seen - current).abs() < 1e-11 && (speed_seen - speed).abs() < 1e-10, "sample {n}");
     }
 }
+
+/// A straight-line input from the first sample on, `volts` of the time in seconds.
+fn lined(count: u32, h: f64, volts: impl Fn(f64) -> f64) -> Excitation {
+    excitation(count, h, |n| volts(f64::from(n) * h))
+}
+
+#[test]
+fn a_jump_at_the_first_sample_comes_late_whole() {
+    // A motor at rest whose first sample has a voltage: before it there was none, and the jump comes late as a jump, not as
+    // a ramp over the step before. What a constant voltage does is then what it does on time, so much later.
+    let constant = lined(900, 1e-3, |_| 6.0);
+    let on_time =
+        |h: f64, count| simulated_with(&M2, &with(&[]), &lined(count, h, |_| 6.0), Discretization::Foh).unwrap();
+    let exact = signals(&on_time(1e-3, 900));
+    let late = simulated_with(&M2, &with(&[(Parameter::DeadTime, 7e-3)]), &constant, Discretization::Foh).unwrap();
+    for (late, exact) in signals(&late).iter().zip(&exact) {
+        assert!(late[..=7].iter().all(|v| *v == 0.0) && late[8] != 0.0, "{:?}", &late[..10]);
+        assert!(apart(&late[7..], exact, 0) < 1e-9, "{:e}", apart(&late[7..], exact, 0));
+    }
+    // By parts of a step: the same at a tenth of the period, where 2.4 ms are whole steps. The line within the step of the
+    // jump leaves (h R/L)²/200 of what 6 V move.
+    let late = simulated_with(&M2, &with(&[(Parameter::DeadTime, 2.4e-3)]), &constant, Discretization::Foh).unwrap();
+    let fine = signals(&on_time(1e-4, 9000));
+    let off: Vec<f64> = signals(&late)
+        .iter()
+        .zip(&fine)
+        .map(|(late, fine)| {
+            let shifted: Vec<f64> = (0..900_usize).map(|n| (10 * n).checked_sub(24).map_or(0.0, |m| fine[m])).collect();
+            apart(late, &shifted, 0)
+        })
+        .collect();
+    println!("off by {:.1e} A, {:.1e} rad/s", off[0], off[1]);
+    assert!(off[0] < 2e-4 && off[1] < 1e-4 * 75.0, "{off:?}");
+}
+
+#[test]
+fn latency_of_lines_ends_in_a_jump() {
+    // Until the first movement and the latency are over, the voltage is that before; from then on it is the line where that
+    // is by now: a jump. With a dead time all that is later still. Held in steps of a hundredth of a period, at their
+    // middles, a line misses h²/24 of its curvature: nothing; a jump stands at the edge of a step.
+    const FINE: u32 = 50;
+    let ramp = |t: f64| (43.0 * (t - 0.1)).clamp(0.0, 8.0);
+    for (latency, dead_time) in [(0.055, 0.0), (0.0323, 0.0), (0.04, 0.0125)] {
+        let extensions = with(&[(Parameter::Latency, latency), (Parameter::DeadTime, dead_time)]);
+        let late = simulated_with(&M2, &extensions, &lined(600, 1e-3, ramp), Discretization::Foh).unwrap();
+        // The first movement is the piece from the sample on that is more than a twentieth of the way: 0.43 V at 110 ms.
+        let moves = 0.11;
+        let acts = |t: f64| {
+            let t = t - dead_time;
+            if t < 0.0 {
+                0.0
+            } else if t < moves + latency {
+                ramp(t.min(moves - 1e-3))
+            } else {
+                ramp(t)
+            }
+        };
+        let h = 1e-3 / f64::from(FINE);
+        let held = excitation(600 * FINE, h, |n| acts((f64::from(n) + 0.5) * h));
+        let exact =
+            signals(&driven(&with(&[]), &held)).map(|s| s.into_iter().step_by(FINE as usize).collect::<Vec<_>>());
+        let off: Vec<f64> = signals(&late).iter().zip(&exact).map(|(a, b)| apart(a, b, 0)).collect();
+        println!("latency {latency}, dead time {dead_time}: off by {:.1e} A, {:.1e} rad/s", off[0], off[1]);
+        assert!(off[0] < 2e-3 && off[1] < 2e-3, "{off:?}");
+    }
+}

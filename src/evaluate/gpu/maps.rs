@@ -99,7 +99,7 @@ fn put_linear(
 ) {
     let signals = &group.problem.signals()[unit.place.recording];
     let parameters = parameters_of(group, unit.place.recording, block);
-    let maps = step_maps(&parameters, signals.step_s[step], group.problem.model().discretization);
+    let maps = step_maps(&parameters, signals.step_s[step], group.problem.method());
     put_map(put, precision, &maps, &unit.reference[step]);
 }
 
@@ -107,7 +107,7 @@ fn put_linear(
 /// them.
 fn put_extended(put: &mut dyn FnMut(&[f64; LANES]), group: &Group<'_>, recording: usize, [block, step]: [usize; 2]) {
     let signals = &group.problem.signals()[recording];
-    let method = group.problem.extent().method(group.problem.model().discretization);
+    let method = group.problem.extent().method(group.problem.method());
     let maps = step_maps(&parameters_of(group, recording, block), signals.step_s[step], method);
     maps.d.iter().for_each(&mut *put);
     [&maps.taps[0], &maps.taps[1], &maps.torque].into_iter().flatten().for_each(&mut *put);

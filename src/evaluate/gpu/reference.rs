@@ -22,7 +22,7 @@ pub(super) struct Reference {
 
 impl Reference {
     pub(super) fn new(problem: &Problem, signals: &Signals, motor: &Parameters) -> Self {
-        let method = problem.model().discretization;
+        let method = problem.method();
         let mut trajectory = Vec::with_capacity(signals.len());
         walk(motor, &signals.drive(), signals.initial, method, |x| trajectory.push(x));
         let steps: Vec<_> = signals.step_s.iter().map(|&h| inverted(StepMap::new(motor, h, method))).collect();

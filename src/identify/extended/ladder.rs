@@ -1,14 +1,11 @@
 //! The ladder of models: from the linear motor up, each rung the extension that the recordings speak for most, until none
 //! is worth its parameters.
-//!
-//! Extensions can need each other: a load and an offset of the voltage each alone may make nothing better. Where what the
-//! way up leaves is far above the noise, there is a way down as well: from the motor with all extensions that the
-//! recordings can show, without the least of them as long as that costs nothing. The better of both is taken.
 
+use super::super::mechanical::{allows, is_driven_by_current};
 use super::super::spec::IdentifySpec;
 use super::super::verify::deviations;
 use super::starts::{carried, warmed};
-use super::worth::{Fit, gain, independent, is_far, is_worth};
+use super::worth::{Fit, gain, independent, is_worth};
 use super::{Extension, best_start, explained, extended_space};
 use crate::estimate::{Refined, fit_problem, refine_on};
 use crate::evaluate::Problem;
@@ -59,17 +56,7 @@ pub(in super::super) fn climb(
     let some = representative(records, space);
     let scene = Scene { records: &some, spec, space, motors };
     let mut ladder = Ladder::default();
-    let mut best = scene.up(&mut ladder)?;
-    if is_far(&scene.problems(&best.with)?.1, &best.refined) {
-        let mut down = Ladder::default();
-        let other = scene.down(&mut down).filter(|other| gain(&best, other) < 0.0);
-        if let Some(other) = other {
-            ladder.rungs.iter_mut().for_each(|rung| rung.taken = false);
-            down.rungs.iter_mut().for_each(|rung| rung.taken = rung.with == other.with);
-            best = other;
-        }
-        ladder.rungs.append(&mut down.rungs);
-    }
+    let best = scene.up(&mut ladder)?;
     Ok((best.with, ladder))
 }
 
@@ -117,25 +104,6 @@ impl Scene<'_> {
             }
         }
         Ok(best)
-    }
-
-    /// From the motor with all extensions down; `None` where that cannot be fitted.
-    fn down(&self, ladder: &mut Ladder) -> Option<Fit> {
-        let linear = self.thorough(&[], |problem| explained(problem, self.motors)).ok()?;
-        let all = candidates(self.records, &linear);
-        let mut best = self.thorough(&all, |problem| explained(problem, self.motors)).ok()?;
-        ladder.rungs.push(rung(self.records, &best, Some(gain(&linear, &best))));
-        while !best.with.is_empty() {
-            let without = best.with.par_iter().filter_map(|extension| self.without(&best, *extension).ok());
-            let tried: Vec<(f64, Fit)> = without.map(|fit| (gain(&best, &fit), fit)).collect();
-            let (gain, fit) = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
-            if is_worth(&fit, &best) {
-                break;
-            }
-            ladder.rungs.push(rung(self.records, &fit, Some(gain)));
-            best = fit;
-        }
-        Some(best)
     }
 
     /// A model with one extension more, roughly, from where it is without: that alone, and as the first explanation of
@@ -212,10 +180,12 @@ const ANEW: usize = 2;
 
 /// Extensions that could be next: not what the model has, nor what the recordings cannot show.
 fn candidates(records: &[Record], model: &Fit) -> Vec<Extension> {
-    let any = |of: &dyn Fn(f64) -> bool| records.iter().any(|record| record.samples().voltage.iter().any(|v| of(*v)));
+    let any = |of: &dyn Fn(f64) -> bool| records.iter().any(|record| record.input().iter().any(|v| of(*v)));
     let both_ways = any(&|v| v > 0.0) && any(&|v| v < 0.0);
     let measured = |channel: usize| records.iter().any(|record| record.measured()[channel].is_some());
+    let by_current = is_driven_by_current(records);
     let can = |extension: &Extension| match extension {
+        _ if by_current && !allows(*extension) => false,
         Extension::DirectionGain => both_ways,
         // Without a current the drop of the brushes is that of a deadband or of friction.
         Extension::BrushDrop => measured(0),

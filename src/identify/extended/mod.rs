@@ -9,6 +9,7 @@ pub use ladder::{Ladder, Rung};
 pub(super) use starts::{best_start, explained, lagged, led};
 pub(super) use worth::is_far;
 
+use super::mechanical::is_driven_by_current;
 use super::spec::IdentifySpec;
 use crate::criterion::peak;
 use crate::motor::{Axis, Parameter, Scope, Space};
@@ -55,6 +56,9 @@ impl Extension {
         Self::DirectionGain,
         Self::SensorAverage,
     ];
+
+    /// What delays, and imitates each other.
+    pub const LATE: [Self; 3] = [Self::DeadTime, Self::Latency, Self::SensorAverage];
 
     /// Its name in flags and results.
     #[must_use]
@@ -187,6 +191,7 @@ pub(super) fn extended_space(
 
 /// What is large in recordings.
 struct Scales {
+    /// The input, a voltage or a current.
     voltage: f64,
     stall_torque: f64,
     period_s: f64,
@@ -198,16 +203,17 @@ struct Scales {
 impl Scales {
     fn of(records: &[Record], &[r, _, k, b, j]: &[f64; 5]) -> Self {
         let largest = |of: &dyn Fn(&Record) -> f64| records.iter().map(of).fold(0.0, f64::max);
-        let voltage = largest(&|record| peak(&record.samples().voltage)).max(f64::MIN_POSITIVE);
+        let voltage = largest(&|record| peak(record.input())).max(f64::MIN_POSITIVE);
+        let by_current = is_driven_by_current(records);
         let shortest = records.iter().map(Record::len).min().unwrap_or(1);
         #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
         let samples = shortest as f64;
         Self {
             voltage,
-            stall_torque: k * voltage / r,
+            stall_torque: if by_current { k * voltage } else { k * voltage / r },
             period_s: largest(&Record::period_s),
             duration_s: largest(&Record::duration_s),
-            time_constant_s: r * j / (k * k + r * b),
+            time_constant_s: if by_current { j / b } else { r * j / (k * k + r * b) },
             samples,
         }
     }

@@ -4,6 +4,7 @@
 //! along the others, and every end is refined.
 
 use super::super::spec::IdentifySpec;
+use super::Extension;
 use crate::Result;
 use crate::candidates::Candidates;
 use crate::estimate::{Refined, SmOptions, refine_roughly, try_steiglitz_mcbride};
@@ -16,9 +17,6 @@ use std::sync::Arc;
 const GRID: u32 = 32;
 /// Rounds over the axes.
 const ROUNDS: usize = 2;
-/// Parameters that imitate each other: each is tried as the first explanation.
-const LATE: [Parameter; 4] =
-    [Parameter::DeadTime, Parameter::Latency, Parameter::CurrentAverage, Parameter::SpeedAverage];
 /// Lags in samples by which Steiglitz–McBride is given the voltage later.
 const LAGS: [usize; 8] = [0, 1, 2, 5, 10, 20, 40, 80];
 
@@ -77,7 +75,9 @@ fn descend(problem: &Arc<Problem>, start: &mut [f64], order: &[usize]) -> Result
 /// The orders in which axes of extensions are gone along: each that is late as the first explanation.
 fn orders(axes: &[Axis]) -> Vec<Vec<usize>> {
     let extended: Vec<usize> = (0..axes.len()).filter(|n| axes[*n].parameter.is_extension()).collect();
-    let firsts: Vec<Parameter> = LATE.into_iter().filter(|p| axes.iter().any(|a| a.parameter == *p)).collect();
+    // Parameters that imitate each other: each is tried as the first explanation.
+    let late = Extension::LATE.iter().flat_map(|late| late.parameters()).copied();
+    let firsts: Vec<Parameter> = late.filter(|p| axes.iter().any(|a| a.parameter == *p)).collect();
     if firsts.len() < 2 {
         return vec![extended];
     }
@@ -188,7 +188,7 @@ pub(in super::super) fn lagged(records: &[Record], spec: &IdentifySpec) -> Vec<[
     let options = SmOptions { model: spec.model, sigma: None };
     let longest = records.iter().max_by_key(|record| record.len());
     let of = |record: &Record, lag: &usize| {
-        let late = record.with_late_voltage(*lag);
+        let late = record.with_late_input(*lag);
         Some(try_steiglitz_mcbride(&late, &options).ok()?.ok()?.parameters.to_array())
     };
     longest.map_or_else(Vec::new, |record| LAGS.iter().filter_map(|lag| of(record, lag)).collect())

@@ -5,6 +5,7 @@
 
 mod clock;
 mod comb;
+mod current;
 mod curve;
 mod drive;
 mod input;
@@ -107,6 +108,9 @@ const RULES: [Rule; 12] = [
     ripple::speed_ripple,
 ];
 
+/// Those of recordings without a voltage.
+const RULES_OF_CURRENT: [Rule; 4] = [clock::jitter, current::units, current::reversed, sampling::sampling];
+
 /// Everything odd that is found about a recording, what matters most first.
 #[must_use]
 pub fn diagnose(record: &Record) -> Vec<Finding> {
@@ -119,7 +123,8 @@ pub fn diagnose(record: &Record) -> Vec<Finding> {
 pub(super) fn findings(record: &Record) -> Vec<Finding> {
     let view = View::new(record);
     let mut findings = Vec::new();
-    for rule in RULES {
+    let rules: &[Rule] = if record.driver() == Quantity::Current { &RULES_OF_CURRENT } else { &RULES };
+    for rule in rules {
         rule(&view, &mut findings);
     }
     findings.sort_by_key(|finding| finding.severity == Severity::Mention);

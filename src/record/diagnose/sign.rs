@@ -67,7 +67,7 @@ const ERRORS: f64 = 12.0;
 const EXPLAINED: f64 = 0.05;
 
 /// The sign of the first coefficient of a regression with a constant; `None` where there is no telling.
-fn sign_of_first(rows: impl Iterator<Item = ([f64; 3], f64)> + Clone) -> Option<i32> {
+pub(super) fn sign_of_first(rows: impl Iterator<Item = ([f64; 3], f64)> + Clone) -> Option<i32> {
     // Moments about the means: of the three, and of what is explained.
     let count = number(rows.clone().count());
     let mut means = [0.0; 4];

@@ -10,7 +10,7 @@ use crate::text::{engineering, significant};
 const PERIOD_S: f64 = 0.9;
 /// A speed in whole numbers above this is revolutions a minute; one above the second is, whatever its digits
 /// (19,000 and 38,000 revolutions a minute as rad/s).
-const SPEEDS: [f64; 2] = [300.0, 4000.0];
+pub(super) const SPEEDS: [f64; 2] = [300.0, 4000.0];
 /// Volts per rad/s below which a motor is none: 12 V at 76,000 revolutions a minute.
 const VOLTS_PER_SPEED: f64 = 0.0015;
 /// Ohms from the largest voltage and current below which it is no motor but a bus bar, and above which it is a meter.
@@ -24,7 +24,7 @@ pub(super) fn units(view: &View<'_>, findings: &mut Vec<Finding>) {
     findings.extend(view.current.as_ref().and_then(|current| current_unit(view, current)));
 }
 
-fn finding(view: &View<'_>, quantity: Quantity, what: String, unit: &str) -> Finding {
+pub(super) fn finding(view: &View<'_>, quantity: Quantity, what: String, unit: &str) -> Finding {
     let key = match quantity {
         Quantity::Time => "time",
         Quantity::Current => "current",
@@ -34,7 +34,7 @@ fn finding(view: &View<'_>, quantity: Quantity, what: String, unit: &str) -> Fin
     Finding::new("units", what, remedy).of(quantity).mention_if(view.unit_named(quantity))
 }
 
-fn time(view: &View<'_>) -> Option<Finding> {
+pub(super) fn time(view: &View<'_>) -> Option<Finding> {
     let period = view.period();
     (period >= PERIOD_S).then(|| {
         let what = format!("{} s between samples: the time looks like milliseconds", significant(period, 3));
@@ -75,7 +75,7 @@ fn current_unit(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
 }
 
 /// Whether the values are whole numbers, and more than a few different ones.
-fn is_whole(channel: &Channel<'_>) -> bool {
+pub(super) fn is_whole(channel: &Channel<'_>) -> bool {
     let values = channel.values;
     let mut moving: Vec<f64> = values.iter().copied().filter(|v| *v != 0.0).collect();
     let (count, whole) = (moving.len(), moving.iter().filter(|v| v.fract() == 0.0).count());

@@ -46,6 +46,7 @@ pub(super) struct Stretch {
 pub(super) struct View<'a> {
     pub record: &'a Record,
     pub time: &'a [f64],
+    /// The input: the current where no voltage was recorded.
     pub voltage: &'a [f64],
     pub volts_peak: f64,
     pub volts_range: f64,
@@ -69,7 +70,7 @@ const ZERO: f64 = 0.005;
 impl<'a> View<'a> {
     pub(super) fn new(record: &'a Record) -> Self {
         let samples = record.samples();
-        let voltage = samples.voltage.as_slice();
+        let voltage = record.input();
         let (low, high) = extremes(voltage);
         let volts_range = high - low;
         let steps: Vec<f64> = voltage.windows(2).map(|w| w[1] - w[0]).collect();

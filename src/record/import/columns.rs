@@ -10,7 +10,7 @@ use crate::{Error, Result};
 /// What a reader needs of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Need {
-    /// Voltage, and current or speed.
+    /// Voltage, and current or speed; or current and speed.
     Recording,
     /// Voltage.
     Inputs,
@@ -90,7 +90,10 @@ pub(super) fn choose(headings: &[Heading], requests: &[ColumnRequest], need: Nee
             "Position serves as a source of speed: leave it out, or rename the heading of the speed.",
         ));
     }
-    let missing = missing(&|quantity| has(&used, quantity), need, timed);
+    let without_voltage = requests.iter().any(|r| r.quantity == Quantity::Voltage && r.name == NONE);
+    let unused = || (0..headings.len()).filter(|at| !used.iter().any(|u| u.at == *at)).map(|at| &headings[at]);
+    let drive = unused().find(is_drive).filter(|_| !without_voltage);
+    let missing = missing(&|quantity| has(&used, quantity), (need, drive.is_some()), timed);
     if !missing.is_empty() {
         return Err(lacking(headings, &missing));
     }
@@ -130,15 +133,22 @@ fn headed_twice(headings: &[Heading], at: usize, quantity: Quantity) -> Result<(
     ))
 }
 
-/// The quantities that are not there, by their canonical headings.
-fn missing(has: &dyn Fn(Quantity) -> bool, need: Need, timed: bool) -> Vec<&'static str> {
-    let output = || has(Quantity::Current) || has(Quantity::Speed) || has(Quantity::Position);
+/// The quantities that are not there, by their canonical headings. A current drives a speed where there is no voltage,
+/// unless some column looks like one.
+fn missing(has: &dyn Fn(Quantity) -> bool, (need, drives): (Need, bool), timed: bool) -> Vec<&'static str> {
+    let moves = has(Quantity::Speed) || has(Quantity::Position);
+    let output = || has(Quantity::Current) || moves;
     let mut missing = Vec::new();
     if !has(Quantity::Time) && !timed {
         missing.push("time_s");
     }
     if !has(Quantity::Voltage) && need != Need::Part {
-        missing.push("voltage_V");
+        match (need == Need::Recording && !drives, has(Quantity::Current), moves) {
+            (true, true, true) => {}
+            (true, true, false) => missing.push("voltage_V or speed_rad_s"),
+            (true, false, true) => missing.push("voltage_V or current_A"),
+            _ => missing.push("voltage_V"),
+        }
     }
     if need == Need::Recording && !output() {
         missing.push("current_A or speed_rad_s");
@@ -164,18 +174,38 @@ fn lacking(headings: &[Heading], missing: &[&str]) -> Error {
     if missing.contains(&"time_s") {
         remedy.push_str(" Without a time column give --rate HZ.");
     }
-    let is_drive = |h: &&Heading| {
-        let name = h.name.to_lowercase();
-        ["pwm", "duty", "throttle", "command", "degrau", "step", "flag"].iter().any(|word| name.contains(word))
-    };
-    if let Some(heading) = headings.iter().find(is_drive).filter(|_| missing.contains(&"voltage_V")) {
+    if let Some(heading) = headings.iter().find(is_drive).filter(|_| missing.iter().any(|m| m.starts_with("voltage_V")))
+    {
         let name = printable(&heading.name);
         remedy.push_str(&format!(
             " Duty or PWM ticks become volts by operations (--columns voltage={name}*12/255:V), a flag by its two \
              voltages (--columns voltage={name}:0..12)."
         ));
+        if missing == ["voltage_V"] {
+            remedy.push_str(" If it drives nothing, say so: --columns voltage=-.");
+        }
+    } else if missing.contains(&"voltage_V or speed_rad_s") {
+        remedy.push_str(
+            " A current alone tells nothing: with a voltage it gives R and L, with a speed the mechanical side.",
+        );
+    } else if missing.contains(&"voltage_V or current_A") {
+        remedy.push_str(" A speed alone tells nothing: what drives it must be there.");
     }
     Error::data(format!("no column for {}; the heading has {}", missing.join(" and "), list.join(", ")), remedy)
+}
+
+/// Whether a heading looks like what drives a motor: by a word, or by a unit of volts.
+fn is_drive(heading: &&Heading) -> bool {
+    const WORDS: [&str; 8] = ["pwm", "duty", "throttle", "command", "degrau", "step", "flag", "volt"];
+    let name = heading.name.to_lowercase();
+    let in_volts = |name: &str| {
+        let name = name.trim_end_matches([')', ']']);
+        ["v", "mv", "kv"]
+            .iter()
+            .any(|unit| name.strip_suffix(unit).is_some_and(|rest| rest.ends_with(['_', '[', '(', ' '])))
+    };
+    let unit = heading.unit.as_ref().map(|unit| format!("[{}", unit.to_lowercase()));
+    WORDS.iter().any(|word| name.contains(word)) || in_volts(&name) || unit.is_some_and(|unit| in_volts(&unit))
 }
 
 /// Where the column of a request stands, its formula and its unit.

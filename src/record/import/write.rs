@@ -7,7 +7,8 @@ use std::fmt::Write as _;
 #[must_use]
 pub fn write_csv(record: &Record) -> String {
     let samples = record.samples();
-    let mut columns = vec![(Quantity::Time, &samples.time_s), (Quantity::Voltage, &samples.voltage)];
+    let mut columns = vec![(Quantity::Time, &samples.time_s)];
+    columns.extend((!samples.voltage.is_empty()).then_some((Quantity::Voltage, &samples.voltage)));
     let optional =
         [(Quantity::Current, &samples.current), (Quantity::Speed, &samples.speed), (Quantity::Torque, &samples.torque)];
     columns.extend(optional.into_iter().filter_map(|(quantity, signal)| Some((quantity, signal.as_ref()?))));

@@ -31,8 +31,9 @@ pub struct Preparation {
     pub decimate: Option<usize>,
     /// A filter on all signals.
     pub filter: Option<LowPass>,
-    /// Whether the voltage goes on in a straight line between samples; it is held otherwise.
-    pub sampled_input: bool,
+    /// Whether the input goes on in a straight line between samples, or is held; where it is open, a voltage is held
+    /// and a current goes on.
+    pub sampled_input: Option<bool>,
 }
 
 /// Offsets of sensors.
@@ -213,18 +214,19 @@ fn every_so_manieth(record: Record, every: usize) -> Result<Record> {
 /// Samples that a rest must have before its means are offsets.
 const REST_MIN: usize = 10;
 
-/// The means of current and speed before the voltage first leaves its idle value, if that is near zero.
+/// The means of current and speed before the input first leaves its idle value, if that is near zero.
 fn rest_means(record: &Record) -> Vec<(Quantity, f64)> {
-    let voltage = &record.samples().voltage;
-    let peak = voltage.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()));
-    let rest = voltage.iter().take_while(|v| v.abs() <= 0.01 * peak).count();
+    let input = record.input();
+    let peak = input.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()));
+    let rest = input.iter().take_while(|v| v.abs() <= 0.01 * peak).count();
     if rest < REST_MIN {
         return Vec::new();
     }
-    let channels = [Quantity::Current, Quantity::Speed].into_iter().zip(record.measured());
+    let samples = record.samples();
+    let channels = [(Quantity::Current, &samples.current), (Quantity::Speed, &samples.speed)];
     #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
     let mean = |signal: &[f64]| signal[..rest].iter().sum::<f64>() / rest as f64;
-    channels.filter_map(|(quantity, signal)| Some((quantity, mean(signal?)))).collect()
+    channels.into_iter().filter_map(|(quantity, signal)| Some((quantity, mean(signal.as_ref()?)))).collect()
 }
 
 impl Record {
@@ -256,13 +258,14 @@ impl Record {
         Ok(Self { samples, source, ..self })
     }
 
-    /// The same with the voltage as lines, if it is to be resampled.
+    /// The same with the input as lines, if it is to be resampled.
     fn lined(self, preparation: &Preparation) -> Self {
         if !self.slope.is_empty() || (preparation.rate_hz.is_none() && preparation.decimate.is_none_or(|n| n <= 1)) {
             return self;
         }
-        let [mean, slope] = lines(&self.samples.voltage, !preparation.sampled_input);
-        Self { samples: Samples { voltage: mean, ..self.samples }, slope, ..self }
+        let sampled = preparation.sampled_input.unwrap_or(self.driver() == Quantity::Current);
+        let [mean, slope] = lines(self.input(), !sampled);
+        Self { samples: self.samples.with_input(mean), slope, ..self }
     }
 
     fn resampled(self, made: Resampled, note: String) -> Result<Self> {

@@ -60,19 +60,19 @@ pub(super) fn decimated(samples: &Samples, slope: &[f64], filter: &Cascade, star
         let filtered = pass(signal);
         from.iter().map(|&n| filtered[n]).collect::<Vec<f64>>()
     };
-    let [voltage, slope] = joined(&pass(&samples.voltage), &pass(slope), every);
+    let [input, slope] = joined(&pass(samples.input()), &pass(slope), every);
     let torque = |signal: &[f64]| {
         let [mean, _] = joined(&pass(signal), &vec![0.0; signal.len()], every);
         mean
     };
-    let samples = Samples {
+    let made = Samples {
         time_s: from.iter().map(|&n| samples.time_s[n]).collect(),
-        voltage,
+        voltage: samples.voltage.clone(),
         torque: samples.torque.as_deref().map(torque),
         current: samples.current.as_deref().map(picked),
         speed: samples.speed.as_deref().map(picked),
     };
-    Resampled { samples, slope, from, independent: (filter.noise_power() * factor).min(1.0) }
+    Resampled { samples: made.with_input(input), slope, from, independent: (filter.noise_power() * factor).min(1.0) }
 }
 
 /// Lines over short periods as lines over `every` of them: their means, and slopes with the same first moment.
@@ -110,21 +110,21 @@ pub(super) fn regular(samples: &Samples, slope: &[f64], period_s: f64) -> Resamp
     let from: Vec<usize> = grid.iter().map(&mut step_of).collect();
     let smooth =
         |signal: &[f64]| -> Vec<f64> { grid.iter().zip(&from).map(|(t, &n)| cubic(time_s, signal, n, *t)).collect() };
-    let [voltage, slope] = on_grid(time_s, [&samples.voltage, slope], &grid, period_s);
+    let [input, slope] = on_grid(time_s, [samples.input(), slope], &grid, period_s);
     let torque = |signal: &[f64]| {
         let [mean, _] = on_grid(time_s, [signal, &vec![0.0; signal.len()]], &grid, period_s);
         mean
     };
     #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
     let independent = (time_s.len() as f64 / count as f64).min(1.0);
-    let samples = Samples {
-        voltage,
+    let made = Samples {
+        voltage: samples.voltage.clone(),
         torque: samples.torque.as_deref().map(torque),
         current: samples.current.as_deref().map(smooth),
         speed: samples.speed.as_deref().map(smooth),
         time_s: grid.clone(),
     };
-    Resampled { samples, slope, from, independent }
+    Resampled { samples: made.with_input(input), slope, from, independent }
 }
 
 /// The cubic through the four samples around `t`, which lies in the step after sample `n`; at the ends the nearest four.

@@ -42,14 +42,14 @@ impl SignalFacts {
     pub fn of(record: &Record, band: f64) -> Vec<Self> {
         let samples = record.samples();
         let signals = [
-            (Quantity::Voltage, Some(&samples.voltage)),
+            (Quantity::Voltage, Some(&samples.voltage).filter(|voltage| !voltage.is_empty())),
             (Quantity::Torque, samples.torque.as_ref()),
             (Quantity::Current, samples.current.as_ref()),
             (Quantity::Speed, samples.speed.as_ref()),
         ];
         let facts = |(quantity, signal): (Quantity, Option<&Vec<f64>>)| {
             let signal = signal?;
-            let output = matches!(quantity, Quantity::Current | Quantity::Speed);
+            let output = matches!(quantity, Quantity::Current | Quantity::Speed) && quantity != record.driver();
             let mut response = if output { response(&samples.time_s, signal, band) } else { None };
             let noise_sigma = noise_sigma(signal);
             let settling_hidden = response.is_some_and(|r| 3.0 * noise_sigma > band * r.steady_state.abs());

@@ -118,7 +118,7 @@ fn signals(inspection: &Inspection<'_>, n: usize) -> Figure {
     let record = inspection.record;
     let samples = record.samples();
     let signals = [
-        (Quantity::Voltage, "Voltage", Some(&samples.voltage)),
+        (Quantity::Voltage, "Voltage", Some(&samples.voltage).filter(|voltage| !voltage.is_empty())),
         (Quantity::Torque, "Load torque", samples.torque.as_ref()),
         (Quantity::Current, "Current", samples.current.as_ref()),
         (Quantity::Speed, "Speed", samples.speed.as_ref()),
@@ -128,7 +128,7 @@ fn signals(inspection: &Inspection<'_>, n: usize) -> Figure {
         let steps = quantity == Quantity::Voltage && record.slope().is_empty();
         let line = Line { name: title.to_lowercase(), points, steps, ..Line::default() };
         let own: Vec<(usize, &Warning)> =
-            inspection.warnings.iter().enumerate().filter(|(_, w)| is_of(w, quantity)).collect();
+            inspection.warnings.iter().enumerate().filter(|(_, w)| is_of(w, quantity, record.driver())).collect();
         let numbers: Vec<String> = own.iter().map(|(n, _)| (n + 1).to_string()).collect();
         let title =
             if numbers.is_empty() { title.to_owned() } else { format!("{title} (findings {})", numbers.join(", ")) };
@@ -149,11 +149,11 @@ fn signals(inspection: &Inspection<'_>, n: usize) -> Figure {
     }
 }
 
-/// Whether a finding is about a signal; those about time are shown with the voltage.
-fn is_of(warning: &Warning, quantity: Quantity) -> bool {
+/// Whether a finding is about a signal; those about time are shown with the input.
+fn is_of(warning: &Warning, quantity: Quantity, driver: Quantity) -> bool {
     let Some(place) = &warning.place else { return false };
     match place.quantity {
-        Some(Quantity::Time) | None => quantity == Quantity::Voltage,
+        Some(Quantity::Time) | None => quantity == driver,
         Some(own) => own == quantity,
     }
 }

@@ -16,7 +16,9 @@ pub use steiglitz::Steiglitz;
 pub use targets::{Reached, reached};
 
 use crate::evaluate::{Problem, Scalar};
-use crate::identify::{Identification, IdentifySpec, Lockstep, Method, Warning, identify, warnings_of_records};
+use crate::identify::{
+    Identification, IdentifySpec, Lockstep, Method, Warning, identify, needs_voltage, warnings_of_records,
+};
 use crate::motor::{Parameter, Parameters, Space};
 use crate::optimize::{Budget, Progress, Run, Setup, Stop, minimize};
 use crate::{Error, Result};
@@ -130,6 +132,7 @@ pub fn compare(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Comparison> {
     check(spec)?;
+    needs_voltage(&subject.records)?;
     let of = |setting: &Setting| {
         let problem = Problem::new(&subject.records, spec.model, spec.space.clone(), setting.criterion)?;
         Ok(Arc::new(problem))

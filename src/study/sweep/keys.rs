@@ -254,7 +254,7 @@ impl Keys<'_> {
                 rate_hz,
                 decimate,
                 filter: self.read("filter", "\"butterworth:100\"", str::parse)?,
-                sampled_input: discretization.uses_next_input(),
+                sampled_input: Some(discretization.uses_next_input()),
             },
         })
     }

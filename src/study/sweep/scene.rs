@@ -7,7 +7,9 @@ use crate::criterion::Noise;
 use crate::estimate::fit_problem;
 use crate::evaluate::{Problem, Scalar};
 use crate::experiment::{noise_of, with_noise};
-use crate::identify::{DeviceSpec, Fitted, IdentifySpec, Method, Polish, check, fit_on, identify, search_space};
+use crate::identify::{
+    DeviceSpec, Fitted, IdentifySpec, Method, Polish, check, fit_on, identify, needs_voltage, search_space,
+};
 use crate::record::{Record, Severity};
 use crate::{Error, Result};
 use sha2::{Digest as _, Sha256};
@@ -36,6 +38,7 @@ impl Sweep {
             }
             records.extend(read);
         }
+        needs_voltage(&records)?;
         Ok(Arc::new(records))
     }
 

@@ -1,0 +1,198 @@
+//! What current and speed tell without a voltage: the mechanical side of a motor, `J dω/dt = K i − B ω − TL − Tc sgn(ω)`,
+//! with the measured current as its input.
+//!
+//! All of K, B, J, TL and Tc times any number does the same, so that only their ratios are told, as characteristics; a
+//! motor with some K stands for all of them. Where one of them is held, the others follow.
+
+use super::Method;
+use super::channels::Stand;
+use super::extended::{Extension, With};
+use super::held::lag_by_speed;
+use super::spec::{Identification, IdentifySpec};
+use super::warnings::{Warning, unused_columns};
+use crate::criterion::{noise_sigma, peak};
+use crate::motor::{Axis, Discretization, Input, Parameter, Scope, Space};
+use crate::record::{Quantity, Record};
+use crate::text::{engineering, significant};
+use crate::{Error, Result};
+
+/// The parameters that only one of them gives a scale.
+const SCALED: [Parameter; 5] = [Parameter::K, Parameter::B, Parameter::J, Parameter::Coulomb, Parameter::Load];
+/// What a motor without a voltage can have beyond the linear one.
+const EXTENSIONS: [Extension; 5] =
+    [Extension::Coulomb, Extension::Load, Extension::DeadTime, Extension::Latency, Extension::SensorAverage];
+/// How far around a motor that was guessed the bounds are.
+const SPREAD: f64 = 1e3;
+
+/// Whether the current is the input of all recordings.
+pub(super) fn is_driven_by_current(records: &[Record]) -> bool {
+    !records.is_empty() && records.iter().all(|record| record.driver() == Quantity::Current)
+}
+
+/// Whether an extension acts where the current is the input.
+pub(super) fn allows(extension: Extension) -> bool {
+    EXTENSIONS.contains(&extension)
+}
+
+/// That recordings have a voltage, where only that serves.
+///
+/// # Errors
+/// `Data` with the recording that has none.
+pub fn needs_voltage(records: &[Record]) -> Result<()> {
+    let Some(record) = records.iter().find(|record| record.driver() == Quantity::Current) else { return Ok(()) };
+    let error = Error::data(
+        "has no voltage: costs of R, L, K, B and J cannot be told without one",
+        "Use motorfit identify, which takes the current as the input, or name the column: --columns \
+         voltage=HEADING:V.",
+    );
+    Err(record.source().path.iter().fold(error, |error, path| error.in_file(path)))
+}
+
+/// The motor that stands for all that recordings without a voltage could be of; `None` where they have one.
+pub(super) fn stand_in(records: &[Record], spec: &IdentifySpec) -> Result<Option<Stand>> {
+    if !is_driven_by_current(records) {
+        return Ok(None);
+    }
+    check(spec)?;
+    let held = |parameter| fixed(spec, parameter).is_some();
+    let scaled = SCALED.into_iter().any(|p| fixed(spec, p).is_some_and(|value| value != 0.0));
+    if !scaled {
+        check_bounds(spec)?;
+    }
+    let motor = guess(records, spec);
+    let (mut free, mut fix) = (Vec::new(), spec.space.fixed().to_vec());
+    for axis in spec.space.free() {
+        let Some(&value) = motor.get(axis.parameter as usize) else {
+            free.push(*axis);
+            continue;
+        };
+        if matches!(axis.parameter, Parameter::R | Parameter::L) || (axis.parameter == Parameter::K && !scaled) {
+            fix.push((axis.parameter, Scope::Shared, value));
+        } else if spec.auto_bounds.contains(&axis.parameter) {
+            free.push(Axis { min: value / SPREAD, max: value * SPREAD, ..*axis });
+        } else {
+            free.push(*axis);
+        }
+    }
+    let mut unknown = vec![Parameter::R, Parameter::L];
+    unknown.extend(SCALED.iter().filter(|_| !scaled));
+    // All of the motor may be held where its extensions are asked for.
+    let space = if free.is_empty() { Space::unchecked(free, fix) } else { Space::new(free, fix)? };
+    Ok(Some(Stand {
+        space,
+        motor,
+        unknown: unknown.into_iter().filter(|p| !held(*p)).collect(),
+        warning: warning(records, spec, scaled),
+    }))
+}
+
+fn fixed(spec: &IdentifySpec, parameter: Parameter) -> Option<f64> {
+    spec.space.fixed().iter().find(|(p, _, _)| *p == parameter).map(|(_, _, value)| *value)
+}
+
+/// Whether everything that is asked for has a meaning.
+fn check(spec: &IdentifySpec) -> Result<()> {
+    if spec.method == Method::SteiglitzMcBride {
+        let message = "Steiglitz–McBride needs voltage, current and speed, and the recordings have no voltage";
+        return Err(Error::usage(message, "Use --method auto, or name the column: --columns voltage=HEADING:V."));
+    }
+    let asked: &[Extension] = if let With::These(list) = &spec.with { list } else { &[] };
+    let extent = spec.space.extent();
+    let meant = |e: &Extension| asked.contains(e) || extent.has_any(e.parameters());
+    let no_sensor = extent.has(Parameter::CurrentAverage).then_some(Extension::SensorAverage);
+    let Some(extension) = Extension::ALL.into_iter().find(|e| meant(e) && !allows(*e)).or(no_sensor) else {
+        return Ok(());
+    };
+    let message = match extension {
+        Extension::SensorAverage => {
+            "Ni: the current is the input here, and no output that a sensor averages".to_owned()
+        }
+        _ => format!("{} is about the voltage, and the recordings have none", extension.name()),
+    };
+    let remedy = match extension {
+        Extension::Offset => "An offset of the current acts as a load: --with load, or subtract it with --offset.",
+        Extension::SensorAverage => "Leave Ni out; that of the speed is Nw.",
+        _ => "Leave it out, or name the voltage's column: --columns voltage=HEADING:V.",
+    };
+    Err(Error::usage(message, remedy))
+}
+
+/// Bounds mean nothing to what has no scale.
+fn check_bounds(spec: &IdentifySpec) -> Result<()> {
+    let given = |axis: &&Axis| SCALED.contains(&axis.parameter) && !spec.auto_bounds.contains(&axis.parameter);
+    let Some(axis) = spec.space.free().iter().find(given) else { return Ok(()) };
+    let symbol = axis.parameter.symbol();
+    Err(Error::usage(
+        format!("{symbol} has bounds, but current and speed tell only ratios of K, B, J, Tc and TL"),
+        format!("Hold K with --fix K=…, or leave the bounds of {symbol} out."),
+    ))
+}
+
+/// A motor that about does what current and speed show, with what is held of it.
+fn guess(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
+    let longest = records.iter().max_by_key(|record| record.len());
+    let [gain, constant] = longest.and_then(|record| lag_by_speed(record).ok()).unwrap_or_else(|| {
+        let amperes = longest.map_or(1.0, |record| peak(record.input())).max(f64::MIN_POSITIVE);
+        let speed = longest.and_then(|r| r.samples().speed.as_deref()).map_or(1.0, peak).max(f64::MIN_POSITIVE);
+        [speed / amperes, 0.1 * longest.map_or(1.0, Record::duration_s)]
+    });
+    let middle = |parameter| {
+        let axis = spec.space.free().iter().find(|axis: &&Axis| axis.parameter == parameter);
+        axis.map_or(1.0, Axis::middle)
+    };
+    let own = |parameter| fixed(spec, parameter);
+    let by_others = own(Parameter::J).map(|j| j * gain / constant).or(own(Parameter::B).map(|b| b * gain));
+    let k = own(Parameter::K).or(by_others).unwrap_or_else(|| middle(Parameter::K));
+    let or_middle = |parameter| own(parameter).unwrap_or_else(|| middle(parameter));
+    [
+        or_middle(Parameter::R),
+        or_middle(Parameter::L),
+        k,
+        own(Parameter::B).unwrap_or(k / gain),
+        own(Parameter::J).unwrap_or(k * constant / gain),
+    ]
+}
+
+fn warning(records: &[Record], spec: &IdentifySpec, scaled: bool) -> Warning {
+    let between = match spec.model.discretization {
+        Discretization::Foh => "a line between its samples",
+        _ => {
+            "held between its samples, which takes it for late by half a period if it was measured (--discretization foh)"
+        }
+    };
+    let told = match scaled {
+        true => "R and L have no part in it",
+        false => {
+            "ratios are told, as kS, kV, kA, kG, gain and time constant; for K, B, J, Tc and TL hold one of them, as in \
+             --fix K=…; R and L have no part in it"
+        }
+    };
+    let unused = unused_columns(records);
+    Warning::new("channel_missing", format!("no voltage{unused}: the current is the input, {between}; {told}"))
+}
+
+/// Noise of the current makes standard errors so many times too small before it is said.
+const TOO_SMALL: f64 = 1.5;
+
+/// What noise of the current does to standard errors, which know that of the speed alone.
+///
+/// Through the motor, white noise of σ_i becomes one of the speed that is correlated over its time constant. Where
+/// parameters act as slowly as that, it counts as white noise of `gain σ_i` would.
+pub(super) fn input_noise(records: &[Record], found: &Identification) -> Option<Warning> {
+    let sigma = found.residual_sigma[1].filter(|sigma| found.input == Input::Current && *sigma > 0.0)?;
+    found.uncertainty.as_ref()?;
+    let longest = records.iter().max_by_key(|record| record.len())?;
+    let noise = noise_sigma(longest.input());
+    let [_, _, k, b, j] = found.parameters.to_array();
+    let speed = k / j * (j / b).min(longest.duration_s()) * noise;
+    let times = (1.0 + (speed / sigma).powi(2)).sqrt();
+    (times > TOO_SMALL).then(|| {
+        let message = format!(
+            "the current has noise of {}, which acts on the speed: standard errors, which know the noise of the speed alone, \
+             are too small by up to a factor of {}",
+            engineering(noise, "A", 2),
+            significant(times, 2)
+        );
+        Warning::new("input_noise", message)
+    })
+}
