@@ -1,7 +1,7 @@
 //! Which line of a file each sample is on.
 
 /// Lines of samples, kept as stretches of consecutive lines: a file of a gigabyte has few.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Lines {
     /// First sample of a stretch and its line.
     stretches: Vec<(usize, u64)>,

@@ -7,6 +7,7 @@ mod lines;
 mod prepare;
 mod reading;
 mod samples;
+mod stored;
 mod time;
 
 pub use diagnose::{Finding, Severity, diagnose};
@@ -30,7 +31,7 @@ pub const SAMPLES_MAX: usize = 100_000_000;
 pub const VALUE_MAX: f64 = 1e9;
 
 /// A column as it was understood.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Column {
     /// What it holds.
     pub quantity: Quantity,
@@ -45,7 +46,7 @@ pub struct Column {
 }
 
 /// Where a recording came from and how it was understood.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Source {
     /// The file; `None` for one made in memory.
     pub path: Option<PathBuf>,
@@ -78,7 +79,7 @@ pub struct Record {
 }
 
 /// Samples whose errors do not count.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Excluded {
     /// The first.
     pub start: usize,

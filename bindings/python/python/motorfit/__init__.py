@@ -1,0 +1,47 @@
+"""Parameters of DC motors from recordings of voltage, current and speed.
+
+>>> import motorfit
+>>> record = motorfit.Record.from_file("m2-step.csv")          # doctest: +SKIP
+>>> found = motorfit.identify(record)                          # doctest: +SKIP
+>>> found.parameters, found.std_errors                         # doctest: +SKIP
+
+Everything is in SI units: s, V, A, rad/s, N·m; R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m².
+"""
+
+from ._errors import DataError, DeviceError, MotorfitError, NotIdentifiedError, UsageError
+from ._motorfit import (
+    Evaluator,
+    Identification,
+    Optimizer,
+    Progress,
+    Record,
+    Svg,
+    __version__,
+    devices,
+    identify,
+    read,
+    refine,
+    simulate,
+    steiglitz_mcbride,
+)
+
+__all__ = [
+    "DataError",
+    "DeviceError",
+    "Evaluator",
+    "Identification",
+    "MotorfitError",
+    "NotIdentifiedError",
+    "Optimizer",
+    "Progress",
+    "Record",
+    "Svg",
+    "UsageError",
+    "__version__",
+    "devices",
+    "identify",
+    "read",
+    "refine",
+    "simulate",
+    "steiglitz_mcbride",
+]

@@ -1,0 +1,224 @@
+"""Types of the compiled half of the package. Arrays are C-ordered float64; SI units throughout."""
+
+from collections.abc import Callable, Mapping, Sequence
+from os import PathLike
+from typing import Any, Literal, TypedDict, Unpack, final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__version__: str
+
+Floats = NDArray[np.float64]
+Items = str | Sequence[str]
+Numbers = str | Sequence[str] | Mapping[str, float]
+Bounds = str | Sequence[str] | Mapping[str, tuple[float, float]]
+Criterion = Literal["euclidean", "ise", "iae", "itse", "itae", "mse", "nrmse"]
+Scale = Literal["none", "peak", "std", "noise"]
+Discretization = Literal["zoh", "foh", "rk4", "euler"]
+Initial = Literal["auto", "zero", "measured", "free"]
+Method = Literal["auto", "sm", "gwo", "jaya", "ga", "random"]
+
+class ReadOptions(TypedDict, total=False):
+    columns: Items
+    rate: float
+    sheet: str
+    gaps: Literal["error", "keep", "split"]
+    drop_repeats: bool
+    crop: str
+    offset: str
+    mask: Items
+    decimate: int
+    filter: str
+    discretization: Discretization
+
+class ProblemSettings(TypedDict, total=False):
+    criterion: Criterion
+    scale: Scale
+    noise: str
+    time_origin: float
+    discretization: Discretization
+    initial: Initial
+    bounds: Bounds
+    fix: Numbers
+    with_: Items
+    per_recording: Items
+    device: str
+    precision: Literal["auto", "f32", "f64"]
+    threads: int
+
+class IdentifySettings(ProblemSettings, total=False):
+    method: Method
+    polish: Literal["lm", "none"]
+    population: int
+    generations: int
+    seed: int
+    set: Items
+
+class RefineSettings(TypedDict, total=False):
+    bounds: Bounds
+    fix: Numbers
+    discretization: Discretization
+    initial: Initial
+
+@final
+class Record:
+    """A recording of one motor, checked: time in s, voltage in V, current in A, speed in rad/s, load torque in N·m."""
+
+    def __new__(
+        cls,
+        time: ArrayLike,
+        *,
+        voltage: ArrayLike | None = None,
+        current: ArrayLike | None = None,
+        speed: ArrayLike | None = None,
+        load_torque: ArrayLike | None = None,
+    ) -> Record: ...
+    @staticmethod
+    def from_file(path: str | PathLike[str], **options: Unpack[ReadOptions]) -> Record: ...
+    @staticmethod
+    def from_columns(frame: Any, *, columns: str | None = None, rate: float | None = None) -> Record: ...
+    @property
+    def time(self) -> Floats: ...
+    @property
+    def voltage(self) -> Floats | None: ...
+    @property
+    def current(self) -> Floats | None: ...
+    @property
+    def speed(self) -> Floats | None: ...
+    @property
+    def load_torque(self) -> Floats | None: ...
+    @property
+    def period(self) -> float: ...
+    @property
+    def path(self) -> PathLike[str] | None: ...
+    @property
+    def sha256(self) -> str | None: ...
+    @property
+    def notes(self) -> list[str]: ...
+    def split(self, fraction: float) -> tuple[Record, Record]: ...
+    def to_columns(self) -> dict[str, Floats]: ...
+    def to_csv(self) -> str: ...
+    def __len__(self) -> int: ...
+
+@final
+class Svg:
+    """A drawing: str(drawing) is its SVG; a notebook shows it."""
+
+    @property
+    def caption(self) -> str: ...
+    def save(self, path: str | PathLike[str]) -> None: ...
+    def _repr_svg_(self) -> str: ...
+
+@final
+class Progress:
+    """How far a search is."""
+
+    @property
+    def generation(self) -> int: ...
+    @property
+    def generations(self) -> int: ...
+    @property
+    def evaluations(self) -> int: ...
+    @property
+    def cost(self) -> float: ...
+
+@final
+class Identification:
+    """What was found."""
+
+    @property
+    def parameters(self) -> dict[str, float | None]: ...
+    @property
+    def std_errors(self) -> dict[str, float | None]: ...
+    @property
+    def ci95(self) -> dict[str, tuple[float, float] | None]: ...
+    @property
+    def free(self) -> list[str]: ...
+    @property
+    def correlation(self) -> Floats | None: ...
+    @property
+    def covariance(self) -> Floats | None: ...
+    @property
+    def history(self) -> Floats: ...
+    @property
+    def cost(self) -> float: ...
+    @property
+    def fit_percent(self) -> dict[str, float | None]: ...
+    @property
+    def warnings(self) -> list[str]: ...
+    @property
+    def records(self) -> list[Record]: ...
+    def modelled(self) -> list[dict[str, Floats]]: ...
+    def to_dict(self) -> dict[str, Any]: ...
+    def to_json(self) -> str: ...
+    def plot_response(self, recording: int = 0) -> Svg: ...
+    def plot_correlation(self) -> Svg | None: ...
+    def plot_history(self) -> Svg | None: ...
+
+@final
+class Evaluator:
+    """Costs of candidates on a recording, or on several together."""
+
+    def __new__(
+        cls,
+        records: Record | Sequence[Record],
+        *,
+        population: int = 100_000,
+        **settings: Unpack[ProblemSettings],
+    ) -> Evaluator: ...
+    @property
+    def names(self) -> list[str]: ...
+    @property
+    def bounds(self) -> list[tuple[float, float]]: ...
+    @property
+    def device(self) -> tuple[str, str, str]: ...
+    def __call__(self, candidates: ArrayLike) -> Floats:
+        """Costs, shape (n,), of candidates of shape (n, p); inf for a cost that is not finite."""
+
+@final
+class Optimizer:
+    """A population search in a box, driven from outside."""
+
+    def __new__(
+        cls,
+        method: Literal["gwo", "jaya", "ga", "random"],
+        bounds: Sequence[tuple[float, float]],
+        *,
+        population: int = 100,
+        generations: int = 100,
+        seed: int = 1,
+        run: int = 0,
+        set: Sequence[str] = (),
+    ) -> Optimizer: ...
+    @property
+    def method(self) -> str: ...
+    def ask(self) -> Floats:
+        """The candidates to be evaluated next, shape (n, p); the same ones until tell."""
+    def tell(self, costs: ArrayLike) -> None:
+        """Takes the costs of what was asked last, shape (n,)."""
+    def best(self) -> tuple[Floats, float] | None:
+        """The best values, shape (p,), and their cost; None before the first tell."""
+
+def read(path: str | PathLike[str], **options: Unpack[ReadOptions]) -> list[Record]: ...
+def identify(
+    records: Record | Sequence[Record],
+    *,
+    validate: Record | Sequence[Record] | None = None,
+    progress: Callable[[Progress], object] | None = None,
+    **settings: Unpack[IdentifySettings],
+) -> Identification: ...
+def steiglitz_mcbride(record: Record, *, discretization: Discretization = "zoh") -> dict[str, float]: ...
+def refine(
+    records: Record | Sequence[Record], start: Mapping[str, float], **settings: Unpack[RefineSettings]
+) -> dict[str, Any]: ...
+def simulate(
+    parameters: str | Mapping[str, float],
+    time: ArrayLike,
+    voltage: ArrayLike,
+    *,
+    load_torque: ArrayLike | None = None,
+    noise: str | None = None,
+    seed: int = 1,
+) -> Record: ...
+def devices() -> dict[str, Any]: ...

@@ -1,0 +1,34 @@
+//! The library's errors as exceptions, one class for each kind.
+
+use motorfit::{Error, ErrorKind};
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+
+/// Turns results of the library into those of Python.
+pub trait Raise<T> {
+    /// The value, or its error raised.
+    fn raise(self, py: Python<'_>) -> PyResult<T>;
+}
+
+impl<T> Raise<T> for motorfit::Result<T> {
+    fn raise(self, py: Python<'_>) -> PyResult<T> {
+        self.map_err(|error| exception(py, &error))
+    }
+}
+
+/// The exception of an error.
+pub fn exception(py: Python<'_>, error: &Error) -> PyErr {
+    let name = match error.kind() {
+        ErrorKind::Usage => "UsageError",
+        ErrorKind::Data => "DataError",
+        ErrorKind::NotIdentified => "NotIdentifiedError",
+        ErrorKind::Device => "DeviceError",
+        _ => "MotorfitError",
+    };
+    let made = || py.import("motorfit._errors")?.getattr(name)?.call1((error.to_string(), error.remedy()));
+    match made() {
+        Ok(exception) => PyErr::from_value(exception),
+        // The package without its Python half.
+        Err(_) => PyRuntimeError::new_err(format!("{error}\n{}", error.remedy())),
+    }
+}

@@ -1,0 +1,39 @@
+//! motorfit for Python: the library's types as classes, its errors as exceptions, its arrays as numpy's.
+//!
+//! Nothing is computed here. Work runs without the interpreter's lock, and can be interrupted.
+
+mod arrays;
+mod errors;
+mod evaluator;
+mod frame;
+mod identify;
+mod optimizer;
+mod progress;
+mod record;
+mod simulate;
+mod spec;
+
+use pyo3::prelude::*;
+
+/// The compiled half of the package.
+#[pymodule]
+mod _motorfit {
+    #[pymodule_export]
+    use super::evaluator::Evaluator;
+    #[pymodule_export]
+    use super::identify::{Identification, Svg, identify};
+    #[pymodule_export]
+    use super::optimizer::Optimizer;
+    #[pymodule_export]
+    use super::progress::Progress;
+    #[pymodule_export]
+    use super::record::{Record, read};
+    #[pymodule_export]
+    use super::simulate::{devices, refine, simulate, steiglitz_mcbride};
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,268 @@
+//! Recordings.
+
+use crate::arrays::{array, signal};
+use crate::errors::Raise as _;
+use crate::frame;
+use crate::spec::{Keywords, choice};
+use motorfit::motor::Discretization;
+use motorfit::record::{
+    Gaps, Offset, Preparation, ReadOptions, Reading, Samples, parse_columns, parse_crop, parse_masks, parse_offset,
+    read_bytes, write_csv,
+};
+use numpy::PyArray1;
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use std::path::PathBuf;
+
+/// A recording of one motor, checked: time in s, voltage in V, current in A, speed in rad/s, load torque in N·m.
+///
+/// `Record(time, voltage=…, current=…, speed=…, load_torque=…)` takes arrays of one length in these units. `voltage` may
+/// be left out where current and speed are there: the current then is the input.
+#[pyclass(frozen, module = "motorfit")]
+#[derive(Clone)]
+pub struct Record(pub motorfit::record::Record);
+
+/// A signal of a recording, or nothing.
+type Signal<'py> = Option<Bound<'py, PyArray1<f64>>>;
+
+#[pymethods]
+impl Record {
+    #[new]
+    #[pyo3(signature = (time, *, voltage=None, current=None, speed=None, load_torque=None))]
+    fn new(
+        py: Python<'_>,
+        time: &Bound<'_, PyAny>,
+        voltage: Option<&Bound<'_, PyAny>>,
+        current: Option<&Bound<'_, PyAny>>,
+        speed: Option<&Bound<'_, PyAny>>,
+        load_torque: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let of =
+            |numbers: Option<&Bound<'_, PyAny>>, what: &str| numbers.map(|numbers| signal(numbers, what)).transpose();
+        let samples = Samples {
+            time_s: signal(time, "time")?,
+            voltage: of(voltage, "voltage")?.unwrap_or_default(),
+            torque: of(load_torque, "load_torque")?,
+            current: of(current, "current")?,
+            speed: of(speed, "speed")?,
+        };
+        motorfit::record::Record::new(samples).map(Self).raise(py)
+    }
+
+    /// The one recording of a file; `read` takes files of several. Keywords as for `read`.
+    #[staticmethod]
+    #[pyo3(signature = (path, **options))]
+    fn from_file(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let mut records = read(py, path.clone(), options)?;
+        match (records.pop(), records.len()) {
+            (Some(record), 0) => Ok(record),
+            (_, others) => {
+                let message = format!("holds {} recordings", others + 1);
+                Err(motorfit::Error::data(message, "Read them all: motorfit.read(path).").in_file(&path)).raise(py)
+            }
+        }
+    }
+
+    /// A recording from columns as a file has them: a mapping of headings to arrays, or a pandas or polars frame. Headings
+    /// name quantity and unit ("Current (mA)", "speed_rpm"), or `columns` does ("time=t:s,current=I:mA,…").
+    #[staticmethod]
+    #[pyo3(signature = (frame, *, columns=None, rate=None))]
+    fn from_columns(
+        py: Python<'_>,
+        frame: &Bound<'_, PyAny>,
+        columns: Option<&str>,
+        rate: Option<f64>,
+    ) -> PyResult<Self> {
+        let columns = parse_columns(columns.unwrap_or_default()).raise(py)?;
+        let options = ReadOptions { columns, rate_hz: rate, ..ReadOptions::default() };
+        let text = frame::text(frame)?;
+        let read = py.detach(|| read_bytes(text.as_bytes(), None, &options)).raise(py)?;
+        let mut records = read.into_iter();
+        let empty = || motorfit::Error::data("the columns hold no recording", "Give time, voltage, current, speed.");
+        records.next().ok_or_else(empty).map(Self).raise(py)
+    }
+
+    /// Time, s.
+    #[getter]
+    fn time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        array(py, self.0.samples().time_s.clone())
+    }
+
+    /// Voltage, V; `None` where the current is the input.
+    #[getter]
+    fn voltage<'py>(&self, py: Python<'py>) -> Signal<'py> {
+        let voltage = &self.0.samples().voltage;
+        (!voltage.is_empty()).then(|| array(py, voltage.clone()))
+    }
+
+    /// Current, A.
+    #[getter]
+    fn current<'py>(&self, py: Python<'py>) -> Signal<'py> {
+        self.0.samples().current.clone().map(|values| array(py, values))
+    }
+
+    /// Speed, rad/s.
+    #[getter]
+    fn speed<'py>(&self, py: Python<'py>) -> Signal<'py> {
+        self.0.samples().speed.clone().map(|values| array(py, values))
+    }
+
+    /// Load torque, N·m.
+    #[getter]
+    fn load_torque<'py>(&self, py: Python<'py>) -> Signal<'py> {
+        self.0.samples().torque.clone().map(|values| array(py, values))
+    }
+
+    /// Mean time between samples, s.
+    #[getter]
+    fn period(&self) -> f64 {
+        self.0.period_s()
+    }
+
+    /// The file, if there is one.
+    #[getter]
+    fn path(&self) -> Option<PathBuf> {
+        self.0.source().path.clone()
+    }
+
+    /// SHA-256 of the file, in hexadecimal.
+    #[getter]
+    fn sha256(&self) -> Option<String> {
+        self.0.source().sha256.clone()
+    }
+
+    /// What was left out, put together or prepared, in words.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.0.source().notes.clone()
+    }
+
+    /// The first part of the samples, and the rest of them.
+    fn split(&self, py: Python<'_>, fraction: f64) -> PyResult<(Self, Self)> {
+        let [first, rest] = self.0.split(fraction).raise(py)?;
+        Ok((Self(first), Self(rest)))
+    }
+
+    /// Its signals as a mapping of headings with units to arrays: what `from_columns` and `pandas.DataFrame` take.
+    fn to_columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let columns = PyDict::new(py);
+        columns.set_item("time_s", self.time(py))?;
+        let signals = [
+            ("voltage_V", self.voltage(py)),
+            ("load_torque_Nm", self.load_torque(py)),
+            ("current_A", self.current(py)),
+            ("speed_rad_s", self.speed(py)),
+        ];
+        for (heading, signal) in signals {
+            if let Some(signal) = signal {
+                columns.set_item(heading, signal)?;
+            }
+        }
+        Ok(columns)
+    }
+
+    /// Its signals as the text of a CSV file.
+    fn to_csv(&self) -> String {
+        write_csv(&self.0)
+    }
+
+    fn __len__(&self) -> usize {
+        self.0.len()
+    }
+
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        other.cast::<Self>().is_ok_and(|other| self.0 == other.get().0)
+    }
+
+    fn __repr__(&self) -> String {
+        let source = self.0.source();
+        let path = source.path.as_ref().map_or(String::new(), |path| format!("{}: ", path.display()));
+        let samples = self.0.samples();
+        let there = [
+            ("voltage", !samples.voltage.is_empty()),
+            ("load torque", samples.torque.is_some()),
+            ("current", samples.current.is_some()),
+            ("speed", samples.speed.is_some()),
+        ];
+        let signals: Vec<&str> = there.into_iter().filter(|(_, there)| *there).map(|(name, _)| name).collect();
+        format!("<Record {path}{} samples every {:.6} s: {}>", self.0.len(), self.0.period_s(), signals.join(", "))
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let py = slf.py();
+        let stored = slf.get().0.to_stored().raise(py)?;
+        let restore = slf.get_type().getattr("_restore")?;
+        Ok((restore, PyTuple::new(py, [pyo3::types::PyBytes::new(py, &stored)])?))
+    }
+
+    #[staticmethod]
+    fn _restore(py: Python<'_>, stored: &[u8]) -> PyResult<Self> {
+        motorfit::record::Record::from_stored(stored).map(Self).raise(py)
+    }
+}
+
+/// What `read` knows.
+const OPTIONS: [&str; 11] = [
+    "columns",
+    "rate",
+    "sheet",
+    "gaps",
+    "drop_repeats",
+    "crop",
+    "offset",
+    "mask",
+    "decimate",
+    "filter",
+    "discretization",
+];
+
+/// The recordings of a file: CSV, XLSX, MAT or SysId JSON. Keywords as the flags of the command line: columns, rate, sheet,
+/// gaps, drop_repeats, crop, offset, mask, decimate, filter, discretization.
+#[pyfunction]
+#[pyo3(signature = (path, **options))]
+pub fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Record>> {
+    let keys = Keywords::new(py, options, &OPTIONS)?;
+    let gaps = keys.text("gaps")?;
+    let rate_hz: Option<f64> = keys.value("rate")?;
+    if rate_hz.is_some_and(|rate| !(rate.is_finite() && rate > 0.0)) {
+        return Err(PyTypeError::new_err("rate: give samples per second, more than 0"));
+    }
+    let all = [("error", Gaps::Error), ("keep", Gaps::Keep), ("split", Gaps::Split)];
+    let gaps = gaps.map(|text| choice("gaps", &text, &all, |(name, _)| name)).transpose().raise(py)?;
+    let discretization = keys.choice("discretization", &Discretization::ALL, |d| d.name())?;
+    let columns = keys.items("columns")?.join(",");
+    let reading = Reading {
+        options: ReadOptions {
+            columns: parse_columns(&columns).raise(py)?,
+            rate_hz,
+            sheet: keys.text("sheet")?,
+            gaps: gaps.map_or(Gaps::Error, |(_, gaps)| gaps),
+            drop_repeats: keys.value("drop_repeats")?.unwrap_or(false),
+        },
+        preparation: Preparation {
+            crop: keys.text("crop")?.as_deref().map(parse_crop).transpose().raise(py)?.unwrap_or_default(),
+            offset: keys.text("offset")?.as_deref().map_or(Ok(Offset::None), parse_offset).raise(py)?,
+            mask: parse_masks(&keys.items("mask")?).raise(py)?,
+            rate_hz,
+            decimate: keys.value("decimate")?,
+            filter: keys.text("filter")?.as_deref().map(str::parse).transpose().raise(py)?,
+            sampled_input: discretization.map(Discretization::uses_next_input),
+        },
+    };
+    let records = py.detach(|| reading.records(&path)).raise(py)?;
+    Ok(records.into_iter().map(Record).collect())
+}
+
+/// One recording, or a sequence of them.
+pub fn several(given: &Bound<'_, PyAny>) -> PyResult<Vec<motorfit::record::Record>> {
+    if let Ok(record) = given.cast::<Record>() {
+        return Ok(vec![record.get().0.clone()]);
+    }
+    let wrong = || PyTypeError::new_err("give a Record or a sequence of them");
+    let mut records = Vec::new();
+    for one in given.try_iter().map_err(|_| wrong())? {
+        records.push(one?.cast::<Record>().map_err(|_| wrong())?.get().0.clone());
+    }
+    if records.is_empty() { Err(wrong()) } else { Ok(records) }
+}

@@ -1,0 +1,106 @@
+//! Simulated recordings, estimates by themselves, and what can evaluate.
+
+use crate::arrays::signal;
+use crate::errors::Raise as _;
+use crate::record::{Record, several};
+use crate::spec::{self, Keywords};
+use motorfit::estimate::{RefineOptions, SmOptions};
+use motorfit::evaluate::Model;
+use motorfit::experiment::{Excitation, noise_of, simulated_with, with_noise};
+use motorfit::identify::values;
+use motorfit::motor::{Discretization, Parameters};
+use motorfit::report::{Devices, json};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// A motor at rest, driven and recorded. `parameters` as {"R": …, "L": …, "K": …, "B": …, "J": …} with extensions
+/// ("Tc", "td", …), or as "m2,Tc=0.01"; `time` in s and `voltage` in V of one length, `load_torque` in N·m; `noise` as
+/// "40dB" or "i=0.05,w=0.5".
+#[pyfunction]
+#[pyo3(signature = (parameters, time, voltage, *, load_torque=None, noise=None, seed=1))]
+pub fn simulate(
+    py: Python<'_>,
+    parameters: &Bound<'_, PyAny>,
+    time: &Bound<'_, PyAny>,
+    voltage: &Bound<'_, PyAny>,
+    load_torque: Option<&Bound<'_, PyAny>>,
+    noise: Option<&str>,
+    seed: u64,
+) -> PyResult<Record> {
+    let (motor, extensions) = values::motor(&spec::items(parameters, "parameters")?.join(",")).raise(py)?;
+    let excitation = Excitation {
+        time_s: signal(time, "time")?,
+        voltage: signal(voltage, "voltage")?,
+        torque: load_torque.map(|torque| signal(torque, "load_torque")).transpose()?,
+    };
+    let noise = noise.map(values::noise).transpose().raise(py)?;
+    let record = py.detach(|| {
+        let clean = simulated_with(&motor, &extensions, &excitation, Discretization::Zoh)?;
+        noise.map_or(Ok(clean.clone()), |noise| with_noise(&clean, noise_of(&clean, noise), seed))
+    });
+    record.map(Record).raise(py)
+}
+
+fn named<'py>(py: Python<'py>, parameters: &Parameters) -> PyResult<Bound<'py, PyDict>> {
+    let values = PyDict::new(py);
+    for (symbol, value) in ["R", "L", "K", "B", "J"].into_iter().zip(parameters.to_array()) {
+        values.set_item(symbol, value)?;
+    }
+    Ok(values)
+}
+
+/// The Steiglitz–McBride estimate of a recording, as {"R": …, …} in SI units.
+#[pyfunction]
+#[pyo3(signature = (record, *, discretization="zoh"))]
+pub fn steiglitz_mcbride<'py>(
+    py: Python<'py>,
+    record: &Bound<'py, Record>,
+    discretization: &str,
+) -> PyResult<Bound<'py, PyDict>> {
+    let discretization =
+        spec::choice("discretization", discretization, &Discretization::ALL, |d| d.name()).raise(py)?;
+    let options = SmOptions { model: Model { discretization, ..Model::default() }, sigma: None };
+    let record = record.get().0.clone();
+    let estimate = py.detach(|| motorfit::estimate::steiglitz_mcbride(&record, &options)).raise(py)?;
+    named(py, &estimate.parameters)
+}
+
+/// Output-error refinement of `start` ({"R": …, …}, a value for each free parameter) on one recording or more: a mapping
+/// with `parameters`, `std_errors` and `converged`. Settings as of `identify`: bounds, fix, discretization, initial.
+#[pyfunction]
+#[pyo3(signature = (records, start, **settings))]
+pub fn refine<'py>(
+    py: Python<'py>,
+    records: &Bound<'py, PyAny>,
+    start: &Bound<'py, PyAny>,
+    settings: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let keys = Keywords::new(py, settings, &["bounds", "fix", "discretization", "initial"])?;
+    let records = several(records)?;
+    let spec = spec::problem(&keys, spec::input_of(&records))?;
+    let given = values::parameters(&spec::items(start, "start")?, "start").raise(py)?;
+    let value = |axis: &motorfit::motor::Axis| given.iter().find(|(p, _)| *p == axis.parameter).map(|(_, v)| *v);
+    let missing = spec.space.free().iter().find(|axis| value(axis).is_none()).map(|axis| axis.parameter.symbol());
+    if let Some(symbol) = missing {
+        let message = format!("start lacks {symbol}, which is free");
+        return Err(motorfit::Error::usage(message, "Give a value for each free parameter.")).raise(py);
+    }
+    let start: Vec<f64> = spec.space.free().iter().filter_map(value).collect();
+    let options = RefineOptions { model: spec.model, sigma: None };
+    let refined = py.detach(|| motorfit::estimate::refine(&records, &spec.space, &start, &options)).raise(py)?;
+    let (result, errors) = (PyDict::new(py), PyDict::new(py));
+    for (axis, error) in spec.space.free().iter().zip(&refined.uncertainty.std_error) {
+        errors.set_item(axis.parameter.symbol(), *error)?;
+    }
+    result.set_item("parameters", named(py, &refined.parameters)?)?;
+    result.set_item("std_errors", errors)?;
+    result.set_item("converged", refined.converged)?;
+    Ok(result)
+}
+
+/// What can evaluate here, as `motorfit devices --json` prints it.
+#[pyfunction]
+pub fn devices(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    let text = py.detach(|| json(&Devices::of(std::thread::available_parallelism().map_or(1, usize::from))));
+    py.import("json")?.call_method1("loads", (text,))
+}

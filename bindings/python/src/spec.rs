@@ -1,0 +1,180 @@
+//! Keyword arguments as the library's settings: the names and the forms of the command line's flags.
+
+use crate::errors::Raise as _;
+use motorfit::criterion::{Criterion, Norm, Scale};
+use motorfit::evaluate::{Initial, Model};
+use motorfit::identify::{DeviceSpec, IdentifySpec, Method, Polish, PrecisionSpec, With, values};
+use motorfit::motor::{Discretization, Input, Space};
+use motorfit::record::{Quantity, Record};
+use motorfit::{Error, Result};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+
+/// Settings by their names.
+pub struct Keywords<'a, 'py> {
+    given: Option<&'a Bound<'py, PyDict>>,
+    py: Python<'py>,
+}
+
+/// One of `all` by its name.
+pub fn choice<T: Copy>(key: &str, text: &str, all: &[T], name: impl Fn(&T) -> &'static str) -> Result<T> {
+    all.iter().find(|one| name(one) == text).copied().ok_or_else(|| {
+        let names: Vec<&str> = all.iter().map(&name).collect();
+        let message = format!("{key}: \"{}\" is none of its values", motorfit::text::excerpt(text));
+        Error::usage(message, format!("Give one of {}.", names.join(", ")))
+    })
+}
+
+impl<'a, 'py> Keywords<'a, 'py> {
+    /// Those given; a name that is not among `known` is an error.
+    pub fn new(py: Python<'py>, given: Option<&'a Bound<'py, PyDict>>, known: &[&str]) -> PyResult<Self> {
+        for key in given.iter().flat_map(|given| given.keys()) {
+            let key: String = key.extract()?;
+            if !known.contains(&key.as_str()) {
+                let near =
+                    motorfit::text::nearest(&key, known).map_or(String::new(), |n| format!("; did you mean {n}?"));
+                return Err(PyTypeError::new_err(format!("there is no keyword argument {key}{near}")));
+            }
+        }
+        Ok(Self { given, py })
+    }
+
+    fn get(&self, key: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let value = self.given.map(|given| given.get_item(key)).transpose()?.flatten();
+        Ok(value.filter(|value| !value.is_none()))
+    }
+
+    /// A value of a type.
+    pub fn value<T: for<'x> FromPyObject<'x, 'py, Error = PyErr>>(&self, key: &str) -> PyResult<Option<T>> {
+        let wrong = |error: PyErr| PyTypeError::new_err(format!("{key}: {error}"));
+        self.get(key)?.map(|value| value.extract::<T>().map_err(wrong)).transpose()
+    }
+
+    /// A text.
+    pub fn text(&self, key: &str) -> PyResult<Option<String>> {
+        self.value(key)
+    }
+
+    /// One of `all` by its name.
+    pub fn choice<T: Copy>(&self, key: &str, all: &[T], name: impl Fn(&T) -> &'static str) -> PyResult<Option<T>> {
+        self.text(key)?.map(|text| choice(key, &text, all, &name)).transpose().raise(self.py)
+    }
+
+    /// A list as the command line has it: a text with commas, a sequence of texts, or a mapping of names to a number or
+    /// to a pair of bounds.
+    pub fn items(&self, key: &str) -> PyResult<Vec<String>> {
+        self.get(key)?.map_or_else(|| Ok(Vec::new()), |value| items(&value, key))
+    }
+}
+
+/// A list in one of its forms; `key` names it in errors.
+pub fn items(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Vec<String>> {
+    if let Ok(text) = value.cast::<PyString>() {
+        return Ok(text.to_str()?.split(',').map(str::to_owned).filter(|item| !item.trim().is_empty()).collect());
+    }
+    if value.hasattr("items")? {
+        let mut list = Vec::new();
+        for pair in value.call_method0("items")?.try_iter()? {
+            let (name, value): (String, Bound<'_, PyAny>) = pair?.extract()?;
+            let text = match value.extract::<f64>() {
+                Ok(number) => number.to_string(),
+                Err(_) => {
+                    let (low, high): (f64, f64) = value.extract().map_err(|_| {
+                        PyTypeError::new_err(format!("{key}: {name} is neither a number nor a pair of numbers"))
+                    })?;
+                    format!("{low}:{high}")
+                }
+            };
+            list.push(format!("{name}={text}"));
+        }
+        return Ok(list);
+    }
+    let wrong = |_| PyTypeError::new_err(format!("{key}: give a text, a sequence of texts, or a mapping"));
+    value.extract().map_err(wrong)
+}
+
+/// What drives the motor in recordings.
+pub fn input_of(records: &[Record]) -> Input {
+    let by_current = records.iter().all(|record| record.driver() == Quantity::Current);
+    if by_current { Input::Current } else { Input::Voltage }
+}
+
+/// What evaluation and identification share.
+pub const PROBLEM: [&str; 13] = [
+    "criterion",
+    "scale",
+    "noise",
+    "time_origin",
+    "discretization",
+    "initial",
+    "bounds",
+    "fix",
+    "with_",
+    "per_recording",
+    "device",
+    "precision",
+    "threads",
+];
+
+/// The settings of a problem. A motor whose input is the `current` takes it as lines between samples.
+pub fn problem(keys: &Keywords<'_, '_>, input: Input) -> PyResult<IdentifySpec> {
+    let py = keys.py;
+    let usual = IdentifySpec::default();
+    let held = if input == Input::Current { Discretization::Foh } else { Discretization::Zoh };
+    let (bounds, fix) = (keys.items("bounds")?, keys.items("fix")?);
+    let with = With::parse(&keys.items("with_")?).raise(py)?;
+    let space = if with == With::default() { Space::table2_with } else { Space::table2_to_extend };
+    let limits = values::bounds(&bounds).raise(py)?;
+    let fixed = values::parameters(&fix, "fix").raise(py)?;
+    let noise = keys.text("noise")?.map(|text| values::noise(&text)).transpose().raise(py)?;
+    let initial = [Initial::Auto, Initial::Zero, Initial::Measured, Initial::Free];
+    let precision = [PrecisionSpec::Auto, PrecisionSpec::F32, PrecisionSpec::F64];
+    Ok(IdentifySpec {
+        criterion: Criterion {
+            norm: keys.choice("criterion", &Norm::ALL, |n| n.name())?.unwrap_or(usual.criterion.norm),
+            scale: keys.choice("scale", &Scale::ALL, |s| s.name())?.unwrap_or(usual.criterion.scale),
+            time_origin_s: keys.value("time_origin")?,
+            noise: noise.unwrap_or_default(),
+        },
+        model: Model {
+            discretization: keys.choice("discretization", &Discretization::ALL, |d| d.name())?.unwrap_or(held),
+            initial: keys.choice("initial", &initial, |i| i.name())?.unwrap_or(usual.model.initial),
+        },
+        space: space(&limits, &fixed).raise(py)?,
+        auto_bounds: values::auto_bounds(&bounds).raise(py)?,
+        with,
+        per_recording: values::named(&keys.items("per_recording")?, "per_recording").raise(py)?,
+        device: keys.text("device")?.map_or(Ok(DeviceSpec::default()), |text| text.parse()).raise(py)?,
+        precision: keys.choice("precision", &precision, |p| p.name())?.unwrap_or_default(),
+        threads: keys.value("threads")?,
+        ..IdentifySpec::default()
+    })
+}
+
+/// The settings of a method.
+pub fn method(py: Python<'_>, name: &str, settings: &[String]) -> PyResult<Method> {
+    let mut method = choice("method", name, &Method::all(), Method::name).raise(py)?;
+    for item in settings {
+        let (key, value) = values::pair(item, "set", "mutation=0.1").raise(py)?;
+        method.set(key.strip_prefix(&format!("{name}.")).unwrap_or(key), value).raise(py)?;
+    }
+    Ok(method)
+}
+
+/// The settings of an identification beside those of its problem.
+pub const IDENTIFY: [&str; 6] = ["method", "polish", "population", "generations", "seed", "set"];
+
+/// All settings of an identification.
+pub fn identify(keys: &Keywords<'_, '_>, input: Input) -> PyResult<IdentifySpec> {
+    let usual = IdentifySpec::default();
+    let name = keys.text("method")?.unwrap_or_else(|| usual.method.name().to_owned());
+    Ok(IdentifySpec {
+        method: method(keys.py, &name, &keys.items("set")?)?,
+        polish: keys.choice("polish", &Polish::ALL, |p| p.name())?.unwrap_or_default(),
+        population: keys.value("population")?.unwrap_or(usual.population),
+        generations: keys.value("generations")?.unwrap_or(usual.generations),
+        seed: keys.value("seed")?.unwrap_or(usual.seed),
+        ..problem(keys, input)?
+    })
+}

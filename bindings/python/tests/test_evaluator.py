@@ -1,0 +1,194 @@
+"""The batch evaluator: every way to hand numbers over gives the numbers of the plain way, or a clear error."""
+
+import threading
+
+import numpy as np
+import pytest
+
+import motorfit
+from conftest import M2, step
+
+
+@pytest.fixture(scope="module")
+def evaluator(record):
+    return motorfit.Evaluator(record, device="cpu")
+
+
+def candidates(n, seed=0):
+    """Motors around the paper's."""
+    return np.array(list(M2.values())) * np.exp(np.random.default_rng(seed).normal(0, 0.3, (n, 5)))
+
+
+def test_costs_are_those_of_the_criterion(record, evaluator):
+    """Against a simulation by the library's other way, and the formula of the contract in numpy."""
+    assert evaluator.names == ["R", "L", "K", "B", "J"] and evaluator.device[0] == "cpu"
+    tried = candidates(5)
+    expected = []
+    for values in tried:
+        model = motorfit.simulate(dict(zip("RLKBJ", values)), record.time, record.voltage)
+        errors = [(record.current - model.current) / record.current.std(), (record.speed - model.speed) / record.speed.std()]
+        expected.append(np.sqrt(np.mean(np.square(errors)) * 2))
+    # nrmse² is (1/N) Σ Σ e² over both channels; the kernels add in another order.
+    np.testing.assert_allclose(evaluator(tried), expected, rtol=1e-9)
+
+
+def test_bounds_and_settings(record):
+    held = motorfit.Evaluator(record, fix={"R": 0.921042}, bounds={"L": (0.001, 0.1)}, criterion="ise", scale="none")
+    assert held.names == ["L", "K", "B", "J"] and held.bounds[0] == (0.001, 0.1)
+    assert held(np.array(list(M2.values()))[1:]).shape == (1,)
+    with pytest.raises(TypeError, match="did you mean criterion"):
+        motorfit.Evaluator(record, criterium="ise")
+
+
+def ways(values):
+    """Ways to hand the same numbers over."""
+    n, p = values.shape
+    backwards = np.ascontiguousarray(values[::-1, ::-1])[::-1, ::-1]
+    wide = np.zeros((2 * n, 3 * p))
+    wide[::2, ::3] = values
+    unaligned = np.frombuffer(b"\0" * 3 + values.tobytes(), np.uint8)[3:].view(np.float64).reshape(n, p)
+    frozen = values.copy()
+    frozen.flags.writeable = False
+    return {
+        "C order": values.copy(),
+        "Fortran order": np.asfortranarray(values),
+        "transposed": np.ascontiguousarray(values.T).T,
+        "negative strides": backwards,
+        "strides": wide[::2, ::3],
+        "not aligned": unaligned,
+        "read-only": frozen,
+        "other byte order": values.astype(values.dtype.newbyteorder()),
+        "long double": values.astype(np.longdouble),
+        "lists": values.tolist(),
+        "tuples": tuple(map(tuple, values.tolist())),
+        "objects of numpy": [list(row) for row in values],
+        "a subclass": values.view(type("Own", (np.ndarray,), {})),
+        "a memory view": memoryview(values),
+        "masked, nothing masked": np.ma.masked_array(values, mask=False),
+        "record of frame": __import__("pandas").DataFrame(values),
+    }
+
+
+@pytest.mark.parametrize("way", list(ways(np.ones((2, 5)))))
+@pytest.mark.parametrize("n", [1, 2, 7, 1000])
+def test_however_numbers_come_they_are_the_same(evaluator, way, n):
+    values = candidates(n, seed=n)
+    given = ways(values)[way]
+    if way == "not aligned":
+        assert not given.flags.aligned
+    before = np.array(given)
+    np.testing.assert_array_equal(evaluator(given), evaluator(values))
+    np.testing.assert_array_equal(np.array(given), before)
+
+
+@pytest.mark.parametrize("dtype", ["float16", "float32", "int8", "int64", "uint64"])
+def test_other_types_are_their_values(evaluator, dtype):
+    values = np.maximum(candidates(20) * 100, 1).astype(dtype)
+    np.testing.assert_array_equal(evaluator(values), evaluator(values.astype(np.float64)))
+
+
+def test_fuzzed_arrays_give_right_numbers_or_an_error(evaluator):
+    rng = np.random.default_rng(1)
+    plain = {}
+    for _ in range(400):
+        n = int(rng.integers(1, 40))
+        values = plain.setdefault(n, candidates(n, seed=n))
+        given = values
+        for _ in range(int(rng.integers(1, 4))):
+            change = rng.integers(6)
+            if change == 0:
+                given = np.asfortranarray(given)
+            elif change == 1:
+                given = np.repeat(given, 2, axis=0)[::2]
+            elif change == 2:
+                given = np.concatenate([given, given], axis=1)[:, :5]
+            elif change == 3:
+                given = np.flip(np.flip(given).copy())
+            elif change == 4:
+                given = given.astype(rng.choice([">f8", "<f8", "longdouble"]))
+            else:
+                given = np.frombuffer(b"x" * int(rng.integers(1, 8)) + given.astype("f8").tobytes(), np.uint8)
+                given = given[len(given) - n * 40 :].view(np.float64).reshape(n, 5)
+        np.testing.assert_array_equal(evaluator(given), evaluator(values))
+
+
+def test_costs_that_are_not_numbers_are_inf(evaluator):
+    values = candidates(6)
+    good = evaluator(values)
+    for row, odd in enumerate([np.nan, np.inf, -np.inf, -1.0, 0.0]):
+        values[row, row] = odd
+    costs = evaluator(values)
+    assert not np.isnan(costs).any()
+    assert np.isinf(costs[:4]).all()
+    assert costs[5] == good[5]
+
+
+@pytest.mark.parametrize(
+    ("given", "error"),
+    [
+        (np.ones((3, 4)), ValueError),
+        (np.ones((3, 6)), ValueError),
+        (np.ones((2, 3, 5)), ValueError),
+        (np.float64(1), ValueError),
+        (np.ones((3, 5), complex), TypeError),
+        (np.ones((3, 5), bool), TypeError),
+        (np.full((3, 5), "1"), TypeError),
+        (np.full((3, 5), None), TypeError),
+        (np.full((3, 5), "2020-01-01", dtype="datetime64[D]"), TypeError),
+        (np.zeros((3, 5), dtype=[("a", "f8")]), TypeError),
+        (np.ma.masked_array(np.ones((3, 5)), mask=np.eye(3, 5)), ValueError),
+        ([[1.0] * 5, [1.0] * 4], ValueError),
+        (object(), TypeError),
+        (None, TypeError),
+    ],
+)
+def test_what_is_no_table_is_an_error(evaluator, given, error):
+    with pytest.raises(error):
+        evaluator(given)
+
+
+def test_empty_tables_have_no_costs(evaluator):
+    assert evaluator(np.empty((0, 5))).shape == (0,)
+    with pytest.raises(ValueError, match="shape"):
+        evaluator(np.empty((0,)))
+
+
+def test_a_cost_does_not_depend_on_the_table(evaluator):
+    """Large tables go in pieces."""
+    values = candidates(300_000)
+    costs = evaluator(values)
+    picked = np.random.default_rng(2).integers(0, len(values), 50)
+    np.testing.assert_array_equal(evaluator(values[picked]), costs[picked])
+
+
+def test_threads_take_turns(record):
+    shared = motorfit.Evaluator(record, device="cpu")
+    tables = [candidates(2000, seed=n) for n in range(8)]
+    expected = [shared(table) for table in tables]
+    found = [None] * 8
+
+    def work(n):
+        for _ in range(5):
+            found[n] = shared(tables[n])
+
+    threads = [threading.Thread(target=work, args=(n,)) for n in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for one, other in zip(found, expected):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_several_recordings_are_one_problem():
+    records = [step(seed=n) for n in range(3)]
+    joint = motorfit.Evaluator(records, device="cpu")
+    alone = [motorfit.Evaluator(r, device="cpu")(candidates(4)) for r in records]
+    # Alike in length: the mean square of all is the mean of theirs, each divided by its own deviation.
+    np.testing.assert_allclose(joint(candidates(4)), np.sqrt(np.mean(np.square(alone), axis=0)), rtol=1e-3)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_threads_change_no_bit(record, threads):
+    limited = motorfit.Evaluator(record, device="cpu", threads=threads)
+    np.testing.assert_array_equal(limited(candidates(500)), motorfit.Evaluator(record, device="cpu")(candidates(500)))

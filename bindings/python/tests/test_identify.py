@@ -1,0 +1,169 @@
+"""The main job: the numbers of the command line, its result's parts, progress, interruption."""
+
+import json
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import motorfit
+from conftest import M2, step
+
+
+def without_times(document):
+    """All but what differs from one run to the next, and the file that only one of them has read."""
+    document = {key: value for key, value in document.items() if key not in ("seconds", "device")}
+    return document
+
+
+@pytest.mark.parametrize(
+    ("flags", "settings"),
+    [
+        ([], {}),
+        (["--method", "gwo", "--seed", "7"], {"method": "gwo", "seed": 7}),
+        (["--method", "ga", "--polish", "none", "--population", "30", "--generations", "20", "--set", "ga.mutation=0.1"],
+         {"method": "ga", "polish": "none", "population": 30, "generations": 20, "set": "ga.mutation=0.1"}),
+        (["--method", "jaya", "--criterion", "itae", "--scale", "peak", "--bounds", "R=0.5:2,L=0.001:0.1"],
+         {"method": "jaya", "criterion": "itae", "scale": "peak", "bounds": {"R": (0.5, 2), "L": (0.001, 0.1)}}),
+        (["--fix", "R=0.921042", "--with", "coulomb"], {"fix": {"R": 0.921042}, "with_": ["coulomb"]}),
+        (["--discretization", "foh", "--initial", "free"], {"discretization": "foh", "initial": "free"}),
+    ],
+)
+def test_the_numbers_are_those_of_the_command_line(program, tmp_path, flags, settings):
+    path = tmp_path / "record.csv"
+    path.write_text(step(seed=5).to_csv())
+    printed = json.loads(program("identify", path, "--json", "--device", "cpu", *flags).stdout)
+    found = motorfit.identify(motorfit.Record.from_file(path), device="cpu", **settings)
+    assert without_times(found.to_dict()) == without_times(printed)
+
+
+def test_a_joint_fit_and_held_out_recordings_too(program, tmp_path):
+    paths = [tmp_path / f"{n}.csv" for n in range(3)]
+    for n, path in enumerate(paths):
+        path.write_text(step(seed=n).to_csv())
+    printed = program("identify", paths[0], paths[1], "--validate", paths[2], "--json").stdout
+    records = [motorfit.Record.from_file(path) for path in paths]
+    found = motorfit.identify(records[:2], validate=records[2])
+    assert without_times(found.to_dict()) == without_times(json.loads(printed))
+    assert found.to_dict()["validation"]["records"]
+
+
+def test_a_result_owns_its_parts(record):
+    found = motorfit.identify(record, method="gwo", generations=30)
+    assert set(found.parameters) == set("RLKBJ") == set(found.std_errors) == set(found.ci95)
+    for symbol, value in found.parameters.items():
+        low, high = found.ci95[symbol]
+        assert low < value < high
+        assert abs(value - M2[symbol]) < 6 * found.std_errors[symbol]
+    errors = np.array([found.std_errors[symbol] for symbol in found.free])
+    np.testing.assert_allclose(np.sqrt(np.diag(found.covariance)), errors, rtol=1e-12)
+    np.testing.assert_allclose(found.covariance, found.correlation * np.outer(errors, errors), rtol=1e-12)
+    assert found.history.shape == (30,) and np.all(np.diff(found.history) <= 0)
+    left = record.speed - found.modelled()[0]["speed_rad_s"]
+    fit = 100 * (1 - np.linalg.norm(left) / np.linalg.norm(record.speed - record.speed.mean()))
+    assert found.fit_percent["speed"] == pytest.approx(fit, abs=1e-9)
+    assert "R = 0.9" in repr(found)
+
+
+def test_drawings_are_svg(record, tmp_path):
+    found = motorfit.identify(record, method="gwo", generations=10)
+    for drawing in (found.plot_response(), found.plot_correlation(), found.plot_history()):
+        assert drawing._repr_svg_().startswith("<svg") and drawing.caption
+    found.plot_response().save(tmp_path / "fit.svg")
+    assert (tmp_path / "fit.svg").read_text() == str(found.plot_response())
+    with pytest.raises(IndexError):
+        found.plot_response(1)
+    assert motorfit.identify(record, polish="none").plot_correlation() is None
+
+
+def test_progress_is_told_and_may_end_the_search(record):
+    seen = []
+    found = motorfit.identify(record, method="gwo", generations=25, progress=seen.append)
+    assert [p.generation for p in seen] == list(range(1, 26)) and seen[-1].evaluations == 2500
+    assert seen[-1].cost == found.history[-1]
+    ended = motorfit.identify(record, method="gwo", progress=lambda p: p.generation < 10)
+    assert ended.to_dict()["stop"] == "interrupted" and len(ended.history) == 10
+
+    def failing(progress):
+        raise LookupError(progress.generation)
+
+    with pytest.raises(LookupError, match="1"):
+        motorfit.identify(record, method="gwo", progress=failing)
+
+
+def test_wrong_settings_are_named(record):
+    with pytest.raises(TypeError, match="did you mean method"):
+        motorfit.identify(record, metod="gwo")
+    with pytest.raises(motorfit.UsageError, match="method"):
+        motorfit.identify(record, method="simplex")
+    with pytest.raises(motorfit.UsageError):
+        motorfit.identify(record, bounds={"R": (2, 1)})
+    with pytest.raises(TypeError, match="population"):
+        motorfit.identify(record, population="many")
+    with pytest.raises(motorfit.DeviceError):
+        motorfit.identify(record, device="gpu:no such adapter", method="gwo")
+    with pytest.raises(TypeError):
+        motorfit.identify([])
+    flat = motorfit.Record(record.time, voltage=np.zeros(len(record)), current=record.current, speed=record.speed)
+    with pytest.raises(motorfit.NotIdentifiedError):
+        motorfit.identify(flat)
+
+
+def test_estimates_by_themselves_agree(record):
+    found = motorfit.identify(record)
+    estimate = motorfit.steiglitz_mcbride(record)
+    refined = motorfit.refine(record, estimate)
+    assert refined["converged"]
+    for symbol, value in found.parameters.items():
+        assert refined["parameters"][symbol] == pytest.approx(value, rel=1e-6)
+        assert refined["std_errors"][symbol] == pytest.approx(found.std_errors[symbol], rel=1e-4)
+    with pytest.raises(motorfit.UsageError, match="J"):
+        motorfit.refine(record, {key: estimate[key] for key in "RLKB"})
+
+
+def test_the_interpreter_goes_on_meanwhile(record):
+    import threading
+
+    counted = []
+    done = threading.Event()
+
+    def count():
+        while not done.is_set():
+            counted.append(time.perf_counter())
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    try:
+        motorfit.identify(record, method="gwo", population=400, generations=200, polish="none")
+    finally:
+        done.set()
+        thread.join()
+    # A lock that is held all along would leave one gap as long as the work.
+    assert len(counted) > 20
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
+@pytest.mark.parametrize("work", ["identify", "evaluate"])
+def test_ctrl_c_ends_it(work):
+    calls = {
+        "identify": "motorfit.identify(r, method='gwo', population=20000, generations=20000)",
+        "evaluate": "e = motorfit.Evaluator(r, device='cpu'); e(np.tile([1.0, 0.01, 0.1, 1e-3, 1e-4], (5_000_000, 1)))",
+    }
+    program = (
+        "import numpy as np, motorfit\n"
+        "t = np.arange(0, 3, 0.001)\n"
+        "r = motorfit.simulate('m2', t, np.where(t > 0.1, 10.5, 0.0), noise='40dB')\n"
+        "print('ready', flush=True)\n"
+        f"try:\n    {calls[work]}\nexcept KeyboardInterrupt:\n    print('interrupted')\n"
+    )
+    child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, cwd=pathlib.Path.home())
+    assert child.stdout.readline() == "ready\n"
+    time.sleep(0.7)
+    assert child.poll() is None, "it ended before it could be interrupted"
+    child.send_signal(signal.SIGINT)
+    assert child.communicate(timeout=60)[0] == "interrupted\n"

@@ -1,0 +1,64 @@
+"""Searches driven from Python: the same as those driven by the library."""
+
+import numpy as np
+import pytest
+
+import motorfit
+
+
+@pytest.mark.parametrize("method", ["gwo", "jaya", "ga", "random"])
+def test_a_search_driven_from_here_is_that_of_identify(record, method):
+    found = motorfit.identify(
+        record, method=method, polish="none", bounds="table2", population=40, generations=25, seed=3, device="cpu"
+    )
+    evaluator = motorfit.Evaluator(record, bounds="table2", device="cpu")
+    search = motorfit.Optimizer(method, evaluator.bounds, population=40, generations=25, seed=3)
+    history = []
+    for _ in range(25):
+        asked = search.ask()
+        assert asked.shape == (40, 5)
+        np.testing.assert_array_equal(search.ask(), asked)
+        search.tell(evaluator(asked))
+        history.append(search.best()[1])
+    np.testing.assert_array_equal(history, found.history)
+    np.testing.assert_array_equal(search.best()[0], [found.parameters[name] for name in "RLKBJ"])
+
+
+@pytest.mark.parametrize("method", ["gwo", "jaya", "ga", "random"])
+def test_it_knows_no_motor(method):
+    """A bowl in three dimensions, over seeds: the searches end well below the best of as many points at random."""
+    costs = []
+    for seed in range(20):
+        search = motorfit.Optimizer(method, [(-5.0, 5.0)] * 3, population=30, generations=60, seed=seed)
+        for _ in range(60):
+            search.tell(np.sum((search.ask() - 1.0) ** 2, axis=1))
+        costs.append(search.best()[1])
+    # The best of 1800 points in a box of side 10 is about 0.1 away in each coordinate.
+    assert np.median(costs) < (1.0 if method == "random" else 0.02)
+
+
+def test_settings_and_faults():
+    search = motorfit.Optimizer("ga", [(0, 1)], population=10, generations=5, set=["mutation=0.2"])
+    assert search.best() is None and search.method == "ga"
+    with pytest.raises(ValueError, match="9 costs for 10"):
+        search.tell(np.ones(9))
+    search.tell(np.full(10, np.nan))
+    assert search.best() is None
+    with pytest.raises(motorfit.UsageError):
+        motorfit.Optimizer("sm", [(0, 1)])
+    with pytest.raises(motorfit.UsageError):
+        motorfit.Optimizer("gwo", [])
+    with pytest.raises(motorfit.UsageError):
+        motorfit.Optimizer("gwo", [(1, 0)])
+    with pytest.raises(motorfit.UsageError):
+        motorfit.Optimizer("ga", [(0, 1)], set=["mutatoin=1"])
+    with pytest.raises(motorfit.UsageError):
+        motorfit.Optimizer("gwo", [(0, 1)], population=10**15)
+
+
+def test_runs_of_a_seed_differ_and_repeat():
+    def first(run):
+        return motorfit.Optimizer("gwo", [(0, 1)] * 2, seed=4, run=run).ask()
+
+    np.testing.assert_array_equal(first(0), first(0))
+    assert not np.array_equal(first(0), first(1))

@@ -1,0 +1,116 @@
+//! A recording as bytes and back, to the last bit: how it travels between processes. Not a format to keep files in.
+
+use super::{Excluded, Record, SAMPLES_MAX, Samples, Source};
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+
+/// What the bytes begin with; another version begins otherwise.
+const MAGIC: &[u8] = b"motorfit record 1\n";
+
+/// What stands before the numbers.
+#[derive(Serialize, Deserialize)]
+struct Head {
+    source: Source,
+    excluded: Vec<Excluded>,
+    independent: f64,
+    interpolated: bool,
+    /// Lengths of time, voltage, load torque, current, speed and slope; `None` for a signal that is not there.
+    lengths: [Option<usize>; 6],
+}
+
+impl Record {
+    /// The recording as bytes.
+    ///
+    /// # Errors
+    /// `Data` when its path is no text.
+    pub fn to_stored(&self) -> Result<Vec<u8>> {
+        let Samples { time_s, voltage, torque, current, speed } = &self.samples;
+        let signals =
+            [Some(time_s), Some(voltage), torque.as_ref(), current.as_ref(), speed.as_ref(), Some(&self.slope)];
+        let head = Head {
+            source: self.source.clone(),
+            excluded: self.excluded.clone(),
+            independent: self.independent,
+            interpolated: self.interpolated,
+            lengths: signals.map(|signal| signal.map(Vec::len)),
+        };
+        let head = serde_json::to_string(&head)
+            .map_err(|error| Error::data(format!("the recording cannot travel: {error}"), "Rename its file."))?;
+        let mut bytes = [MAGIC, head.as_bytes(), b"\n"].concat();
+        signals.iter().copied().flatten().flatten().for_each(|v| bytes.extend_from_slice(&v.to_le_bytes()));
+        Ok(bytes)
+    }
+
+    /// The recording of bytes, checked as if it were new.
+    ///
+    /// # Errors
+    /// `Data` when they are not those of a recording.
+    pub fn from_stored(bytes: &[u8]) -> Result<Self> {
+        let wrong = || Error::data("these are not the bytes of a recording of this version", "Read its file again.");
+        let text = bytes.strip_prefix(MAGIC).ok_or_else(wrong)?;
+        let end = text.iter().position(|b| *b == b'\n').ok_or_else(wrong)?;
+        let head: Head = serde_json::from_slice(&text[..end]).map_err(|_| wrong())?;
+        let mut numbers = text[end + 1..].as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes));
+        let total: usize = head.lengths.iter().flatten().map(|length| (*length).min(SAMPLES_MAX + 1)).sum();
+        if numbers.len() != total || !(text.len() - end - 1).is_multiple_of(8) {
+            return Err(wrong());
+        }
+        let mut next = |of: usize| head.lengths[of].map(|length| numbers.by_ref().take(length).collect::<Vec<f64>>());
+        let (time_s, voltage) = (next(0).ok_or_else(wrong)?, next(1).ok_or_else(wrong)?);
+        let samples = Samples { time_s, voltage, torque: next(2), current: next(3), speed: next(4) };
+        let (slope, count) = (next(5).unwrap_or_default(), samples.time_s.len());
+        let fits = slope.is_empty() || slope.len() == count && slope.iter().all(|v| v.is_finite());
+        let inside = head.excluded.iter().all(|e| e.start < e.end && e.end <= count);
+        let lines = head.source.lines.is_empty() || head.source.lines.len() == count;
+        let share = head.independent > 0.0 && head.independent <= 1.0;
+        if !(fits && inside && lines && share) {
+            return Err(wrong());
+        }
+        let record = Self::from_file(samples, head.source, true)?;
+        let record = record.with_excluded(head.excluded).with_independent(head.independent);
+        Ok(Self { slope, interpolated: head.interpolated, ..record })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::{Excitation, simulated, with_noise};
+    use crate::motor::{Discretization, Parameters};
+    use crate::record::{Preparation, ReadOptions, parse_masks, read_bytes, write_csv};
+
+    fn prepared() -> Record {
+        let step = Excitation::step(10.5, 0.1, 0.5, 0.001).unwrap();
+        let record =
+            with_noise(&simulated(&Parameters::M2, &step, Discretization::Zoh).unwrap(), [0.02, 0.5], 3).unwrap();
+        let read =
+            read_bytes(write_csv(&record).as_bytes(), Some("a b\u{e9}.csv".as_ref()), &ReadOptions::default()).unwrap();
+        let preparation = Preparation {
+            rate_hz: Some(250.0),
+            mask: parse_masks(&["0.2:0.3".to_owned()]).unwrap(),
+            filter: Some("lowpass:50".parse().unwrap()),
+            ..Preparation::default()
+        };
+        preparation.apply(&read[0]).unwrap().remove(0)
+    }
+
+    #[test]
+    fn it_comes_back_as_it_was() {
+        let record = prepared();
+        assert!(!record.excluded().is_empty() && !record.slope().is_empty() && record.independent() < 1.0);
+        assert_eq!(Record::from_stored(&record.to_stored().unwrap()).unwrap(), record);
+    }
+
+    #[test]
+    fn other_bytes_are_an_error() {
+        let stored = prepared().to_stored().unwrap();
+        for n in (0..stored.len()).step_by(97) {
+            assert!(Record::from_stored(&stored[..n]).is_err(), "{n}");
+            let mut changed = stored.clone();
+            changed[n] ^= 0x15;
+            // Whatever it is by now, it is checked.
+            let _ = Record::from_stored(&changed);
+        }
+        assert!(Record::from_stored(b"").is_err());
+    }
+}
