@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
-/// The packages that the program and the library are built from, on any platform, tests left out.
+/// The packages that the program, the library and the Python package are built from, on any platform, tests left out.
 fn packages() -> Vec<Value> {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--offline", "--locked", "--format-version", "1"])
@@ -17,8 +17,8 @@ fn packages() -> Vec<Value> {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
     let nodes = metadata["resolve"]["nodes"].as_array().unwrap();
-    let root = metadata["resolve"]["root"].as_str().unwrap();
-    let (mut wanted, mut next) = (BTreeSet::new(), vec![root]);
+    let roots = metadata["workspace_members"].as_array().unwrap();
+    let (mut wanted, mut next) = (BTreeSet::new(), roots.iter().map(|id| id.as_str().unwrap()).collect::<Vec<_>>());
     while let Some(id) = next.pop() {
         if wanted.insert(id) {
             let node = nodes.iter().find(|n| n["id"] == id).unwrap();

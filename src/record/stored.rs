@@ -88,7 +88,7 @@ mod tests {
         let preparation = Preparation {
             rate_hz: Some(250.0),
             mask: parse_masks(&["0.2:0.3".to_owned()]).unwrap(),
-            filter: Some("lowpass:50".parse().unwrap()),
+            filter: Some("butterworth:50".parse().unwrap()),
             ..Preparation::default()
         };
         preparation.apply(&read[0]).unwrap().remove(0)

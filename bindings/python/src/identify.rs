@@ -20,6 +20,7 @@ use pyo3::types::{PyDict, PyList};
 #[pyclass(frozen, module = "motorfit")]
 pub struct Svg {
     svg: String,
+    /// What it shows.
     #[pyo3(get)]
     caption: String,
 }

@@ -17,6 +17,7 @@ use std::sync::{Mutex, MutexGuard};
 pub struct Optimizer {
     search: Mutex<Box<dyn motorfit::optimize::Optimizer>>,
     width: usize,
+    /// Its method.
     #[pyo3(get)]
     method: String,
 }

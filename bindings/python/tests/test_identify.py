@@ -25,8 +25,8 @@ def without_times(document):
     [
         ([], {}),
         (["--method", "gwo", "--seed", "7"], {"method": "gwo", "seed": 7}),
-        (["--method", "ga", "--polish", "none", "--population", "30", "--generations", "20", "--set", "ga.mutation=0.1"],
-         {"method": "ga", "polish": "none", "population": 30, "generations": 20, "set": "ga.mutation=0.1"}),
+        (["--method", "ga", "--polish", "none", "--population", "30", "--generations", "20", "--set", "mutation=0.1"],
+         {"method": "ga", "polish": "none", "population": 30, "generations": 20, "set": "mutation=0.1"}),
         (["--method", "jaya", "--criterion", "itae", "--scale", "peak", "--bounds", "R=0.5:2,L=0.001:0.1"],
          {"method": "jaya", "criterion": "itae", "scale": "peak", "bounds": {"R": (0.5, 2), "L": (0.001, 0.1)}}),
         (["--fix", "R=0.921042", "--with", "coulomb"], {"fix": {"R": 0.921042}, "with_": ["coulomb"]}),
@@ -73,8 +73,9 @@ def test_drawings_are_svg(record, tmp_path):
     found = motorfit.identify(record, method="gwo", generations=10)
     for drawing in (found.plot_response(), found.plot_correlation(), found.plot_history()):
         assert drawing._repr_svg_().startswith("<svg") and drawing.caption
-    found.plot_response().save(tmp_path / "fit.svg")
-    assert (tmp_path / "fit.svg").read_text() == str(found.plot_response())
+    drawing = found.plot_response()
+    drawing.save(tmp_path / "fit.svg")
+    assert (tmp_path / "fit.svg").read_text() == str(drawing)
     with pytest.raises(IndexError):
         found.plot_response(1)
     assert motorfit.identify(record, polish="none").plot_correlation() is None

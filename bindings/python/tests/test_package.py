@@ -5,6 +5,7 @@ import importlib.resources
 import json
 
 import motorfit
+from conftest import ROOT
 from motorfit import _motorfit
 
 
@@ -35,3 +36,9 @@ def test_devices_are_those_of_the_program(program):
     printed = json.loads(program("devices", "--json").stdout)
     assert motorfit.devices() == printed
     assert program("--version").stdout.split()[-1] == motorfit.__version__
+
+
+def test_the_readme_shows_the_example_that_is_run():
+    example = (ROOT / "bindings" / "python" / "examples" / "identify.py").read_text()
+    assert f"```python\n{example}```" in (ROOT / "README.md").read_text()
+    assert len(example.splitlines()) <= 10

@@ -51,7 +51,7 @@ def test_it_pickles(kind):
     made = {
         "file": lambda: motorfit.Record.from_file(EXAMPLE),
         "arrays": lambda: step(seed=2),
-        "prepared": lambda: motorfit.read(EXAMPLE, filter="lowpass:100", mask="0.2:0.3", rate=500.0)[0],
+        "prepared": lambda: motorfit.read(EXAMPLE, filter="butterworth:100", mask="0.2:0.3", rate=500.0)[0],
         "current as input": lambda: motorfit.Record(step().time, current=step().current, speed=step().speed),
     }[kind]()
     back = pickle.loads(pickle.dumps(made))

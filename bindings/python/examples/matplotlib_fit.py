@@ -1,0 +1,22 @@
+"""A fit drawn with matplotlib: measured and modelled speed, and what is left."""
+
+import matplotlib
+
+matplotlib.use("agg")
+import matplotlib.pyplot as plt
+
+import motorfit
+
+record = motorfit.Record.from_file("examples/m2-step.csv")
+found = motorfit.identify(record)
+model = found.modelled()[0]["speed_rad_s"]
+
+figure, (above, below) = plt.subplots(2, sharex=True, layout="constrained")
+above.plot(record.time, record.speed, ".", markersize=2, color="0.6", label="measured")
+above.plot(record.time, model, label=f"model, fit {found.fit_percent['speed']:.2f} %")
+above.set_ylabel("speed [rad/s]")
+above.legend()
+below.plot(record.time, record.speed - model, linewidth=0.5)
+below.set(xlabel="time [s]", ylabel="measured − model [rad/s]")
+figure.savefig("/tmp/motorfit/fit.png", dpi=150)
+print("wrote /tmp/motorfit/fit.png")

@@ -1,0 +1,16 @@
+"""Frames in, frames out: a joint fit of two frames, its parameters and the measured and modelled signals as frames."""
+
+import pandas
+
+import motorfit
+
+frame = pandas.read_csv("examples/m2-step.csv", comment="#")
+frame = frame.rename(columns={"current_A": "Current (mA)"}).assign(**{"Current (mA)": frame["current_A"] * 1e3})
+first, second = frame.iloc[:2000], frame.iloc[1000:]
+found = motorfit.identify([motorfit.Record.from_columns(part) for part in (first, second)])
+
+table = pandas.DataFrame({"value": found.parameters, "std_error": found.std_errors})
+print(table.to_string())
+for record, model in zip(found.records, found.modelled()):
+    both = pandas.DataFrame(record.to_columns()).join(pandas.DataFrame(model), rsuffix="_model")
+    print(both.describe().loc[["mean", "std"]].to_string())
