@@ -3,7 +3,7 @@
 use super::Quantity;
 use crate::{Error, Result};
 
-/// The signals of a recording, all of one length, SI units; the parts of a [`Record`].
+/// The signals of a recording, all of one length, SI units; the parts of a [`Record`](super::Record).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Samples {
     /// Time \[s\], increasing.
