@@ -82,6 +82,6 @@ pub fn array<'py>(py: Python<'py>, values: Vec<f64>) -> Bound<'py, PyArray1<f64>
 
 /// Numbers as an array of shape (rows, columns).
 pub fn rows<'py>(py: Python<'py>, values: Vec<f64>, columns: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let count = if columns == 0 { 0 } else { values.len() / columns };
+    let count = values.len().checked_div(columns).unwrap_or(0);
     values.into_pyarray(py).reshape([count, columns])
 }

@@ -30,6 +30,7 @@ type Signal<'py> = Option<Bound<'py, PyArray1<f64>>>;
 impl Record {
     #[new]
     #[pyo3(signature = (time, *, voltage=None, current=None, speed=None, load_torque=None))]
+    #[expect(clippy::too_many_arguments, reason = "keywords")]
     fn new(
         py: Python<'_>,
         time: &Bound<'_, PyAny>,

@@ -18,6 +18,7 @@ use pyo3::types::PyDict;
 /// "40dB" or "i=0.05,w=0.5".
 #[pyfunction]
 #[pyo3(signature = (parameters, time, voltage, *, load_torque=None, noise=None, seed=1))]
+#[expect(clippy::too_many_arguments, reason = "keywords")]
 pub fn simulate(
     py: Python<'_>,
     parameters: &Bound<'_, PyAny>,
