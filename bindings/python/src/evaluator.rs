@@ -20,7 +20,8 @@ use std::sync::Mutex;
 #[pyclass(frozen, module = "motorfit")]
 pub struct Evaluator {
     work: Mutex<Work>,
-    spec: IdentifySpec,
+    /// Threads of its own, started once; those of all where nothing is said.
+    pool: Option<rayon::ThreadPool>,
     names: Vec<String>,
     bounds: Vec<(f64, f64)>,
     /// Candidate-steps of a candidate.
@@ -52,6 +53,8 @@ impl Evaluator {
         let records = several(records)?;
         let spec = IdentifySpec { population, generations: 1, ..spec::problem(&keys, spec::input_of(&records))? };
         let costs = py.detach(|| with_threads(spec.threads, || Costs::new(&records, &spec))).raise(py)?;
+        let start = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = spec.threads.map(start).transpose().map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
         let free = costs.problem().space().free();
         let (kind, name, precision) = costs.device();
         Ok(Self {
@@ -60,7 +63,7 @@ impl Evaluator {
             steps: costs.problem().active().max(1),
             device: (kind.to_owned(), name, precision.to_owned()),
             work: Mutex::new(Work { costs, values: Vec::new() }),
-            spec,
+            pool,
         })
     }
 
@@ -102,10 +105,9 @@ impl Evaluator {
         let piece = (LOOK / self.steps).max(1024);
         let pieces = values.chunks(piece * width).zip(found.chunks_mut(piece));
         for (values, found) in pieces {
-            let threads = self.spec.threads;
-            py.detach(|| match threads {
+            py.detach(|| match &self.pool {
                 None => costs.evaluate(values, found),
-                Some(_) => with_threads(threads, || costs.evaluate(values, found)),
+                Some(pool) => pool.install(|| costs.evaluate(values, found)),
             })
             .raise(py)?;
             py.check_signals()?;

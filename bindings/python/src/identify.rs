@@ -7,12 +7,10 @@ use crate::record::several;
 use crate::spec::{self, Keywords};
 use motorfit::identify::{Estimated, IdentifySpec, identify_with, repeatability, validate};
 use motorfit::motor::Scope;
-use motorfit::optimize::Stop;
 use motorfit::record::Record;
 use motorfit::report::figures::{self, Modelled};
 use motorfit::report::{Figure, IdentifyDocument, json};
 use numpy::{PyArray1, PyArray2};
-use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -237,9 +235,6 @@ pub fn identify(
     })?;
     let (records, spec, found) = found;
     let found = found.raise(py)?;
-    if found.stop == Stop::Interrupted && py.check_signals().is_err() {
-        return Err(PyKeyboardInterrupt::new_err(()));
-    }
     let text = json(&IdentifyDocument::of(&records, &spec, &found));
     Ok(Identification { records, spec, found, text })
 }
