@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
+from pathlib import Path
 from typing import Any, Literal, TypedDict, Unpack, final
 
 import numpy as np
@@ -199,6 +200,62 @@ class Optimizer:
         """Takes the costs of what was asked last, shape (n,)."""
     def best(self) -> tuple[Floats, float] | None:
         """The best values, shape (p,), and their cost; None before the first tell."""
+
+@final
+class SweepProgress:
+    """How far a shard of a sweep is."""
+
+    @property
+    def done(self) -> int: ...
+    @property
+    def total(self) -> int: ...
+    @property
+    def before(self) -> int: ...
+    @property
+    def failed(self) -> int: ...
+    @property
+    def seconds(self) -> float: ...
+    @property
+    def rate(self) -> float | None: ...
+    @property
+    def remaining(self) -> float | None: ...
+
+@final
+class Sweep:
+    """A planned sweep: a folder with its manifest, results files of its shards, and the merge of them."""
+
+    @staticmethod
+    def plan(study: str | PathLike[str], out: str | PathLike[str]) -> Sweep: ...
+    @staticmethod
+    def open(folder: str | PathLike[str]) -> Sweep: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def runs(self) -> int: ...
+    @property
+    def motors(self) -> list[str]: ...
+    @property
+    def folder(self) -> Path: ...
+    @property
+    def origin(self) -> Path: ...
+    @property
+    def digest(self) -> str: ...
+    def run(
+        self,
+        *,
+        shard: tuple[int, int] = (1, 1),
+        threads: int | None = None,
+        progress: Callable[[SweepProgress], object] | None = None,
+        recordings: str | PathLike[str] | None = None,
+    ) -> dict[str, Any]:
+        """Runs what is left of shard (I, N), the first (1, N); finished runs are kept at once. Times in s."""
+    def status(self) -> dict[str, Any]: ...
+    def merge(self, *, limits: Bounds | None = None) -> dict[str, Any]:
+        """Puts results in order, in results.jsonl, and sums them up; limits in SI units."""
+    def left(self, count: int) -> list[int]: ...
+    def recordings(self, shard: tuple[int, int]) -> list[str]: ...
+    def finished(self, shard: tuple[int, int]) -> dict[str, bytes]: ...
+    def take(self, shard: tuple[int, int], results: bytes) -> int: ...
 
 def read(path: str | PathLike[str], **options: Unpack[ReadOptions]) -> list[Record]: ...
 def identify(

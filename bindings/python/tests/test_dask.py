@@ -1,0 +1,226 @@
+"""Sweeps over workers: the bytes of one machine, whatever happens to the workers."""
+
+import contextlib
+import json
+import os
+import signal
+import time
+
+import pytest
+
+import motorfit
+from conftest import step
+from test_sweep import ids, write_study
+
+distributed = pytest.importorskip("distributed")
+dask = pytest.importorskip("motorfit.dask")
+
+# Some seconds of work on one core: one motor outside of the study's folder, one that is none.
+LONG = """
+recordings = ["line/*.csv", "../aside/one.csv", "lost.csv"]
+methods = ["gwo"]
+population = [60]
+generations = [100]
+seeds = "1..60"
+"""
+
+
+@contextlib.contextmanager
+def cluster(**options):
+    settings = {"threads_per_worker": 1, "processes": True, "dashboard_address": None, "n_workers": 2, **options}
+    with distributed.LocalCluster(**settings) as local, distributed.Client(local) as client:
+        client.wait_for_workers(settings["n_workers"])
+        yield client
+
+
+@pytest.fixture(scope="module")
+def client():
+    with cluster() as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("study")
+    (folder / "aside").mkdir()
+    (folder / "aside" / "one.csv").write_text(step(seed=9).to_csv())
+    return write_study(folder / "study", LONG, motors=2)
+
+
+@pytest.fixture(scope="module")
+def expected(program, study, tmp_path_factory):
+    out = tmp_path_factory.mktemp("expected") / "out"
+    program("sweep", study, "--out", out, "--no-progress")
+    return (out / "results.jsonl").read_bytes()
+
+
+RUNS, GOOD = 240, 180
+
+
+def check(found, expected):
+    """The bytes are right, and no run is lost or doubled; of those that fail, each shard tries its own once."""
+    assert found["results"].read_bytes() == expected
+    assert (found["runs"], found["missing"], found["failed"]) == (RUNS, 0, RUNS - GOOD)
+    merged = [json.loads(line)["id"] for line in expected.splitlines()]
+    assert merged == list(range(RUNS))
+    assert ids(found["results"].parent) == list(range(GOOD))
+
+
+@pytest.mark.parametrize("shared", [None, False])
+def test_the_bytes_are_those_of_one_machine(client, study, expected, tmp_path, shared):
+    seen = []
+    found = dask.sweep(client, study, tmp_path / "out", shards=5, shared=shared, progress=seen.append)
+    check(found, expected)
+    assert [state.done for state in seen] == list(range(6)) and {state.shards for state in seen} == {5}
+    assert (seen[-1].runs_done, seen[-1].runs, seen[-1].failed) == (RUNS, RUNS, RUNS - GOOD)
+    # Failures are tried again, all else is not.
+    again = dask.sweep(client, study, tmp_path / "out", shared=shared)
+    assert again["results"].read_bytes() == expected and ids(tmp_path / "out") == list(range(GOOD))
+
+
+@pytest.mark.parametrize("shared", [False, True])
+@pytest.mark.filterwarnings("ignore")
+def test_a_killed_worker_costs_a_retry_and_nothing_else(study, expected, tmp_path, shared):
+    killed = []
+
+    def kill(state):
+        if state.done and not killed:
+            # One that is at work.
+            busy = [address for address, keys in client.processing().items() if keys]
+            pids = client.run(os.getpid)
+            os.kill(pids[busy[0]], signal.SIGKILL)
+            killed.append((busy[0], set(client.processing()[busy[0]])))
+
+    with cluster() as client:
+        before = client.run(os.getpid)
+        found = dask.sweep(client, study, tmp_path / "out", shards=6, shared=shared, progress=kill)
+        after = client.run(os.getpid)
+    assert len(killed) == 1 and killed[0][1], "no worker was killed at work"
+    assert set(before.values()) != set(after.values())
+    check(found, expected)
+
+
+def test_what_is_interrupted_goes_on_elsewhere(client, program, study, expected, tmp_path):
+    """By an answer of the callback, by an exception of it, then with other shards; the rest by the command line."""
+    out = tmp_path / "out"
+    partly = dask.sweep(client, study, out, shards=8, shared=False, progress=lambda p: p.done < 1)
+    assert 0 < partly["missing"] < RUNS
+
+    def failing(state):
+        if state.runs_done > RUNS - partly["missing"]:
+            raise LookupError("mine")
+
+    with pytest.raises(LookupError, match="mine"):
+        dask.sweep(client, study, out, shards=7, progress=failing)
+    kept = ids(out)
+    assert RUNS - partly["missing"] - 60 <= len(kept) < GOOD and len(kept) == len(set(kept))
+    deadline = time.monotonic() + 20
+    while any(client.processing().values()) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    program("sweep", study, "--out", out, "--no-progress")
+    assert (out / "results.jsonl").read_bytes() == expected
+
+
+@pytest.mark.parametrize("shared", [False, True])
+def test_ctrl_c_keeps_finished_shards_and_frees_the_workers(client, study, expected, tmp_path, shared):
+    def press(state):
+        if state.done == 2:
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        dask.sweep(client, study, tmp_path / "out", shards=8, shared=shared, progress=press)
+    assert len(ids(tmp_path / "out")) >= GOOD // 8
+    # At once: in a shared folder the shards that were given up still have their locks for an instant.
+    check(dask.sweep(client, study, tmp_path / "out", shards=8, shared=shared), expected)
+
+
+def test_a_recording_that_cannot_be_read_fails_as_on_one_machine(client, program, tmp_path):
+    study = write_study(tmp_path / "study", 'recordings = ["line/*.csv"]\nmethods = ["sm"]\nseeds = "1..4"', motors=4)
+    plan = motorfit.Sweep.plan(study, tmp_path / "here")
+    motorfit.Sweep.plan(study, tmp_path / "there")
+    line = study.parent / "line"
+    (line / "0.csv").unlink()
+    (line / "1.csv").write_text(step(seed=77).to_csv())
+    (line / "2.csv").unlink()
+    (line / "2.csv").mkdir()
+    plan.run()
+    here = plan.merge()["results"].read_text()
+    program("sweep", "run", tmp_path / "there", "--no-progress")
+    program("sweep", "merge", tmp_path / "there")
+    assert (tmp_path / "there" / "results.jsonl").read_text() == here
+    (tmp_path / "dask").mkdir()
+    (tmp_path / "dask" / "manifest.json").write_bytes((plan.folder / "manifest.json").read_bytes())
+    # A plan would say that the recordings have changed.
+    class Planned:
+        @staticmethod
+        def plan(study, out):
+            return motorfit.Sweep.open(out)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(dask, "Sweep", Planned)
+        found = dask.sweep(client, study, tmp_path / "dask", shared=False)
+    assert found["results"].read_text() == here
+    assert "has changed since" in here and "No such file" in here and here.count('"stop":"failed"') == 12
+
+
+def test_absolute_paths_do_not_travel(client, tmp_path):
+    study = write_study(tmp_path / "study", 'recordings = "line/*.csv"\nmethods = "sm"', motors=1)
+    far = tmp_path / "far.csv"
+    far.write_text(step(seed=3).to_csv())
+    study.write_text(f'recordings = ["line/0.csv", "{far}"]\nmethods = "sm"')
+    with pytest.raises(motorfit.UsageError, match="absolute path") as caught:
+        dask.sweep(client, study, tmp_path / "out", shared=False)
+    assert "shared=True" in caught.value.remedy
+    found = dask.sweep(client, study, tmp_path / "out")
+    assert (found["missing"], found["failed"]) == (0, 0)
+
+
+def test_paths_stay_below_the_workers_folder(tmp_path):
+    from motorfit._shard import MISSING, lay
+
+    folder = lay({"../../a.csv": b"a", "x/../../b.csv": b"b", "c/d.csv": b"d", "e.csv": MISSING}, tmp_path)
+    assert (folder / "../../a.csv").read_bytes() == b"a" and (folder / "x/../../b.csv").read_bytes() == b"b"
+    assert (folder / "c/d.csv").read_bytes() == b"d" and not (folder / "e.csv").exists()
+    assert all(tmp_path in path.resolve().parents for path in folder.rglob("*"))
+    with pytest.raises(motorfit.UsageError, match="outside"):
+        lay({"/etc/motorfit.csv": b"x"}, tmp_path / "other")
+
+
+def test_resources_are_asked_for(client, study, expected, tmp_path):
+    with pytest.raises(motorfit.DeviceError, match="no worker with .*GPU"):
+        dask.sweep(client, study, tmp_path / "out", resources={"GPU": 1}, wait=1)
+    with cluster(threads_per_worker=2, n_workers=1, resources={"GPU": 1}) as other:
+        looked = other.run(motorfit._shard.look, [], {"GPU": 1})
+        assert [one.slots for one in looked.values()] == [1]
+        check(dask.sweep(other, study, tmp_path / "out", shards=3, resources={"GPU": 1}, threads=64), expected)
+
+
+def test_errors_of_workers_come_back(client, study, tmp_path, monkeypatch):
+    monkeypatch.setattr(dask, "__version__", "0.0.1")
+    with pytest.raises(motorfit.UsageError, match="motorfit"):
+        dask.sweep(client, study, tmp_path / "out")
+    monkeypatch.undo()
+    out = tmp_path / "other"
+
+    def spoil(state):
+        if state.done == 0:
+            (out / "results-2-of-2.jsonl").write_text("no results\n")
+
+    with pytest.raises(motorfit.DataError, match="no results file") as caught:
+        dask.sweep(client, study, out, shards=2, shared=True, retries=0, progress=spoil)
+    assert caught.value.remedy
+
+
+def test_other_instructions_are_said(client, study, expected, tmp_path):
+    out = tmp_path / "out"
+    motorfit.Sweep.plan(study, out).run(shard=(1, 4))
+    path = out / "results-1-of-4.jsonl"
+    head, rest = path.read_text().split("\n", 1)
+    path.write_text(json.dumps({**json.loads(head), "instructions": "of another kind"}) + "\n" + rest)
+    with pytest.warns(UserWarning, match="of another kind"):
+        check(dask.sweep(client, study, out, shards=3, retries=0), expected)
+
+
+def test_threads_of_one_process_are_a_cluster_too(study, expected, tmp_path):
+    with distributed.Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address=None) as client:
+        check(dask.sweep(client, study, tmp_path / "out", shared=False), expected)
