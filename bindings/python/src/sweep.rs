@@ -151,12 +151,17 @@ impl Sweep {
     /// keep, in SI units.
     #[pyo3(signature = (*, limits=None))]
     fn merge<'py>(&self, py: Python<'py>, limits: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
-        let items = limits.map(|limits| spec::items(limits, "limits")).transpose()?.unwrap_or_default();
-        let limits = values::ranges(&items, "limits").and_then(Limits::new).raise(py)?;
+        let limits = limits_of(limits, py)?;
         let merged = py.detach(|| self.0.merge()).raise(py)?;
         let document = loaded(py, &json(&SweepDocument::of(&merged.summary, &limits)))?;
         document.set_item("results", merged.results)?;
         Ok(document)
+    }
+
+    /// Limits that are none are an error before the work, not after it.
+    #[staticmethod]
+    fn _check_limits(py: Python<'_>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        limits_of(limits, py).map(drop)
     }
 
     /// How many runs each of `count` shards has left.
@@ -182,9 +187,9 @@ impl Sweep {
     }
 
     /// Keeps the results file of a shard that was run on another machine; tells how many of its runs are new.
-    fn take(&self, py: Python<'_>, shard: (u64, u64), results: Vec<u8>) -> PyResult<u64> {
+    fn take(&self, py: Python<'_>, shard: (u64, u64), results: &[u8]) -> PyResult<u64> {
         let shard = shard_of(shard).raise(py)?;
-        py.detach(|| self.0.take(shard, &results)).raise(py)
+        py.detach(|| self.0.take(shard, results)).raise(py)
     }
 
     fn __repr__(&self) -> String {
@@ -212,6 +217,11 @@ fn shard_of((index, count): (u64, u64)) -> Result<Shard> {
         let message = format!("shard: ({index}, {count}) is no shard");
         Error::usage(message, "Give (I, N) with I from 1 to N, as in shard=(2, 7).")
     })
+}
+
+fn limits_of(limits: Option<&Bound<'_, PyAny>>, py: Python<'_>) -> PyResult<Limits> {
+    let items = limits.map(|limits| spec::items(limits, "limits")).transpose()?.unwrap_or_default();
+    values::ranges(&items, "limits").and_then(Limits::new).raise(py)
 }
 
 fn check_threads(threads: Option<usize>) -> Result<()> {

@@ -13,21 +13,22 @@ from conftest import step
 from test_sweep import ids, write_study
 
 distributed = pytest.importorskip("distributed")
+config = pytest.importorskip("dask").config
 dask = pytest.importorskip("motorfit.dask")
 
-# Some seconds of work on one core: one motor outside of the study's folder, one that is none.
-LONG = """
+# One motor outside of the study's folder, one that is none.
+STUDY = """
 recordings = ["line/*.csv", "../aside/one.csv", "lost.csv"]
 methods = ["gwo"]
 population = [60]
 generations = [100]
-seeds = "1..60"
+seeds = "1..{seeds}"
 """
 
 
 @contextlib.contextmanager
 def cluster(**options):
-    settings = {"threads_per_worker": 1, "processes": True, "dashboard_address": None, "n_workers": 2, **options}
+    settings = {"threads_per_worker": 1, "processes": True, "dashboard_address": ":0", "n_workers": 2, **options}
     with distributed.LocalCluster(**settings) as local, distributed.Client(local) as client:
         client.wait_for_workers(settings["n_workers"])
         yield client
@@ -39,31 +40,50 @@ def client():
         yield client
 
 
-@pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("study")
+def write(folder, seeds):
     (folder / "aside").mkdir()
     (folder / "aside" / "one.csv").write_text(step(seed=9).to_csv())
-    return write_study(folder / "study", LONG, motors=2)
+    return write_study(folder / "study", STUDY.format(seeds=seeds), motors=2)
+
+
+def by_program(program, study, out):
+    program("sweep", study, "--out", out, "--no-progress")
+    return (out / "results.jsonl").read_bytes()
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    return write(tmp_path_factory.mktemp("study"), 60)
 
 
 @pytest.fixture(scope="module")
 def expected(program, study, tmp_path_factory):
-    out = tmp_path_factory.mktemp("expected") / "out"
-    program("sweep", study, "--out", out, "--no-progress")
-    return (out / "results.jsonl").read_bytes()
+    return by_program(program, study, tmp_path_factory.mktemp("expected") / "out")
+
+
+@pytest.fixture(scope="module")
+def long_study(tmp_path_factory):
+    """Some seconds of work for two cores."""
+    return write(tmp_path_factory.mktemp("long"), 400)
+
+
+@pytest.fixture(scope="module")
+def long_expected(program, long_study, tmp_path_factory):
+    return by_program(program, long_study, tmp_path_factory.mktemp("long-expected") / "out")
 
 
 RUNS, GOOD = 240, 180
 
 
 def check(found, expected):
-    """The bytes are right, and no run is lost or doubled; of those that fail, each shard tries its own once."""
+    """The bytes are right, and no run is lost or doubled."""
     assert found["results"].read_bytes() == expected
-    assert (found["runs"], found["missing"], found["failed"]) == (RUNS, 0, RUNS - GOOD)
-    merged = [json.loads(line)["id"] for line in expected.splitlines()]
-    assert merged == list(range(RUNS))
-    assert ids(found["results"].parent) == list(range(GOOD))
+    merged = [json.loads(line) for line in expected.splitlines()]
+    assert [row["id"] for row in merged] == list(range(found["runs"]))
+    good = [row["id"] for row in merged if row["stop"] != "failed"]
+    assert len(good) == found["runs"] * 3 // 4
+    assert (found["missing"], found["failed"]) == (0, found["runs"] - len(good))
+    assert ids(found["results"].parent) == good
 
 
 @pytest.mark.parametrize("shared", [None, False])
@@ -78,26 +98,26 @@ def test_the_bytes_are_those_of_one_machine(client, study, expected, tmp_path, s
     assert again["results"].read_bytes() == expected and ids(tmp_path / "out") == list(range(GOOD))
 
 
-@pytest.mark.parametrize("shared", [False, True])
-@pytest.mark.filterwarnings("ignore")
-def test_a_killed_worker_costs_a_retry_and_nothing_else(study, expected, tmp_path, shared):
+@pytest.mark.parametrize(("shared", "allowed"), [(False, 3), (True, 3), (False, 0)])
+def test_a_killed_worker_costs_a_retry_and_nothing_else(long_study, long_expected, tmp_path, shared, allowed):
+    """Also where Dask itself gives a task up with its first worker."""
     killed = []
 
     def kill(state):
         if state.done and not killed:
             # One that is at work.
-            busy = [address for address, keys in client.processing().items() if keys]
-            pids = client.run(os.getpid)
-            os.kill(pids[busy[0]], signal.SIGKILL)
-            killed.append((busy[0], set(client.processing()[busy[0]])))
+            at_work = [address for address, keys in client.processing().items() if keys]
+            os.kill(client.run(os.getpid)[at_work[0]], signal.SIGKILL)
+            killed.extend(at_work[:1])
 
-    with cluster() as client:
-        before = client.run(os.getpid)
-        found = dask.sweep(client, study, tmp_path / "out", shards=6, shared=shared, progress=kill)
-        after = client.run(os.getpid)
-    assert len(killed) == 1 and killed[0][1], "no worker was killed at work"
-    assert set(before.values()) != set(after.values())
-    check(found, expected)
+    with config.set({"distributed.scheduler.allowed-failures": allowed}), cluster() as client:
+        before = set(client.run(os.getpid).values())
+        found = dask.sweep(client, long_study, tmp_path / "out", shards=6, shared=shared, progress=kill)
+        client.wait_for_workers(2)
+        after = set(client.run(os.getpid).values())
+    assert len(killed) == 1, "no worker was killed at work"
+    assert len(before & after) == 1
+    check(found, long_expected)
 
 
 def test_what_is_interrupted_goes_on_elsewhere(client, program, study, expected, tmp_path):
@@ -150,8 +170,11 @@ def test_a_recording_that_cannot_be_read_fails_as_on_one_machine(client, program
     assert (tmp_path / "there" / "results.jsonl").read_text() == here
     (tmp_path / "dask").mkdir()
     (tmp_path / "dask" / "manifest.json").write_bytes((plan.folder / "manifest.json").read_bytes())
+
     # A plan would say that the recordings have changed.
     class Planned:
+        _check_limits = motorfit.Sweep._check_limits
+
         @staticmethod
         def plan(study, out):
             return motorfit.Sweep.open(out)
@@ -222,5 +245,5 @@ def test_other_instructions_are_said(client, study, expected, tmp_path):
 
 
 def test_threads_of_one_process_are_a_cluster_too(study, expected, tmp_path):
-    with distributed.Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address=None) as client:
+    with distributed.Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address=":0") as client:
         check(dask.sweep(client, study, tmp_path / "out", shared=False), expected)

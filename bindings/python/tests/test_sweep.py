@@ -109,7 +109,8 @@ def test_a_shard_travels_and_comes_back(study, expected, tmp_path):
 
 
 def test_whole_motors_travel_alone(tmp_path):
-    plan = motorfit.Sweep.plan(write_study(tmp_path / "study", 'recordings = "line/*.csv"\nmethods = "sm"', 17), tmp_path / "o")
+    study = write_study(tmp_path / "study", 'recordings = "line/*.csv"\nmethods = "sm"', motors=17)
+    plan = motorfit.Sweep.plan(study, tmp_path / "out")
     assert plan.recordings((2, 2)) == [f"line/{name}.csv" for name in sorted(map(str, range(17)))[1::2]]
     assert len(plan.recordings((3, 5))) == 3 and plan.left(5) == [4, 4, 3, 3, 3]
 
@@ -156,7 +157,8 @@ def test_ctrl_c_keeps_what_is_finished(tmp_path):
         f"try:\n    motorfit.sweep({str(study)!r}, {str(out)!r}, progress=tell)\n"
         "except KeyboardInterrupt:\n    print('interrupted')\n"
     )
-    child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, cwd=pathlib.Path.home())
+    command = [sys.executable, "-c", program]
+    child = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=pathlib.Path.home())
     first = int(child.stdout.readline())
     child.send_signal(signal.SIGINT)
     begun = time.monotonic()
@@ -172,5 +174,7 @@ def test_faults_are_exceptions(tmp_path):
     (tmp_path / "odd.toml").write_text('recordings = ["*.csv"]\nmethod = "sm"')
     with pytest.raises(motorfit.UsageError, match="line 2: unknown key"):
         motorfit.sweep(tmp_path / "odd.toml")
+    with pytest.raises(motorfit.UsageError, match="limits"):
+        motorfit.sweep(tmp_path / "none.toml", limits={"R": (2, 1)})
     with pytest.raises(motorfit.DataError, match="no sweep"):
         motorfit.Sweep.open(tmp_path)

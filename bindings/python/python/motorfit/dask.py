@@ -84,8 +84,8 @@ def sweep(
     The bytes of results.jsonl, and what is given, are those of :func:`motorfit.sweep` and of ``motorfit sweep`` on one
     machine, as long as all machines have the same class of instructions (a warning says where they have not).
 
-    A worker that is killed costs its shard another try. Each shard is kept as soon as it is finished: after Ctrl-C (or an
-    exception of the callback) the same call goes on where it was, on the same cluster, another one, or none.
+    A worker that is killed costs its shard another try. Each shard is kept as soon as it is finished: after Ctrl-C or an
+    exception of the callback the same call goes on where it was, on the same cluster or another one.
 
     Args:
         client: A client of any cluster.
@@ -93,10 +93,10 @@ def sweep(
         out: A new folder on this machine, or one that the study was planned in; else STUDY.sweep beside the study.
         shards: Into how many tasks the runs go; by default four for each that the workers can do at the same time.
         shared: Whether workers see ``out`` and the recordings under the same paths, and write there. By default that is
-            found out; where they do not, the manifest, the recordings of the shard and its finished runs travel with the
-            task, and its results come back. Recordings with absolute paths do not travel.
+            found out; where they do not, the manifest, the recordings of the shard and its finished runs travel with
+            the task, and its results come back. Recordings with absolute paths do not travel.
         resources: What a task needs of a worker, as ``{"GPU": 1}``.
-        retries: How often a shard is tried again after an error, or after it ended as many workers as the cluster allows.
+        retries: How often a shard is tried again after an error, or after as many dead workers as the cluster allows.
         threads: Threads of a shard, at most those of its worker; by default the worker's threads divided by the shards
             that it does at the same time.
         wait: Seconds to wait for a first worker that can take a shard; by default as long as it takes.
@@ -108,6 +108,9 @@ def sweep(
         raise UsageError("the client is asynchronous", "Give a Client that was made without asynchronous=True.")
     if retries < 0:
         raise UsageError(f"retries is {retries}", "Give 0 or more.")
+    if threads is not None and threads < 1:
+        raise UsageError(f"threads is {threads}", "Give at least 1, or leave it out.")
+    Sweep._check_limits(limits)
     plan = Sweep.plan(study, folder_of(study, out).absolute())
     options = _Options(dict(resources or {}), retries, threads, wait, progress)
     _Sweeping(client, plan, options).run(shards, shared)
@@ -127,7 +130,7 @@ class _Sweeping:
         self.done = self.runs_done = self.failed = 0
         # Shards that wait, each with the number of its try, and futures by their keys.
         self.waiting: deque[tuple[int, int]] = deque()
-        self.pending: dict[str, tuple[Future, int, int]] = {}
+        self.pending: dict[str, tuple[Future[Any], int, int]] = {}
         self.faults: list[Exception] = []
 
     def run(self, shards: int | None, shared: bool | None) -> None:
@@ -242,9 +245,9 @@ class _Sweeping:
             self.pending[key] = (future, index, attempt)
             ended.add(future)
 
-    def _end(self, future: Future) -> bool:
+    def _end(self, future: Future[Any]) -> bool:
         """Takes what came of a shard; tells whether to go on."""
-        _, index, attempt = self.pending[future.key]
+        _, index, attempt = self.pending[str(future.key)]
         done: Done | None = None
         fault: Exception | None = None
         try:
@@ -256,7 +259,7 @@ class _Sweeping:
         if done is not None:
             self._take(done)
         # Only now: what is interrupted until here is taken by `_give_up`.
-        del self.pending[future.key]
+        del self.pending[str(future.key)]
         # A worker was killed too often, or gave the shard up though we did not.
         is_left = isinstance(fault, KilledWorker) or (done is not None and done.tally["stop"] != "done")
         if is_left and attempt <= self.options.retries:
