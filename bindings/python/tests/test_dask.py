@@ -4,6 +4,7 @@ import contextlib
 import json
 import os
 import signal
+import threading
 import time
 
 import pytest
@@ -15,6 +16,7 @@ from test_sweep import ids, write_study
 distributed = pytest.importorskip("distributed")
 config = pytest.importorskip("dask").config
 dask = pytest.importorskip("motorfit.dask")
+wait_for_lock = pytest.importorskip("motorfit._shard").wait_for_lock
 
 # One motor outside of the study's folder, one that is none.
 STUDY = """
@@ -64,7 +66,7 @@ def expected(program, study, tmp_path_factory):
 @pytest.fixture(scope="module")
 def long_study(tmp_path_factory):
     """Some seconds of work for two cores."""
-    return write(tmp_path_factory.mktemp("long"), 400)
+    return write(tmp_path_factory.mktemp("long"), LONG)
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +75,8 @@ def long_expected(program, long_study, tmp_path_factory):
 
 
 RUNS, GOOD = 240, 180
+# Seeds of the long study, and so runs of one of four shards.
+LONG = 280
 
 
 def check(found, expected):
@@ -141,17 +145,57 @@ def test_what_is_interrupted_goes_on_elsewhere(client, program, study, expected,
     assert (out / "results.jsonl").read_bytes() == expected
 
 
-@pytest.mark.parametrize("shared", [False, True])
-def test_ctrl_c_keeps_finished_shards_and_frees_the_workers(client, study, expected, tmp_path, shared):
+def until(is_so, seconds=30):
+    deadline = time.monotonic() + seconds
+    while not is_so():
+        assert time.monotonic() < deadline, "it took too long"
+        time.sleep(0.05)
+
+
+def test_ctrl_c_keeps_all_that_is_finished(client, study, expected, tmp_path):
+    """Also shards that are finished and have not come back yet."""
+
     def press(state):
-        if state.done == 2:
+        if state.done == 1:
+            until(lambda: not any(client.processing().values()))
             signal.raise_signal(signal.SIGINT)
 
     with pytest.raises(KeyboardInterrupt):
-        dask.sweep(client, study, tmp_path / "out", shards=8, shared=shared, progress=press)
-    assert len(ids(tmp_path / "out")) >= GOOD // 8
-    # At once: in a shared folder the shards that were given up still have their locks for an instant.
-    check(dask.sweep(client, study, tmp_path / "out", shards=8, shared=shared), expected)
+        dask.sweep(client, study, tmp_path / "out", shards=4, shared=False, progress=press)
+    assert ids(tmp_path / "out") == list(range(GOOD))
+    check(motorfit.sweep(study, tmp_path / "out"), expected)
+
+
+def test_ctrl_c_frees_the_workers(client, long_study, long_expected, tmp_path):
+    out = tmp_path / "out"
+
+    def shards():
+        return motorfit.Sweep.open(out).status()["shards"]
+
+    def press(state):
+        if state.done == 1:
+            until(lambda: any(shard["running"] and 0 < shard["done"] < LONG // 2 for shard in shards()))
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        dask.sweep(client, long_study, out, shards=4, shared=True, progress=press)
+    until(lambda: not any(shard["running"] for shard in shards()))
+    # One that was on its way did not go on to its end.
+    assert any(0 < shard["done"] < LONG for shard in shards())
+    check(dask.sweep(client, long_study, out, shards=4, shared=True), long_expected)
+
+
+def test_a_run_that_is_about_to_end_is_waited_for(study, tmp_path):
+    plan = motorfit.Sweep.plan(study, tmp_path / "out")
+    begun = threading.Event()
+    other = threading.Thread(target=plan.run, kwargs={"progress": lambda _: begun.set()})
+    other.start()
+    begun.wait()
+    with pytest.raises(motorfit.DataError, match="another run"):
+        plan.run()
+    wait_for_lock(plan, (1, 1))
+    assert plan.run()["before"] == GOOD
+    other.join()
 
 
 def test_a_recording_that_cannot_be_read_fails_as_on_one_machine(client, program, tmp_path):
@@ -244,6 +288,32 @@ def test_other_instructions_are_said(client, study, expected, tmp_path):
         check(dask.sweep(client, study, out, shards=3, retries=0), expected)
 
 
-def test_threads_of_one_process_are_a_cluster_too(study, expected, tmp_path):
+@contextlib.contextmanager
+def threads():
+    """A cluster in this process."""
     with distributed.Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address=":0") as client:
+        yield client
+
+
+def test_threads_of_one_process_are_a_cluster_too(study, expected, tmp_path):
+    with threads() as client:
         check(dask.sweep(client, study, tmp_path / "out", shared=False), expected)
+
+
+def test_an_error_on_a_worker_is_tried_again(study, expected, tmp_path, monkeypatch):
+    broken = iter([True, False, True])
+    whole = motorfit._shard.lay
+
+    def lay(recordings, root):
+        if next(broken, False):
+            raise OSError("no room")
+        return whole(recordings, root)
+
+    monkeypatch.setattr(motorfit._shard, "lay", lay)
+    with threads() as client:
+        check(dask.sweep(client, study, tmp_path / "out", shards=3, shared=False, retries=2), expected)
+        broken = iter([True])
+        with pytest.raises(OSError, match="no room"):
+            dask.sweep(client, study, tmp_path / "other", shards=3, shared=False, retries=0)
+    # The others are kept.
+    assert len(ids(tmp_path / "other")) == GOOD * 2 // 3
