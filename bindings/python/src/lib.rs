@@ -8,10 +8,12 @@ mod evaluator;
 mod frame;
 mod identify;
 mod optimizer;
+mod paces;
 mod progress;
 mod record;
 mod simulate;
 mod spec;
+mod sweep;
 
 use pyo3::prelude::*;
 
@@ -30,6 +32,8 @@ mod _motorfit {
     use super::record::{Record, read};
     #[pymodule_export]
     use super::simulate::{devices, refine, simulate, steiglitz_mcbride};
+    #[pymodule_export]
+    use super::sweep::{Sweep, SweepProgress};
     use pyo3::prelude::*;
 
     #[pymodule_init]

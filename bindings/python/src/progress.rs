@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyBool;
+use pyo3::{PyClass, pyclass_init::PyClassInitializer};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -45,12 +46,19 @@ impl Watch {
     /// Tells the callback of a generation, unless the work is to end.
     pub fn generation(&self, progress: &motorfit::optimize::Progress) -> ControlFlow<()> {
         let motorfit::optimize::Progress { generation, generations, evaluations, cost } = *progress;
-        if self.cancelled.load(Ordering::Relaxed) {
-            return ControlFlow::Break(());
-        }
+        self.tell(Progress { generation: generation as u64, generations: generations as u64, evaluations, cost })
+    }
+
+    /// Whether the work may go on.
+    pub fn look(&self) -> ControlFlow<()> {
+        if self.cancelled.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    /// Tells the callback how far the work is, unless it is to end.
+    pub fn tell<T: PyClass + Into<PyClassInitializer<T>>>(&self, state: T) -> ControlFlow<()> {
+        self.look()?;
         let Some(callback) = &self.callback else { return ControlFlow::Continue(()) };
-        let state = Progress { generation: generation as u64, generations: generations as u64, evaluations, cost };
-        let stop = Python::attach(|py| match callback.call1(py, (state,)) {
+        let stop = Python::attach(|py| match Py::new(py, state).and_then(|state| callback.call1(py, (state,))) {
             Ok(answer) => answer.bind(py).is(PyBool::new(py, false)),
             Err(error) => {
                 if let Ok(mut raised) = self.raised.lock() {

@@ -9,12 +9,13 @@ use super::output::{STRONG, Style, data};
 use super::{Outcome, cache, interrupt, problem};
 use motorfit::identify::{values, with_threads};
 use motorfit::report::json;
-use motorfit::report::sweep::{SweepDocument, shortened, sweep_answer, sweep_page, sweep_tables};
-use motorfit::study::sweep::{FailedRun, Limits, Merged, Shard, Sweep, SweepStatus, Tally};
+use motorfit::report::sweep::{
+    StatusDocument, SweepDocument, TallyDocument, shortened, sweep_answer, sweep_page, sweep_tables,
+};
+use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, Tally};
 use motorfit::text::{engineering, printable, significant};
 use motorfit::{Error, Result};
 use progress::SweepReporter;
-use serde_json::{Value, json as value};
 use std::fmt::Write as _;
 use std::io::Read as _;
 use std::ops::ControlFlow;
@@ -34,13 +35,13 @@ pub(super) fn run(args: &SweepArgs, style: &Style) -> Result<Outcome> {
         Some(SweepAction::Run { dir, shard, threads, json: as_json }) => {
             let shard: Shard = shard.parse()?;
             let tally = shard_run(&Sweep::open(dir)?, shard, threads.threads, style)?;
-            let document = tally_document(shard, &tally);
+            let document = TallyDocument::of(shard, &tally);
             data(&if *as_json { json(&document) } else { tally_text(shard, &tally) })?;
             Ok(ended(&tally))
         }
         Some(SweepAction::Status { dir, json: as_json }) => {
             let status = Sweep::open(dir)?.status()?;
-            data(&if *as_json { json(&status_document(&status)) } else { status_text(&status) })?;
+            data(&if *as_json { json(&StatusDocument::of(&status)) } else { status_text(&status) })?;
             Ok(Outcome::Done)
         }
         Some(SweepAction::Merge { dir, shown, out, json: as_json }) => {
@@ -61,7 +62,7 @@ fn all(args: &SweepArgs, style: &Style) -> Result<Outcome> {
     style.note(tally_text(Shard::ALL, &tally).trim_end());
     if tally.interrupted || tally.lost > 0 {
         if args.json {
-            data(&json(&tally_document(Shard::ALL, &tally)))?;
+            data(&json(&TallyDocument::of(Shard::ALL, &tally)))?;
         }
         return Ok(ended(&tally));
     }
@@ -144,20 +145,6 @@ fn tally_text(shard: Shard, tally: &Tally) -> String {
     text + "\n"
 }
 
-fn tally_document(shard: Shard, tally: &Tally) -> Value {
-    let failed = |f: &FailedRun| value!({"id": f.id, "runs": f.runs, "motor": f.motor, "message": f.message});
-    value!({
-        "motorfit": env!("CARGO_PKG_VERSION"),
-        "shard": {"index": shard.index, "count": shard.count},
-        "runs": tally.total, "before": tally.before, "finished": tally.finished, "failed": tally.failed,
-        "lost": tally.lost,
-        "failures": tally.failures.named.iter().map(failed).collect::<Value>(),
-        "device": tally.device.as_ref().map(|(name, precision)| value!({"name": name, "precision": precision})),
-        "stop": if tally.interrupted { "interrupted" } else { "done" },
-        "seconds": tally.seconds,
-    })
-}
-
 fn status_text(status: &SweepStatus) -> String {
     let mut text = format!("{}: {} of {} runs finished", printable(&status.name), status.done, status.runs);
     if status.failed > 0 {
@@ -170,15 +157,6 @@ fn status_text(status: &SweepStatus) -> String {
         let _ = writeln!(text, "  shard {}/{}: {}{failed}{running}", shard.shard.index, shard.shard.count, shard.done);
     }
     text
-}
-
-fn status_document(status: &SweepStatus) -> Value {
-    let shard = |s: &motorfit::study::sweep::ShardStatus| value!({"index": s.shard.index, "count": s.shard.count, "done": s.done, "failed": s.failed, "running": s.running});
-    value!({
-        "motorfit": env!("CARGO_PKG_VERSION"), "name": status.name, "runs": status.runs, "done": status.done,
-        "failed": status.failed, "missing": status.runs - status.done, "merged": status.merged,
-        "shards": status.shards.iter().map(shard).collect::<Value>(),
-    })
 }
 
 /// What is made of the results: checked before the work.

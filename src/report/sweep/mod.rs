@@ -8,6 +8,7 @@ mod page;
 mod parquet;
 #[cfg(test)]
 mod sample;
+mod state;
 mod tables;
 mod terminal;
 #[cfg(test)]
@@ -18,6 +19,7 @@ pub use document::SweepDocument;
 pub use page::sweep_page;
 #[cfg(feature = "parquet")]
 pub use parquet::write_parquet;
+pub use state::{StatusDocument, TallyDocument};
 pub use tables::sweep_tables;
 pub use terminal::shortened;
 pub use words::{grouped, sweep_answer};

@@ -352,9 +352,14 @@ fn check_names(folder: &Path, pattern: &str, files: &[String]) -> Result<()> {
     Ok(())
 }
 
+/// The paths of a recording, as the study has them: its own, or those of its parts.
+pub(super) fn parts(folder: &Path, file: &str) -> Vec<PathBuf> {
+    if folder.join(file).exists() { vec![PathBuf::from(file)] } else { Reading::files(Path::new(file)) }
+}
+
 /// A file with its digest.
 fn pinned(folder: &Path, file: &str) -> File {
-    let parts = if folder.join(file).exists() { vec![PathBuf::from(file)] } else { Reading::files(Path::new(file)) };
+    let parts = parts(folder, file);
     let digests: Option<Vec<(String, u64)>> = parts.iter().map(|part| digest(&folder.join(part)).ok()).collect();
     let bytes = digests.iter().flatten().map(|(_, bytes)| bytes).sum();
     let sha256 = digests.map(|all| match &all[..] {

@@ -2,7 +2,8 @@
 
 use super::line::{Row, split};
 use super::run::Bits;
-use super::store::{Found, Place, Shard, files, scan, unreadable, unwritable};
+use super::shard::Shard;
+use super::store::{Found, Place, files, scan, unreadable, unwritable};
 use super::summary::SweepSummary;
 use super::{Sweep, replace};
 use crate::{Error, Result};

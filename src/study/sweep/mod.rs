@@ -10,10 +10,12 @@ mod keys;
 mod line;
 mod manifest;
 mod merge;
+mod parcel;
 mod plan;
 mod run;
 mod scene;
 mod search;
+mod shard;
 mod store;
 mod study;
 mod summary;
@@ -23,7 +25,7 @@ pub use line::{Device, Failure, FitPercent, Of, Outcome, Precision, Side, Stop};
 pub use manifest::{File, Job, Manifest, Motor, PinnedDevice, Runs};
 pub use merge::{Merged, ShardStatus, SweepStatus};
 pub use run::{FailedRun, Failures, SweepProgress, Tally};
-pub use store::Shard;
+pub use shard::Shard;
 pub use study::{AddedNoise, Entry, Factors, KEYS, Seeds, Study};
 pub use summary::{Cell, Limits, MotorResult, NamedRun, Quantiles, SweepBlock, SweepSummary};
 
@@ -59,12 +61,30 @@ impl Sweep {
         &self.folder
     }
 
+    /// The digest of its manifest: what results files belong to.
+    #[must_use]
+    pub fn digest(&self) -> &str {
+        &self.digest
+    }
+
     fn study(&self) -> &Study {
         self.runs.study()
     }
 
+    /// Which of so many shards a run belongs to, from 0 on: whole motors where there are many, so that each is read once.
+    fn owner(&self, count: u64, id: u64) -> u64 {
+        let motors = self.manifest.motors.len() as u64;
+        let number = if motors >= 8 * count { id / self.runs.per_motor() } else { id };
+        number % count
+    }
+
+    fn owns(&self, shard: Shard, id: u64) -> bool {
+        self.owner(shard.count, id) == shard.index - 1
+    }
+
     fn failed(&self, error: &crate::Error) -> Outcome {
-        Outcome::failed(error, &format!("{}{}", self.manifest.folder, std::path::MAIN_SEPARATOR))
+        let root = format!("{}{}", self.manifest.folder, std::path::MAIN_SEPARATOR);
+        Outcome::failed(error, &crate::text::printable(&root))
     }
 }
 

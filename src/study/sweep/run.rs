@@ -3,7 +3,8 @@
 use super::Sweep;
 use super::line::{Outcome, Stop, line};
 use super::manifest::{FORMAT, Job};
-use super::store::{Head, Log, Shard, files, scan};
+use super::shard::Shard;
+use super::store::{Head, Log, files, scan};
 use crate::evaluate::Level;
 use crate::identify::Warning;
 use crate::{Error, Result};
@@ -200,12 +201,9 @@ impl Running<'_> {
         self.search()
     }
 
-    /// Whether a run belongs to the shard: whole motors where there are many, so that each is read once.
+    /// Whether a run belongs to the shard.
     fn owns(&self, id: u64) -> bool {
-        let Shard { index, count } = self.shard;
-        let motors = self.sweep.manifest.motors.len() as u64;
-        let number = if motors >= 8 * count { id / self.sweep.runs.per_motor() } else { id };
-        number % count == index - 1
+        self.sweep.owns(self.shard, id)
     }
 
     /// Whether a run is still to be done here.

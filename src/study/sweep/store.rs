@@ -5,7 +5,8 @@
 
 use super::line::{Row, split};
 use super::manifest::FORMAT;
-use crate::text::{excerpt, printable};
+use super::shard::Shard;
+use crate::text::printable;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions, TryLockError};
@@ -24,48 +25,6 @@ pub(super) struct Head {
     pub shard: [u64; 2],
     /// The class of instructions: another may round otherwise.
     pub instructions: String,
-}
-
-/// A shard of a sweep: the first is 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shard {
-    /// Which.
-    pub index: u64,
-    /// Of how many.
-    pub count: u64,
-}
-
-impl Shard {
-    /// The whole sweep.
-    pub const ALL: Self = Self { index: 1, count: 1 };
-
-    pub(super) fn file(self) -> String {
-        format!("results-{}-of-{}.jsonl", self.index, self.count)
-    }
-
-    /// The shard that a results file is of.
-    pub(super) fn of_file(name: &str) -> Option<Self> {
-        let (index, count) = name.strip_prefix("results-")?.strip_suffix(".jsonl")?.split_once("-of-")?;
-        Some(Self { index: index.parse().ok()?, count: count.parse().ok()? })
-    }
-}
-
-impl std::str::FromStr for Shard {
-    type Err = Error;
-
-    /// Reads `I/N`.
-    fn from_str(text: &str) -> Result<Self> {
-        let pair = text.split_once('/').map(|(a, b)| (a.trim().parse(), b.trim().parse()));
-        match pair {
-            Some((Ok(index), Ok(count))) if index >= 1 && index <= count && count <= 1_000_000 => {
-                Ok(Self { index, count })
-            }
-            _ => Err(Error::usage(
-                format!("--shard: \"{}\" is no shard", excerpt(text)),
-                "Write I/N with I from 1 to N, as in --shard 2/7.",
-            )),
-        }
-    }
 }
 
 /// Lines that wait for a disk with room, in bytes, and for how long; then the run ends.
@@ -292,6 +251,11 @@ pub(super) struct Place {
 
 /// Sees every whole line of a results file; returns how many could not be read.
 pub(super) fn scan(path: &Path, mut see: impl FnMut(Place)) -> Result<u64> {
+    scan_lines(path, |place, _| see(place))
+}
+
+/// The same with the bytes of the line.
+pub(super) fn scan_lines(path: &Path, mut see: impl FnMut(Place, &[u8])) -> Result<u64> {
     let failed = |error: std::io::Error| unreadable(path, &error);
     let mut reader = BufReader::with_capacity(1 << 18, File::open(path).map_err(failed)?);
     let (mut line, mut offset, mut damaged) = (Vec::new(), 0_u64, 0);
@@ -304,7 +268,7 @@ pub(super) fn scan(path: &Path, mut see: impl FnMut(Place)) -> Result<u64> {
         }
         if offset > 0 {
             match (row(&line), u32::try_from(length)) {
-                (Some(row), Ok(length)) => see(Place { offset, length, row }),
+                (Some(row), Ok(length)) => see(Place { offset, length, row }, &line),
                 _ => damaged += 1,
             }
         }
@@ -313,7 +277,7 @@ pub(super) fn scan(path: &Path, mut see: impl FnMut(Place)) -> Result<u64> {
 }
 
 /// What a line says, if it is whole.
-fn row(line: &[u8]) -> Option<Row> {
+pub(super) fn row(line: &[u8]) -> Option<Row> {
     let (result, _) = split(std::str::from_utf8(line).ok()?.trim_end())?;
     serde_json::from_str(&result).ok()
 }
@@ -368,15 +332,5 @@ mod tests {
         let other = Log::open(folder.path(), &head("another")).err().unwrap();
         assert!(other.to_string().contains("results of another study"), "{other}");
         assert!(files(folder.path(), "another").is_err());
-    }
-
-    #[test]
-    fn shards_are_named() {
-        assert_eq!("2/7".parse::<Shard>().unwrap(), Shard { index: 2, count: 7 });
-        for wrong in ["0/7", "8/7", "x", "1/", "1/0", "-1/2"] {
-            assert!(wrong.parse::<Shard>().is_err(), "{wrong}");
-        }
-        assert_eq!(Shard::of_file(&Shard { index: 2, count: 7 }.file()), Some(Shard { index: 2, count: 7 }));
-        assert_eq!(Shard::of_file("results.jsonl"), None);
     }
 }

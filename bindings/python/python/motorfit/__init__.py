@@ -16,6 +16,8 @@ from ._motorfit import (
     Progress,
     Record,
     Svg,
+    Sweep,
+    SweepProgress,
     __version__,
     devices,
     identify,
@@ -24,6 +26,7 @@ from ._motorfit import (
     simulate,
     steiglitz_mcbride,
 )
+from ._sweep import sweep
 
 __all__ = [
     "DataError",
@@ -36,6 +39,8 @@ __all__ = [
     "Progress",
     "Record",
     "Svg",
+    "Sweep",
+    "SweepProgress",
     "UsageError",
     "__version__",
     "devices",
@@ -44,4 +49,5 @@ __all__ = [
     "refine",
     "simulate",
     "steiglitz_mcbride",
+    "sweep",
 ]

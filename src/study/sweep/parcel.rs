@@ -1,0 +1,124 @@
+//! A shard on a machine that does not see the folder: what it needs there, and how its results come back.
+
+use super::manifest::{FORMAT, parts};
+use super::run::Bits;
+use super::store::{Head, Log, files, row, scan, scan_lines};
+use super::{Shard, Sweep};
+use crate::text::printable;
+use crate::{Error, Result};
+use std::path::Path;
+
+impl Sweep {
+    /// The same sweep with its recordings in another folder: their paths start there. What it finds does not depend on it.
+    #[must_use]
+    pub fn with_recordings(mut self, folder: &Path) -> Self {
+        let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
+        self.manifest.folder = folder.to_string_lossy().into_owned();
+        self
+    }
+
+    /// How many runs each of so many shards has left.
+    ///
+    /// # Errors
+    /// `Data` when results cannot be read, or are of another study.
+    pub fn left(&self, count: u64) -> Result<Vec<u64>> {
+        let mut done = Bits::new(self.manifest.runs);
+        for found in files(&self.folder, &self.digest)? {
+            scan(&found.path, |place| {
+                if !place.row.outcome.is_retried() {
+                    done.set(place.row.id, true);
+                }
+            })?;
+        }
+        let mut left = vec![0; usize::try_from(count).unwrap_or(0)];
+        for id in (0..self.manifest.runs).filter(|id| !done.get(*id)) {
+            let shard = usize::try_from(self.owner(count, id)).ok().and_then(|shard| left.get_mut(shard));
+            shard.into_iter().for_each(|left| *left += 1);
+        }
+        Ok(left)
+    }
+
+    /// The files of the recordings that a shard reads, as the study names them.
+    #[must_use]
+    pub fn recordings(&self, shard: Shard) -> Vec<String> {
+        let per_motor = self.runs.per_motor();
+        let is_read = |motor: u64| (motor * per_motor..(motor + 1) * per_motor).any(|id| self.owns(shard, id));
+        let folder = Path::new(&self.manifest.folder);
+        let motors = (0..).zip(&self.manifest.motors).filter(|(number, _)| is_read(*number));
+        let paths = motors.flat_map(|(_, motor)| &motor.files).flat_map(|file| parts(folder, &file.path));
+        paths.map(|path| path.to_string_lossy().into_owned()).collect()
+    }
+
+    /// What a shard need not do again: results files by name, with the lines of its finished runs alone.
+    ///
+    /// # Errors
+    /// `Data` when results cannot be read, or are of another study.
+    pub fn finished(&self, shard: Shard) -> Result<Vec<(String, Vec<u8>)>> {
+        let mut all = Vec::new();
+        for found in files(&self.folder, &self.digest)? {
+            if found.shard.count == shard.count && found.shard != shard {
+                continue;
+            }
+            let mut lines = serde_json::to_vec(&found.head).unwrap_or_default();
+            lines.push(b'\n');
+            let head = lines.len();
+            scan_lines(&found.path, |place, line| {
+                if self.owns(shard, place.row.id) && !place.row.outcome.is_retried() {
+                    lines.extend_from_slice(line);
+                }
+            })?;
+            if lines.len() > head {
+                all.push((found.shard.file(), lines));
+            }
+        }
+        Ok(all)
+    }
+
+    /// Keeps the results file of a shard that was run elsewhere; what is here already is not kept twice. Tells how many
+    /// runs are new.
+    ///
+    /// # Errors
+    /// `Data` for what is no results file of this shard or is damaged, when another run has the shard here, or the folder
+    /// cannot be written.
+    pub fn take(&self, shard: Shard, results: &[u8]) -> Result<u64> {
+        let wrong = |what: &str| {
+            let message = format!("results of shard {}/{} {what}", shard.index, shard.count);
+            Error::data(message, "Run the shard again; nothing was kept of them.").in_file(&self.folder)
+        };
+        let mut lines = results.split_inclusive(|byte| *byte == b'\n');
+        let head = lines.next().and_then(|line| serde_json::from_slice::<Head>(line).ok());
+        let head = head.ok_or_else(|| wrong("have no first line"))?;
+        if head.manifest != self.digest || head.format != FORMAT || head.shard != [shard.index, shard.count] {
+            let of = printable(&format!("{}/{}", head.shard[0], head.shard[1]));
+            return Err(wrong(&format!("are of another study or shard ({of})")));
+        }
+        let mut log = Log::open(&self.folder, &head)?;
+        let mut done = Bits::new(self.manifest.runs);
+        scan(&self.folder.join(shard.file()), |place| {
+            if !place.row.outcome.is_retried() {
+                done.set(place.row.id, true);
+            }
+        })?;
+        let (mut new, mut count) = (String::new(), 0);
+        for line in lines {
+            let whole = row(line).filter(|row| line.ends_with(b"\n") && self.is_own(shard, row.id));
+            let (Some(row), Ok(text)) = (whole, std::str::from_utf8(line)) else {
+                return Err(wrong("came back damaged"));
+            };
+            if !done.get(row.id) {
+                done.set(row.id, !row.outcome.is_retried());
+                new.push_str(text);
+                count += 1;
+            }
+        }
+        log.add(&new);
+        match log.close() {
+            (_, Some(fault)) => Err(fault),
+            _ => Ok(count),
+        }
+    }
+
+    fn is_own(&self, shard: Shard, id: u64) -> bool {
+        id < self.manifest.runs && self.owns(shard, id)
+    }
+}
