@@ -5,6 +5,10 @@
 //! MSE `ΣΣe²/N` (Eq. 14, with N samples), NRMSE `√MSE`. Evaluators return one weighted sum per channel; this module
 //! holds the weights that go in and the combination that comes out, so that every evaluator means the same.
 
+use crate::text::excerpt;
+use crate::{Error, Result};
+use std::str::FromStr;
+
 /// How errors are added up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
@@ -87,6 +91,26 @@ pub struct Criterion {
     pub time_origin_s: Option<f64>,
     /// The noise for [`Scale::Noise`].
     pub noise: Noise,
+}
+
+impl FromStr for Criterion {
+    type Err = Error;
+
+    /// Reads `CRITERION:SCALE`, or a criterion with the usual scale.
+    fn from_str(text: &str) -> Result<Self> {
+        let usual = Scale::default().name();
+        let (norm, scale) = text.split_once(':').unwrap_or((text, usual));
+        let is = |name: &str, asked: &str| name.eq_ignore_ascii_case(asked.trim());
+        let norm = Norm::ALL.into_iter().find(|one| is(one.name(), norm));
+        let scale = Scale::ALL.into_iter().find(|one| is(one.name(), scale));
+        let (Some(norm), Some(scale)) = (norm, scale) else {
+            let message = format!("\"{}\" is no criterion", excerpt(text));
+            let [norms, scales] = [Norm::ALL.map(Norm::name).join(", "), Scale::ALL.map(Scale::name).join(", ")];
+            let remedy = format!("Write CRITERION:SCALE, as in euclidean:peak, of {norms}, and of {scales}.");
+            return Err(Error::usage(message, remedy));
+        };
+        Ok(Self { norm, scale, ..Self::default() })
+    }
 }
 
 /// The noise of a recording.

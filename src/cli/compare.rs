@@ -1,21 +1,18 @@
 //! `compare`: methods side by side.
 
-use super::args::{CompareArgs, CriterionName, MethodName, ScaleName};
+use super::args::CompareArgs;
 use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
 use super::progress::Reporter;
 use super::{Outcome, interrupt, methods, problem, reading};
-use clap::ValueEnum as _;
-use motorfit::criterion::Criterion;
+use motorfit::Result;
 use motorfit::evaluate::{Initial, Model};
-use motorfit::identify::{Costs, DeviceSpec, IdentifySpec, Method, values, with_threads};
-use motorfit::motor::{Parameter, Space};
+use motorfit::identify::{IdentifySpec, Method, with_threads};
 use motorfit::report::compare::{CompareDocument, paper_tables, quartiles, setting_name, tables};
 use motorfit::report::figures::model;
 use motorfit::report::{Table, compare_page, json};
-use motorfit::study::compare::{Block, CompareSpec, Comparison, Setting, Subject, compare, reached};
-use motorfit::text::{engineering, excerpt, significant};
-use motorfit::{Error, Result};
+use motorfit::study::compare::{Asked, Block, CompareSpec, Comparison, Subject, compare, reached};
+use motorfit::text::{engineering, significant};
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
 
@@ -24,12 +21,13 @@ const WIDTH: usize = 80;
 
 pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     let device = problem::device(&args.device, style)?;
-    let (subject, spec) = (subject(args)?, spec(args, device)?);
+    let (subject, asked) = (subject(args)?, asked(args));
+    let spec = spec(args, &asked, device)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
     interrupt::listen()?;
     let mut reporter = Reporter::new(style);
     let comparison = with_threads(args.device.threads, || {
-        let spec = CompareSpec { space: space(args, &subject, &spec)?, ..spec };
+        let spec = CompareSpec { space: asked.space(&subject, spec.model)?, ..spec };
         compare(subject, &spec, &mut |progress| {
             reporter.show(progress);
             if interrupt::pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -162,18 +160,28 @@ fn subject(args: &CompareArgs) -> Result<Subject> {
     })
 }
 
-fn spec(args: &CompareArgs, device: IdentifySpec) -> Result<CompareSpec> {
+fn asked(args: &CompareArgs) -> Asked {
+    Asked {
+        methods: args.methods.iter().map(|name| methods::named(*name)).collect(),
+        criteria: args.criteria.clone(),
+        population: args.population.clone(),
+        generations: args.generations.clone(),
+        set: args.set.clone(),
+        bounds: args.bounds.clone(),
+        fix: args.fix.clone(),
+        dashes: "--",
+    }
+}
+
+fn spec(args: &CompareArgs, asked: &Asked, device: IdentifySpec) -> Result<CompareSpec> {
     let model = Model { discretization: problem::discretization(args.discretization), initial: Initial::Auto };
     let base = if args.preset.is_some() { CompareSpec::paper() } else { CompareSpec::default() };
-    if args.target.is_some_and(|cost| !(cost.is_finite() && cost > 0.0)) {
-        return Err(Error::usage("--target is no cost", "Give a positive number."));
-    }
     Ok(CompareSpec {
-        settings: if args.preset.is_some() { base.settings } else { settings(args)? },
+        settings: if args.preset.is_some() { base.settings } else { asked.settings()? },
         runs: args.runs,
         seed: args.seed,
         model,
-        steiglitz_mcbride: args.methods.contains(&MethodName::Sm),
+        steiglitz_mcbride: asked.methods.contains(&Method::SteiglitzMcBride),
         noise_records: args.noise_records,
         target: args.target,
         device: device.device,
@@ -181,103 +189,6 @@ fn spec(args: &CompareArgs, device: IdentifySpec) -> Result<CompareSpec> {
         paces: device.paces,
         ..base
     })
-}
-
-/// The product of all factors.
-fn settings(args: &CompareArgs) -> Result<Vec<Setting>> {
-    let mut settings = Vec::new();
-    let variants = variants(args)?;
-    for (flag, twice) in [
-        ("--criteria", has_twice(&args.criteria)),
-        ("--population", has_twice(&args.population)),
-        ("--generations", has_twice(&args.generations)),
-    ] {
-        if twice {
-            return Err(Error::usage(format!("{flag} has a value twice"), "Give each once."));
-        }
-    }
-    for criterion in &args.criteria {
-        let criterion = criterion_of(criterion)?;
-        for &population in &args.population {
-            for &generations in &args.generations {
-                settings.extend(variants.iter().map(|methods| Setting {
-                    criterion,
-                    population,
-                    generations,
-                    methods: methods.clone(),
-                }));
-            }
-        }
-    }
-    Ok(settings)
-}
-
-fn has_twice<T: PartialEq>(list: &[T]) -> bool {
-    (1..list.len()).any(|n| list[..n].contains(&list[n]))
-}
-
-fn criterion_of(text: &str) -> Result<Criterion> {
-    let bad = || {
-        Error::usage(
-            format!("--criteria: \"{}\" is no criterion", excerpt(text)),
-            "Write CRITERION:SCALE, as in euclidean:peak; identify --help lists both.",
-        )
-    };
-    let (norm, scale) = text.split_once(':').unwrap_or((text, "std"));
-    let norm = CriterionName::from_str(norm.trim(), true).map_err(|_| bad())?;
-    let scale = ScaleName::from_str(scale.trim(), true).map_err(|_| bad())?;
-    Ok(Criterion { norm: problem::norm(norm), scale: problem::scale(scale), ..Criterion::default() })
-}
-
-/// The searches, with every combination of their settings.
-fn variants(args: &CompareArgs) -> Result<Vec<Vec<Method>>> {
-    if let Some(twice) = (1..args.methods.len()).find(|n| args.methods[..*n].contains(&args.methods[*n])) {
-        let name = methods::named(args.methods[twice]).name();
-        return Err(Error::usage(format!("--methods names {name} twice"), "Name each once."));
-    }
-    let all: Vec<Method> = args.methods.iter().map(|name| methods::named(*name)).collect();
-    if all.contains(&Method::Auto) {
-        return Err(Error::usage("--methods: auto is no method of its own", "Name gwo, jaya, ga, random or sm."));
-    }
-    let searches: Vec<Method> = all.into_iter().filter(Method::is_search).collect();
-    if searches.is_empty() {
-        return Err(Error::usage("--methods names no search", "Name at least one of gwo, jaya, ga and random."));
-    }
-    let mut variants = vec![searches];
-    for item in &args.set {
-        let (name, value) = values::pair(item, "--set", "ga.mutation=0.1/0.2")?;
-        let (method, key) = name.split_once('.').ok_or_else(|| {
-            Error::usage(
-                format!("--set \"{}\" names no method", excerpt(item)),
-                "Write METHOD.KEY=VALUE, as in ga.mutation=0.1.",
-            )
-        })?;
-        let mut next = Vec::new();
-        for variant in &variants {
-            for value in value.split('/') {
-                let mut changed = variant.clone();
-                let found = changed.iter_mut().find(|m| m.name() == method).ok_or_else(|| {
-                    let message = format!("--set: {} is not among the methods", excerpt(method));
-                    Error::usage(message, "Name it in --methods.")
-                })?;
-                found.set(key, value)?;
-                next.push(changed);
-            }
-        }
-        variants = next;
-    }
-    Ok(variants)
-}
-
-/// What is free within which bounds.
-fn space(args: &CompareArgs, subject: &Subject, spec: &CompareSpec) -> Result<Space> {
-    let usual = if subject.truth.is_some() { "table2" } else { "auto" };
-    let bounds = if args.bounds.is_empty() { vec![usual.to_owned()] } else { args.bounds.clone() };
-    let space = Space::table2_with(&values::bounds(&bounds)?, &values::parameters(&args.fix, "--fix")?)?;
-    let auto_bounds: Vec<Parameter> = values::auto_bounds(&bounds)?;
-    let device = DeviceSpec::Cpu;
-    let identify = IdentifySpec { space, auto_bounds, device, model: spec.model, ..IdentifySpec::default() };
-    Ok(Costs::new(&subject.records, &identify)?.problem().space().clone())
 }
 
 fn text(args: &CompareArgs, comparison: &Comparison) -> String {

@@ -6,15 +6,23 @@ use super::{Batch, Evaluator, Group, Level, Problem, cpu_name};
 use crate::Result;
 use rayon::prelude::*;
 
-/// SIMD f64 on all threads of the rayon pool that calls it (one thread: no hand-over at all).
+/// Candidate-steps of a linear motor, some 0.1 ms, below which a thread of no pool does the work itself: to wake others
+/// takes as long.
+const WAKING: usize = 250_000;
+/// What a step with extensions takes, at least, in linear ones.
+const EXTENDED: usize = 2;
+
+/// SIMD f64 on all threads of the rayon pool that calls it (one thread: no hand-over at all). Small batches from outside
+/// of a pool are done by their own thread.
 #[derive(Debug, Clone, Copy)]
 pub struct Simd {
     level: Level,
+    alone: bool,
 }
 
 impl Default for Simd {
     fn default() -> Self {
-        Self { level: Level::best() }
+        Self { level: Level::best(), alone: false }
     }
 }
 
@@ -22,7 +30,25 @@ impl Simd {
     /// At a feature level of this machine; one that it lacks becomes the best that it has.
     #[must_use]
     pub fn at(level: Level) -> Self {
-        Self { level: if level.is_available() { level } else { Level::best() } }
+        Self { level: if level.is_available() { level } else { Level::best() }, alone: false }
+    }
+
+    /// On the thread that calls, whatever pool there is.
+    #[must_use]
+    pub fn alone() -> Self {
+        Self { alone: true, ..Self::default() }
+    }
+
+    /// Whether a batch of so many candidates is done by the thread that calls, where that is of no pool.
+    #[must_use]
+    pub fn is_small(problem: &Problem, candidates: usize) -> bool {
+        let factor = if problem.extent().is_linear() { 1 } else { EXTENDED };
+        candidates.saturating_mul(problem.active()).saturating_mul(factor) < WAKING
+    }
+
+    /// Threads that it may use.
+    fn threads(self) -> usize {
+        if self.alone { 1 } else { rayon::current_num_threads() }
     }
 
     /// The feature level.
@@ -70,7 +96,9 @@ impl Evaluator for Simd {
             parts.push((group, simd.lanes(group.problem), own));
             rest = others;
         }
-        if rayon::current_num_threads() == 1 {
+        let is_small = |group: &Group<'_>| Self::is_small(group.problem, group.candidates.count());
+        let is_outside = rayon::current_thread_index().is_none();
+        if simd.threads() == 1 || is_outside && matches!(batch.groups, [one] if is_small(one)) {
             for (group, lanes, costs) in parts {
                 costs.chunks_mut(lanes).enumerate().for_each(|(n, costs)| simd.run(group, n * lanes, costs));
             }
@@ -83,7 +111,7 @@ impl Evaluator for Simd {
     }
 
     fn name(&self) -> String {
-        let threads = rayon::current_num_threads();
+        let threads = self.threads();
         format!("{} ({}, {threads} thread{})", cpu_name(), self.level.name(), if threads == 1 { "" } else { "s" })
     }
 }

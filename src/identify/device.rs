@@ -121,6 +121,8 @@ pub(super) struct Opened {
     /// Candidate-steps that may pass before the observer is asked again.
     pub slice_steps: usize,
     pub warnings: Vec<Warning>,
+    /// The evaluator of the CPU.
+    pub simd: Simd,
 }
 
 impl Opened {
@@ -138,6 +140,7 @@ impl Opened {
             replaced: 0,
             slice_steps: SLICE_STEPS,
             warnings: Vec::new(),
+            simd: Simd::default(),
         }
     }
 
@@ -154,7 +157,7 @@ impl Opened {
             self.warnings.push(Warning::new("gpu_reopened", format!("{error}; the device was opened anew")));
         } else if self.kind == "gpu" && matches!(self.on_loss, OnLoss::Cpu | OnLoss::ReopenOrCpu) {
             self.warnings.push(taken_over(error));
-            self.evaluator = Box::new(Simd::default());
+            self.evaluator = Box::new(self.simd);
             (self.kind, self.slice_steps) = ("cpu", SLICE_STEPS);
         } else {
             return false;
@@ -171,7 +174,14 @@ impl Opened {
                 "Add --device gpu, or leave --precision out.",
             ));
         }
-        open(spec, problem)
+        let mut opened = open(spec, problem)?;
+        if spec.threads == Some(1) {
+            opened.simd = Simd::alone();
+            if opened.kind == "cpu" {
+                opened.evaluator = Box::new(opened.simd);
+            }
+        }
+        Ok(opened)
     }
 
     /// A GPU only where one is named: for what has no population.

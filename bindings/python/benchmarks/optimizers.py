@@ -1,11 +1,17 @@
 """What the evaluator is worth to other tools: the same searches with our costs, with a numba-parallel cost, with scipy's
-lsim, and jitted with JAX. One run on one machine; times are medians over rounds in which the contenders take turns.
+lsim, and jitted with JAX; and what a call costs beside the evaluation. One run on one machine; times are medians over
+rounds in which the contenders take turns.
 
     python bindings/python/benchmarks/optimizers.py [ROUNDS]
+
+With MOTORFIT_PROGRAM, the command line program, a million candidates from numpy are held against the same in Rust alone.
 """
 
+import os
 import pathlib
+import re
 import statistics
+import subprocess
 import sys
 import time
 
@@ -21,6 +27,7 @@ ROOT = pathlib.Path(__file__).parents[3]
 ROUNDS = int(sys.argv[1]) if len(sys.argv) > 1 else 5
 RECORD = motorfit.Record.from_file(ROOT / "examples" / "m2-step.csv")
 PERIOD = RECORD.period
+VOLTAGE = RECORD.voltage
 SIGNALS = np.column_stack([RECORD.current, RECORD.speed])
 INVERSE = 1.0 / SIGNALS.std(axis=0)
 OURS = motorfit.Evaluator(RECORD, bounds="table2", device="cpu")
@@ -48,26 +55,32 @@ def step_map(r, l, k, b, j, h):
     return p11, p12, p21, p22, (a22 * e1 - a12 * e2) / det, (a11 * e2 - a21 * e1) / det
 
 
+@numba.njit(fastmath=True)
+def numba_one(candidate, voltage, signals, inverse, h):
+    """nrmse, scale std, of one candidate."""
+    r, l, k, b, j = candidate
+    p11, p12, p21, p22, g1, g2 = step_map(r, l, k, b, j, h)
+    i = w = s1 = s2 = 0.0
+    for t in range(len(voltage)):
+        e1, e2 = signals[t, 0] - i, signals[t, 1] - w
+        s1 += e1 * e1
+        s2 += e2 * e2
+        i, w = p11 * i + p12 * w + g1 * voltage[t], p21 * i + p22 * w + g2 * voltage[t]
+    cost = np.sqrt((s1 * inverse[0] ** 2 + s2 * inverse[1] ** 2) / len(voltage))
+    return cost if cost < 1e30 else np.inf
+
+
 @numba.njit(parallel=True, fastmath=True)
 def numba_costs(candidates, voltage, signals, inverse, h):
-    """nrmse, scale std, of candidates (n, 5)."""
+    """The same of candidates (n, 5), on all cores."""
     costs = np.empty(len(candidates))
     for n in numba.prange(len(candidates)):
-        r, l, k, b, j = candidates[n]
-        p11, p12, p21, p22, g1, g2 = step_map(r, l, k, b, j, h)
-        i = w = s1 = s2 = 0.0
-        for t in range(len(voltage)):
-            e1, e2 = signals[t, 0] - i, signals[t, 1] - w
-            s1 += e1 * e1
-            s2 += e2 * e2
-            i, w = p11 * i + p12 * w + g1 * voltage[t], p21 * i + p22 * w + g2 * voltage[t]
-        cost = np.sqrt((s1 * inverse[0] ** 2 + s2 * inverse[1] ** 2) / len(voltage))
-        costs[n] = cost if cost < 1e30 else np.inf
+        costs[n] = numba_one(candidates[n], voltage, signals, inverse, h)
     return costs
 
 
 def numba_cost(candidates):
-    return numba_costs(np.ascontiguousarray(candidates), RECORD.voltage, SIGNALS, INVERSE, PERIOD)
+    return numba_costs(np.ascontiguousarray(candidates), VOLTAGE, SIGNALS, INVERSE, PERIOD)
 
 
 def lsim_cost(candidates):
@@ -125,7 +138,10 @@ def jax_gwo():
 
         return jax.lax.fori_loop(0, 100, generation, (key, agents, leaders, best))[3][0]
 
-    return lambda seed: float(search(jax.random.PRNGKey(seed)))
+    def run(seed):
+        search(jax.random.PRNGKey(seed)).block_until_ready()
+
+    return run
 
 
 def mealpy_gwo(seed):
@@ -134,64 +150,108 @@ def mealpy_gwo(seed):
 
     low, high = np.transpose(BOUNDS)
     problem = {
-        "obj_func": lambda x: numba_cost(x[None])[0], "bounds": FloatVar(lb=low, ub=high), "minmax": "min", "log_to": None
+        "obj_func": lambda x: numba_one(x, VOLTAGE, SIGNALS, INVERSE, PERIOD),
+        "bounds": FloatVar(lb=low, ub=high),
+        "minmax": "min",
+        "log_to": None,
     }
-    return OriginalGWO(epoch=100, pop_size=100).solve(problem, seed=seed).target.fitness
+    OriginalGWO(epoch=100, pop_size=100).solve(problem, seed=seed)
 
 
 def our_gwo(seed):
-    found = motorfit.identify(
+    motorfit.identify(
         RECORD, method="gwo", bounds="table2", polish="none", population=100, generations=100, seed=seed, device="cpu"
     )
-    return found.cost
+
+
+class Timed:
+    """Costs, and the time that they took."""
+
+    def __init__(self, costs):
+        self.costs, self.seconds = costs, 0.0
+
+    def __call__(self, candidates):
+        begun = time.perf_counter()
+        found = self.costs(candidates)
+        self.seconds += time.perf_counter() - begun
+        return found
 
 
 def evolution(costs, generations):
     def run(seed):
-        return differential_evolution(
-            lambda x: costs(x.T), BOUNDS, vectorized=True, updating="deferred", popsize=20, maxiter=generations, tol=0,
+        timed = Timed(costs)
+        differential_evolution(
+            lambda x: timed(x.T), BOUNDS, vectorized=True, updating="deferred", popsize=20, maxiter=generations, tol=0,
             polish=False, rng=seed,
-        ).fun
+        )
+        return timed.seconds
 
     return run
 
 
 def turns(title, contenders, rounds=ROUNDS):
-    """Times of contenders that take turns, the first run of each left out."""
+    """Times of contenders that take turns, the first run of each left out; a run may say what its costs took."""
     times = {name: [] for name, _ in contenders}
+    costs = {name: [] for name, _ in contenders}
     for round_ in range(rounds + 1):
         for name, work in contenders:
             begun = time.perf_counter()
-            work(round_)
+            took = work(round_)
             if round_:
-                times[name].append(time.perf_counter() - begun)
-    ours = statistics.median(times[contenders[0][0]])
+                times[name].append(1e3 * (time.perf_counter() - begun))
+                costs[name].append(1e3 * took if took else None)
     print(title)
-    for name, _ in contenders:
+    first, *_ = times
+    for name in times:
         took = statistics.median(times[name])
-        print(f"    {name:38} {1e3 * took:10.2f} ms   {took / ours:8.2f} times ours")
+        line = f"    {name:28} {took:10.2f} ms {took / statistics.median(times[first]):8.2f} times ours"
+        if costs[name][0]:
+            took = statistics.median(costs[name])
+            line += f"; in the costs {took:10.2f} ms {took / statistics.median(costs[first]):8.2f} times ours"
+        print(line)
+
+
+def overhead(tried):
+    """What a call costs beside the evaluation: on two samples nearly all is that."""
+    one, two = tried[:1], motorfit.simulate("m2", [0.0, 0.001], [1.0, 1.0])
+    medians = []
+    for costs, count in [(OURS, 2000), (motorfit.Evaluator(two, bounds="table2", device="cpu"), 20000)]:
+        times = []
+        for _ in range(count):
+            begun = time.perf_counter()
+            costs(one)
+            times.append(time.perf_counter() - begun)
+        medians.append(1e6 * statistics.median(times))
+    print(f"a call with one candidate: {medians[0]:.1f} µs on {len(RECORD)} samples, {medians[1]:.1f} µs on two")
+
+
+def million(program):
+    """A million candidates from numpy, copied and checked, against a million that Rust drew for itself."""
+    low, high = np.transpose(BOUNDS)
+    candidates = low + np.random.default_rng(1).random((1_000_000, len(low))) * (high - low)
+    command = [program, "evaluate", ROOT / "examples" / "m2-step.csv", "--sample", "uniform:1000000"]
+    command += ["--bounds", "table2", "--device", "cpu", "--top", "1"]
+    numpy, rust = [], []
+    for _ in range(2 * ROUNDS):
+        begun = time.perf_counter()
+        OURS(candidates)
+        numpy.append(time.perf_counter() - begun)
+        said = subprocess.run(command, capture_output=True, text=True, check=True).stderr
+        rust.append(1e-3 * float(re.search(r"\(([\d.]+) ms of it evaluating", said)[1]))
+    ratios = [100 * b / a for a, b in zip(numpy, rust)]
+    print(f"10^6 candidates: {1 / statistics.median(numpy):.2f} million a second from numpy, "
+          f"{1 / statistics.median(rust):.2f} million in Rust alone: {statistics.median(ratios):.1f} %")
 
 
 def main():
-    tried = np.array([low + np.random.default_rng(1).random((64, 5)) * (high - low) for low, high in [np.transpose(BOUNDS)]][0])
+    low, high = np.transpose(BOUNDS)
+    tried = low + np.random.default_rng(1).random((64, len(low))) * (high - low)
     np.testing.assert_allclose(numba_cost(tried), OURS(tried), rtol=1e-6)
     np.testing.assert_allclose(lsim_cost(tried[:4]), OURS(tried[:4]), rtol=1e-6)
 
-    one = tried[:1]
-    calls = []
-    for _ in range(2000):
-        begun = time.perf_counter()
-        OURS(one)
-        calls.append(time.perf_counter() - begun)
-    small = motorfit.Evaluator(motorfit.simulate("m2", [0.0, 0.001], [1.0, 1.0]), bounds="table2", device="cpu")
-    bare = []
-    for _ in range(20000):
-        begun = time.perf_counter()
-        small(one)
-        bare.append(time.perf_counter() - begun)
-    print(f"a call with one candidate: {1e6 * statistics.median(calls):.1f} µs on {len(RECORD)} samples, "
-          f"{1e6 * statistics.median(bare):.1f} µs on two: all but the evaluation")
-
+    overhead(tried)
+    if program := os.environ.get("MOTORFIT_PROGRAM"):
+        million(program)
     turns("differential_evolution(vectorized=True), 100 agents, 150 generations",
           [("motorfit.Evaluator", evolution(OURS, 150)), ("numba, parallel", evolution(numba_cost, 150))])
     turns("differential_evolution(vectorized=True), 100 agents, 5 generations",

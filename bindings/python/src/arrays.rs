@@ -10,6 +10,9 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+/// Numbers that are copied one by one, in whatever order they lie.
+const SMALL: usize = 8192;
+
 /// Numbers with the shape that they had.
 pub struct Table {
     /// Row by row.
@@ -39,10 +42,17 @@ pub fn read(numbers: &Bound<'_, PyAny>, what: &str, values: &mut Vec<f64>) -> Py
     values.clear();
     if numbers.is_exact_instance_of::<PyUntypedArray>()
         && let Ok(array) = numbers.cast::<PyArrayDyn<f64>>()
-        && let Some(plain) = plain(array)
+        && is_aligned(array)
     {
-        values.extend_from_slice(plain.readonly().as_slice()?);
-        return Ok(plain.shape().to_vec());
+        if array.is_c_contiguous() {
+            values.extend_from_slice(array.readonly().as_slice()?);
+            return Ok(array.shape().to_vec());
+        }
+        // What is large is put in order by numpy, in less time.
+        if array.len() <= SMALL {
+            values.extend(array.readonly().as_array().iter());
+            return Ok(array.shape().to_vec());
+        }
     }
     let array = converted(numbers, what)?;
     let readable = array.readonly();
@@ -50,10 +60,10 @@ pub fn read(numbers: &Bound<'_, PyAny>, what: &str, values: &mut Vec<f64>) -> Py
     Ok(array.shape().to_vec())
 }
 
-/// An array whose memory is a plain table of numbers.
-fn plain<'a, 'py>(array: &'a Bound<'py, PyArrayDyn<f64>>) -> Option<&'a Bound<'py, PyArrayDyn<f64>>> {
-    let aligned = array.data().align_offset(align_of::<f64>()) == 0;
-    (aligned && array.is_c_contiguous()).then_some(array)
+/// Whether every number is where the processor reads it.
+fn is_aligned(array: &Bound<'_, PyArrayDyn<f64>>) -> bool {
+    let size = size_of::<f64>().cast_signed();
+    array.data().align_offset(align_of::<f64>()) == 0 && array.strides().iter().all(|stride| stride % size == 0)
 }
 
 /// What numpy makes of it: real numbers, aligned and in C order.

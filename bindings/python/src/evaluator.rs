@@ -4,6 +4,7 @@ use crate::arrays::{array, read};
 use crate::errors::Raise as _;
 use crate::record::several;
 use crate::spec::{self, Keywords};
+use motorfit::evaluate::Simd;
 use motorfit::identify::{Costs, IdentifySpec, with_threads};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -54,7 +55,13 @@ impl Evaluator {
         let spec = IdentifySpec { population, generations: 1, ..spec::problem(&keys, spec::input_of(&records))? };
         let costs = py.detach(|| with_threads(spec.threads, || Costs::new(&records, &spec))).raise(py)?;
         let start = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = spec.threads.map(start).transpose().map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+        // One thread is that of the caller.
+        let pool = spec
+            .threads
+            .filter(|threads| *threads > 1)
+            .map(start)
+            .transpose()
+            .map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
         let free = costs.problem().space().free();
         let (kind, name, precision) = costs.device();
         Ok(Self {
@@ -105,7 +112,8 @@ impl Evaluator {
         let piece = (LOOK / self.steps).max(1024);
         let pieces = values.chunks(piece * width).zip(found.chunks_mut(piece));
         for (values, found) in pieces {
-            py.detach(|| match &self.pool {
+            let pool = self.pool.as_ref().filter(|_| !Simd::is_small(costs.problem(), found.len()));
+            py.detach(|| match pool {
                 None => costs.evaluate(values, found),
                 Some(pool) => pool.install(|| costs.evaluate(values, found)),
             })

@@ -2,6 +2,7 @@
 
 use crate::arrays::{array, rows};
 use crate::errors::Raise as _;
+use crate::figure::Svg;
 use crate::progress::watched;
 use crate::record::several;
 use crate::spec::{self, Keywords};
@@ -9,41 +10,10 @@ use motorfit::identify::{Estimated, IdentifySpec, identify_with, repeatability, 
 use motorfit::motor::Scope;
 use motorfit::record::Record;
 use motorfit::report::figures::{self, Modelled};
-use motorfit::report::{Figure, IdentifyDocument, json};
+use motorfit::report::{IdentifyDocument, json};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-
-/// A drawing: `str(drawing)` is its SVG, `save(path)` writes it, a notebook shows it.
-#[pyclass(frozen, module = "motorfit")]
-pub struct Svg {
-    svg: String,
-    /// What it shows.
-    #[pyo3(get)]
-    caption: String,
-}
-
-#[pymethods]
-impl Svg {
-    fn _repr_svg_(&self) -> &str {
-        &self.svg
-    }
-
-    fn __str__(&self) -> &str {
-        &self.svg
-    }
-
-    /// Writes the SVG to a file.
-    fn save(&self, path: std::path::PathBuf) -> PyResult<()> {
-        Ok(std::fs::write(path, &self.svg)?)
-    }
-}
-
-impl From<Figure> for Svg {
-    fn from(figure: Figure) -> Self {
-        Self { svg: figure.svg, caption: figure.caption }
-    }
-}
 
 /// What was found. Values in SI units: R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m².
 #[pyclass(frozen, module = "motorfit")]

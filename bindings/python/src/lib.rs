@@ -3,8 +3,10 @@
 //! Nothing is computed here. Work runs without the interpreter's lock, and can be interrupted.
 
 mod arrays;
+mod compare;
 mod errors;
 mod evaluator;
+mod figure;
 mod frame;
 mod identify;
 mod optimizer;
@@ -21,9 +23,13 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _motorfit {
     #[pymodule_export]
+    use super::compare::{Comparison, ComparisonBlock, compare};
+    #[pymodule_export]
     use super::evaluator::Evaluator;
     #[pymodule_export]
-    use super::identify::{Identification, Svg, identify};
+    use super::figure::Svg;
+    #[pymodule_export]
+    use super::identify::{Identification, identify};
     #[pymodule_export]
     use super::optimizer::Optimizer;
     #[pymodule_export]

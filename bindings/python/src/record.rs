@@ -231,7 +231,7 @@ pub fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) 
     }
     let all = [("error", Gaps::Error), ("keep", Gaps::Keep), ("split", Gaps::Split)];
     let gaps = gaps.map(|text| choice("gaps", &text, &all, |(name, _)| name)).transpose().raise(py)?;
-    let discretization = keys.choice("discretization", &Discretization::ALL, |d| d.name())?;
+    let discretization = keys.discretization()?;
     let columns = keys.items("columns")?.join(",");
     let reading = Reading {
         options: ReadOptions {

@@ -1,6 +1,7 @@
 //! Keyword arguments as the library's settings: the names and the forms of the command line's flags.
 
 use crate::errors::Raise as _;
+use crate::paces::paces;
 use motorfit::criterion::{Criterion, Norm, Scale};
 use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::{DeviceSpec, IdentifySpec, Method, Polish, PrecisionSpec, With, values};
@@ -10,6 +11,9 @@ use motorfit::{Error, Result};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
+
+/// The most threads.
+const THREADS_MAX: usize = 1024;
 
 /// Settings by their names.
 pub struct Keywords<'a, 'py> {
@@ -49,6 +53,25 @@ impl<'a, 'py> Keywords<'a, 'py> {
     pub fn value<T: for<'x> FromPyObject<'x, 'py, Error = PyErr>>(&self, key: &str) -> PyResult<Option<T>> {
         let wrong = |error: PyErr| PyTypeError::new_err(format!("{key}: {error}"));
         self.get(key)?.map(|value| value.extract::<T>().map_err(wrong)).transpose()
+    }
+
+    /// Whether it is given.
+    pub fn has(&self, key: &str) -> bool {
+        self.get(key).is_ok_and(|value| value.is_some())
+    }
+
+    /// One size, or several.
+    pub fn sizes(&self, key: &str, usual: usize) -> PyResult<Vec<usize>> {
+        let Some(value) = self.get(key)? else { return Ok(vec![usual]) };
+        match value.extract::<usize>() {
+            Ok(size) => Ok(vec![size]),
+            Err(_) => Ok(self.value(key)?.unwrap_or_default()),
+        }
+    }
+
+    /// The one-step method.
+    pub fn discretization(&self) -> PyResult<Option<Discretization>> {
+        self.choice("discretization", &Discretization::ALL, |d| d.name())
     }
 
     /// A text.
@@ -128,8 +151,6 @@ pub fn problem(keys: &Keywords<'_, '_>, input: Input) -> PyResult<IdentifySpec> 
     let limits = values::bounds(&bounds).raise(py)?;
     let fixed = values::parameters(&fix, "fix").raise(py)?;
     let noise = keys.text("noise")?.map(|text| values::noise(&text)).transpose().raise(py)?;
-    let initial = [Initial::Auto, Initial::Zero, Initial::Measured, Initial::Free];
-    let precision = [PrecisionSpec::Auto, PrecisionSpec::F32, PrecisionSpec::F64];
     Ok(IdentifySpec {
         criterion: Criterion {
             norm: keys.choice("criterion", &Norm::ALL, |n| n.name())?.unwrap_or(usual.criterion.norm),
@@ -138,18 +159,40 @@ pub fn problem(keys: &Keywords<'_, '_>, input: Input) -> PyResult<IdentifySpec> 
             noise: noise.unwrap_or_default(),
         },
         model: Model {
-            discretization: keys.choice("discretization", &Discretization::ALL, |d| d.name())?.unwrap_or(held),
-            initial: keys.choice("initial", &initial, |i| i.name())?.unwrap_or(usual.model.initial),
+            discretization: keys.discretization()?.unwrap_or(held),
+            initial: keys.choice("initial", &Initial::ALL, |i| i.name())?.unwrap_or(usual.model.initial),
         },
         space: space(&limits, &fixed).raise(py)?,
         auto_bounds: values::auto_bounds(&bounds).raise(py)?,
         with,
         per_recording: values::named(&keys.items("per_recording")?, "per_recording").raise(py)?,
-        device: keys.text("device")?.map_or(Ok(DeviceSpec::default()), |text| text.parse()).raise(py)?,
-        precision: keys.choice("precision", &precision, |p| p.name())?.unwrap_or_default(),
-        threads: keys.value("threads")?,
+        ..device(keys)?
+    })
+}
+
+/// What evaluates.
+pub fn device(keys: &Keywords<'_, '_>) -> PyResult<IdentifySpec> {
+    let device = keys.text("device")?.map_or(Ok(DeviceSpec::default()), |text| text.parse()).raise(keys.py)?;
+    let threads = keys.value("threads")?;
+    check_threads(threads).raise(keys.py)?;
+    Ok(IdentifySpec {
+        paces: if device == DeviceSpec::Auto { paces() } else { None },
+        device,
+        precision: keys.choice("precision", &PrecisionSpec::ALL, |p| p.name())?.unwrap_or_default(),
+        threads,
         ..IdentifySpec::default()
     })
+}
+
+/// So many threads may be asked for.
+pub fn check_threads(threads: Option<usize>) -> Result<()> {
+    match threads.filter(|threads| !(1..=THREADS_MAX).contains(threads)) {
+        Some(threads) => {
+            let remedy = format!("Give 1 to {THREADS_MAX}, or leave it out for all.");
+            Err(Error::usage(format!("threads is {threads}"), remedy))
+        }
+        None => Ok(()),
+    }
 }
 
 /// The settings of a method.

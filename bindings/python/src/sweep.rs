@@ -18,8 +18,6 @@ use std::time::{Duration, Instant};
 
 /// Time between two calls of a callback: threads of the interpreter that are busy must not hold the work up.
 const PAUSE: Duration = Duration::from_millis(100);
-/// The most threads.
-const THREADS_MAX: usize = 1024;
 
 /// How far a shard is.
 #[pyclass(frozen, get_all, module = "motorfit")]
@@ -129,7 +127,7 @@ impl Sweep {
         recordings: Option<PathBuf>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let shard = shard_of(shard).raise(py)?;
-        check_threads(threads).raise(py)?;
+        spec::check_threads(threads).raise(py)?;
         let sweep = match recordings {
             Some(folder) => Arc::new(Planned::clone(&self.0).with_recordings(&folder)),
             None => self.0.clone(),
@@ -223,16 +221,6 @@ fn shard_of((index, count): (u64, u64)) -> Result<Shard> {
 fn limits_of(limits: Option<&Bound<'_, PyAny>>, py: Python<'_>) -> PyResult<Limits> {
     let items = limits.map(|limits| spec::items(limits, "limits")).transpose()?.unwrap_or_default();
     values::ranges(&items, "limits").and_then(Limits::new).raise(py)
-}
-
-fn check_threads(threads: Option<usize>) -> Result<()> {
-    match threads.filter(|threads| !(1..=THREADS_MAX).contains(threads)) {
-        Some(threads) => {
-            let remedy = format!("Give 1 to {THREADS_MAX}, or leave it out for all.");
-            Err(Error::usage(format!("threads is {threads}"), remedy))
-        }
-        None => Ok(()),
-    }
 }
 
 /// A document as Python's values.

@@ -3,6 +3,7 @@
 //! Runs of the same number start from the same random numbers, whatever the method: their populations are the same, which
 //! is what makes comparisons between methods paired.
 
+mod asked;
 mod judged;
 
 pub mod paper;
@@ -10,6 +11,7 @@ mod spec;
 mod steiglitz;
 mod targets;
 
+pub use asked::Asked;
 pub use judged::{Comparable, FEW, Ranking, Summary};
 pub use spec::{CompareSpec, Setting, Subject};
 pub use steiglitz::Steiglitz;
@@ -207,6 +209,9 @@ fn check(spec: &CompareSpec) -> Result<()> {
     }
     if spec.runs > 100_000 {
         return Err(Error::usage(format!("--runs is {}", spec.runs), "Give at most 100000."));
+    }
+    if spec.target.is_some_and(|cost| !(cost.is_finite() && cost > 0.0)) {
+        return Err(Error::usage("--target is no cost", "Give a positive number."));
     }
     Ok(())
 }

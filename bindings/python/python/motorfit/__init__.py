@@ -10,6 +10,8 @@ Everything is in SI units: s, V, A, rad/s, N·m; R in ohm, L in H, K in V·s/rad
 
 from ._errors import DataError, DeviceError, MotorfitError, NotIdentifiedError, UsageError
 from ._motorfit import (
+    Comparison,
+    ComparisonBlock,
     Evaluator,
     Identification,
     Optimizer,
@@ -19,6 +21,7 @@ from ._motorfit import (
     Sweep,
     SweepProgress,
     __version__,
+    compare,
     devices,
     identify,
     read,
@@ -29,6 +32,8 @@ from ._motorfit import (
 from ._sweep import sweep
 
 __all__ = [
+    "Comparison",
+    "ComparisonBlock",
     "DataError",
     "DeviceError",
     "Evaluator",
@@ -43,6 +48,7 @@ __all__ = [
     "SweepProgress",
     "UsageError",
     "__version__",
+    "compare",
     "devices",
     "identify",
     "read",

@@ -56,6 +56,24 @@ class IdentifySettings(ProblemSettings, total=False):
     seed: int
     set: Items
 
+class CompareSettings(TypedDict, total=False):
+    preset: Literal["paper"]
+    methods: Items
+    runs: int
+    criteria: Items
+    population: int | Sequence[int]
+    generations: int | Sequence[int]
+    set: Items
+    seed: int
+    noise_records: int
+    target: float
+    bounds: Bounds
+    fix: Numbers
+    discretization: Discretization
+    device: str
+    precision: Literal["auto", "f32", "f64"]
+    threads: int
+
 class RefineSettings(TypedDict, total=False):
     bounds: Bounds
     fix: Numbers
@@ -202,6 +220,58 @@ class Optimizer:
         """The best values, shape (p,), and their cost; None before the first tell."""
 
 @final
+class Comparison:
+    """Methods that were compared, a block for each setting."""
+
+    @property
+    def blocks(self) -> list[ComparisonBlock]: ...
+    @property
+    def expected(self) -> dict[str, float] | None: ...
+    @property
+    def steiglitz_mcbride(self) -> dict[str, float] | None: ...
+    @property
+    def device(self) -> tuple[str, str, str]: ...
+    @property
+    def evaluations(self) -> int: ...
+    @property
+    def seconds(self) -> float: ...
+    @property
+    def interrupted(self) -> bool: ...
+    @property
+    def warnings(self) -> list[str]: ...
+    def to_dict(self) -> dict[str, Any]: ...
+    def to_json(self) -> str: ...
+
+@final
+class ComparisonBlock:
+    """All methods under one setting: mappings are by method."""
+
+    @property
+    def setting(self) -> str: ...
+    @property
+    def methods(self) -> list[str]: ...
+    @property
+    def ranking(self) -> list[str]:
+        """The methods, the lowest median cost first."""
+    @property
+    def costs(self) -> dict[str, Floats]:
+        """The final cost of each run, shape (runs,)."""
+    @property
+    def parameters(self) -> dict[str, Floats]:
+        """What each run found, shape (runs, 5): R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m²."""
+    @property
+    def histories(self) -> dict[str, Floats]:
+        """The lowest cost after each generation, shape (runs, generations)."""
+    @property
+    def evaluations(self) -> dict[str, NDArray[np.uint64]]: ...
+    @property
+    def seconds(self) -> dict[str, float | None]: ...
+    def plot_convergence(self) -> Svg: ...
+    def plot_errors(self) -> Svg | None: ...
+    def plot_distributions(self) -> Svg: ...
+    def plot_waterfall(self) -> Svg: ...
+
+@final
 class SweepProgress:
     """How far a shard of a sweep is."""
 
@@ -267,6 +337,12 @@ def identify(
     progress: Callable[[Progress], object] | None = None,
     **settings: Unpack[IdentifySettings],
 ) -> Identification: ...
+def compare(
+    records: Record | Sequence[Record] | None = None,
+    *,
+    progress: Callable[[Progress], object] | None = None,
+    **settings: Unpack[CompareSettings],
+) -> Comparison: ...
 def steiglitz_mcbride(record: Record, *, discretization: Discretization = "zoh") -> dict[str, float]: ...
 def refine(
     records: Record | Sequence[Record], start: Mapping[str, float], **settings: Unpack[RefineSettings]

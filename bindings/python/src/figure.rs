@@ -1,0 +1,35 @@
+//! Drawings.
+
+use motorfit::report::Figure;
+use pyo3::prelude::*;
+
+/// A drawing: `str(drawing)` is its SVG, `save(path)` writes it, a notebook shows it.
+#[pyclass(frozen, module = "motorfit")]
+pub struct Svg {
+    svg: String,
+    /// What it shows.
+    #[pyo3(get)]
+    caption: String,
+}
+
+#[pymethods]
+impl Svg {
+    fn _repr_svg_(&self) -> &str {
+        &self.svg
+    }
+
+    fn __str__(&self) -> &str {
+        &self.svg
+    }
+
+    /// Writes the SVG to a file.
+    fn save(&self, path: std::path::PathBuf) -> PyResult<()> {
+        Ok(std::fs::write(path, &self.svg)?)
+    }
+}
+
+impl From<Figure> for Svg {
+    fn from(figure: Figure) -> Self {
+        Self { svg: figure.svg, caption: figure.caption }
+    }
+}

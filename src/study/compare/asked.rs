@@ -1,0 +1,122 @@
+//! What is compared, in words: the forms that flags and keyword arguments share.
+
+use super::{Setting, Subject};
+use crate::criterion::Criterion;
+use crate::evaluate::Model;
+use crate::identify::{Costs, DeviceSpec, IdentifySpec, Method, values};
+use crate::motor::Space;
+use crate::text::excerpt;
+use crate::{Error, Result};
+
+/// Factors of a comparison: each of their combinations is a setting.
+#[derive(Debug, Clone)]
+pub struct Asked {
+    /// Searches, and Steiglitz–McBride where it is to stand beside them.
+    pub methods: Vec<Method>,
+    /// `CRITERION:SCALE`.
+    pub criteria: Vec<String>,
+    /// Agents.
+    pub population: Vec<usize>,
+    /// Generations, the first population included.
+    pub generations: Vec<usize>,
+    /// `METHOD.KEY=VALUE`; several values as `0.1/0.2`.
+    pub set: Vec<String>,
+    /// Bounds; without any those of Table 2 for a motor that is known, and such as follow the estimate for another.
+    pub bounds: Vec<String>,
+    /// Held values, `R=0.92`.
+    pub fix: Vec<String>,
+    /// What stands before the names in errors: `--` for flags.
+    pub dashes: &'static str,
+}
+
+impl Asked {
+    /// A setting for each combination.
+    ///
+    /// # Errors
+    /// `Usage` for what cannot be, and for what is asked twice.
+    pub fn settings(&self) -> Result<Vec<Setting>> {
+        let variants = self.variants()?;
+        for (name, twice) in [
+            ("criteria", has_twice(&self.criteria)),
+            ("population", has_twice(&self.population)),
+            ("generations", has_twice(&self.generations)),
+        ] {
+            if twice {
+                return Err(Error::usage(format!("{}{name} has a value twice", self.dashes), "Give each once."));
+            }
+        }
+        let mut settings = Vec::new();
+        for criterion in &self.criteria {
+            let criterion: Criterion = criterion.parse()?;
+            for &population in &self.population {
+                for &generations in &self.generations {
+                    let setting = |methods: &Vec<Method>| {
+                        let methods = methods.clone();
+                        Setting { criterion, population, generations, methods }
+                    };
+                    settings.extend(variants.iter().map(setting));
+                }
+            }
+        }
+        Ok(settings)
+    }
+
+    /// The searches, with every combination of their own settings.
+    fn variants(&self) -> Result<Vec<Vec<Method>>> {
+        let (all, dashes) = (&self.methods, self.dashes);
+        if let Some(twice) = (1..all.len()).find(|n| all[..*n].contains(&all[*n])) {
+            let message = format!("{dashes}methods names {} twice", all[twice].name());
+            return Err(Error::usage(message, "Name each once."));
+        }
+        if all.contains(&Method::Auto) {
+            let message = format!("{dashes}methods: auto is no method of its own");
+            return Err(Error::usage(message, "Name gwo, jaya, ga, random or sm."));
+        }
+        let searches: Vec<Method> = all.iter().filter(|method| method.is_search()).cloned().collect();
+        if searches.is_empty() {
+            let message = format!("{dashes}methods names no search");
+            return Err(Error::usage(message, "Name at least one of gwo, jaya, ga and random."));
+        }
+        let flag = format!("{dashes}set");
+        let mut variants = vec![searches];
+        for item in &self.set {
+            let (name, values) = values::pair(item, &flag, "ga.mutation=0.1/0.2")?;
+            let (method, key) = name.split_once('.').ok_or_else(|| {
+                let message = format!("{flag} \"{}\" names no method", excerpt(item));
+                Error::usage(message, "Write METHOD.KEY=VALUE, as in ga.mutation=0.1.")
+            })?;
+            let mut next = Vec::new();
+            for variant in &variants {
+                for value in values.split('/') {
+                    let mut changed = variant.clone();
+                    let found = changed.iter_mut().find(|m| m.name() == method).ok_or_else(|| {
+                        let message = format!("{flag}: {} is not among the methods", excerpt(method));
+                        Error::usage(message, format!("Name it in {dashes}methods."))
+                    })?;
+                    found.set(key, value)?;
+                    next.push(changed);
+                }
+            }
+            variants = next;
+        }
+        Ok(variants)
+    }
+
+    /// What is free within which bounds.
+    ///
+    /// # Errors
+    /// `Usage` for bounds or held values that cannot be; `Data` and `NotIdentified` for recordings that cannot serve.
+    pub fn space(&self, subject: &Subject, model: Model) -> Result<Space> {
+        let usual = [if subject.truth.is_some() { "table2" } else { "auto" }.to_owned()];
+        let bounds = if self.bounds.is_empty() { &usual[..] } else { &self.bounds };
+        let fixed = values::parameters(&self.fix, &format!("{}fix", self.dashes))?;
+        let space = Space::table2_with(&values::bounds(bounds)?, &fixed)?;
+        let (auto_bounds, device) = (values::auto_bounds(bounds)?, DeviceSpec::Cpu);
+        let identify = IdentifySpec { space, auto_bounds, device, model, ..IdentifySpec::default() };
+        Ok(Costs::new(&subject.records, &identify)?.problem().space().clone())
+    }
+}
+
+fn has_twice<T: PartialEq>(list: &[T]) -> bool {
+    (1..list.len()).any(|n| list[..n].contains(&list[n]))
+}
