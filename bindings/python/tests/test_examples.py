@@ -12,9 +12,10 @@ import pytest
 from conftest import M2, ROOT
 
 EXAMPLES = sorted((ROOT / "bindings" / "python" / "examples").glob("*.py"))
-NEEDS = {"scipy": "scipy", "pymoo": "pymoo", "mealpy": "mealpy", "pandas": "pandas", "matplotlib": "matplotlib"}
+NEEDS = {"scipy": "scipy", "pymoo": "pymoo", "mealpy": "mealpy", "pandas": "pandas", "matplotlib": "matplotlib", "tqdm": "tqdm"}
 #: How far the parameters may be from the truth: what these searches reach with their budgets, over the seeds tried.
-WITHIN = {"identify": 0.01, "scipy_differential_evolution": 0.01, "pymoo_search": 0.3, "mealpy_gwo": 0.3}
+WITHIN = {"identify": 0.01, "scipy_differential_evolution": 0.01, "pymoo_search": 0.3, "mealpy_gwo": 0.3,
+          "tqdm_progress": 0.01}
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
@@ -32,3 +33,5 @@ def test_it_runs(path):
         assert set(found) == set(M2)
         for name, value in found.items():
             assert abs(value / M2[name] - 1) < WITHIN[path.stem], done.stdout
+    if path.stem == "tqdm_progress":
+        assert "300/300" in done.stderr and "cost=" in done.stderr

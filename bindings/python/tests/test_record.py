@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pandas
+import polars
 import pytest
 
 import motorfit
@@ -28,6 +29,23 @@ def test_a_file_and_its_columns_are_one_recording():
 def test_columns_go_out_and_come_back_to_the_last_bit(record):
     assert motorfit.Record.from_columns(pandas.DataFrame(record.to_columns())).to_csv() == record.to_csv()
     np.testing.assert_array_equal(motorfit.Record.from_columns(record.to_columns()).speed, record.speed)
+
+
+def test_a_polars_frame_is_a_recording(record):
+    frame = polars.DataFrame(record.to_columns())
+    assert motorfit.Record.from_columns(frame).to_csv() == record.to_csv()
+    part = frame.slice(100, 500).rechunk()
+    np.testing.assert_array_equal(motorfit.Record.from_columns(part).speed, record.speed[100:600])
+    several = polars.concat([frame[:300], frame[300:]], rechunk=False)
+    assert motorfit.Record.from_columns(several).to_csv() == record.to_csv()
+    single = frame.with_columns(polars.col("current_A").cast(polars.Float32))
+    np.testing.assert_array_equal(motorfit.Record.from_columns(single).current, record.current.astype("f4").astype("f8"))
+    found = motorfit.identify(motorfit.Record.from_columns(frame))
+    table = polars.DataFrame({"name": list(found.parameters), "value": list(found.parameters.values())})
+    assert table["name"].to_list() == ["R", "L", "K", "B", "J"] and table["value"].is_finite().all()
+    missing = frame.with_columns(polars.when(polars.int_range(polars.len()) != 7).then("speed_rad_s").alias("speed_rad_s"))
+    with pytest.raises(motorfit.DataError, match="speed"):
+        motorfit.Record.from_columns(missing)
 
 
 def test_headings_name_quantity_and_unit(record):

@@ -1,0 +1,16 @@
+"""A bar for a search: the callback is told of every generation; its answer False would end the search."""
+
+from tqdm import tqdm
+
+import motorfit
+
+record = motorfit.Record.from_file("examples/m2-step.csv")
+with tqdm(total=300, unit=" generations") as bar:
+
+    def look(progress):
+        bar.update(progress.generation - bar.n)
+        bar.set_postfix(cost=f"{progress.cost:.5g}", refresh=False)
+
+    found = motorfit.identify(record, method="gwo", generations=300, progress=look)
+for name, value in found.parameters.items():
+    print(f"{name} = {value:.6g} ± {found.std_errors[name]:.2g}")
