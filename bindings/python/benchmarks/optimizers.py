@@ -193,22 +193,25 @@ def turns(title, contenders, rounds=ROUNDS):
     """Times of contenders that take turns, the first run of each left out; a run may say what its costs took."""
     times = {name: [] for name, _ in contenders}
     costs = {name: [] for name, _ in contenders}
+    first = {}
     for round_ in range(rounds + 1):
         for name, work in contenders:
             begun = time.perf_counter()
             took = work(round_)
+            seconds = time.perf_counter() - begun
+            first.setdefault(name, seconds)
             if round_:
-                times[name].append(1e3 * (time.perf_counter() - begun))
+                times[name].append(1e3 * seconds)
                 costs[name].append(1e3 * took if took else None)
     print(title)
-    first, *_ = times
+    ours, *_ = times
     for name in times:
         took = statistics.median(times[name])
-        line = f"    {name:28} {took:10.2f} ms {took / statistics.median(times[first]):8.2f} times ours"
+        line = f"    {name:28} {took:10.2f} ms {took / statistics.median(times[ours]):8.2f} times ours"
         if costs[name][0]:
             took = statistics.median(costs[name])
-            line += f"; in the costs {took:10.2f} ms {took / statistics.median(costs[first]):8.2f} times ours"
-        print(line)
+            line += f"; in the costs {took:10.2f} ms {took / statistics.median(costs[ours]):8.2f} times ours"
+        print(f"{line}; the first time {first[name]:.1f} s")
 
 
 def overhead(tried):
