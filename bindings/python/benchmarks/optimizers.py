@@ -144,9 +144,17 @@ def jax_gwo():
     return run
 
 
-def mealpy_gwo(seed):
+def mealpy_gwo(batch):
+    """The search of mealpy: with a candidate a call, which it does by itself, or with a generation a call."""
     from mealpy import FloatVar
     from mealpy.swarm_based.GWO import OriginalGWO
+    from mealpy.utils.target import Target
+
+    class Batch(OriginalGWO):
+        def update_target_for_population(self, pop=None, mode=None):
+            for agent, cost in zip(pop, numba_cost(np.array([agent.solution for agent in pop]))):
+                agent.target = Target(objectives=[cost], weights=[1.0])
+            return pop
 
     low, high = np.transpose(BOUNDS)
     problem = {
@@ -155,7 +163,11 @@ def mealpy_gwo(seed):
         "minmax": "min",
         "log_to": None,
     }
-    OriginalGWO(epoch=100, pop_size=100).solve(problem, seed=seed)
+    kind, mode = (Batch, "swarm") if batch else (OriginalGWO, "single")
+    def run(seed):
+        kind(epoch=100, pop_size=100).solve(problem, mode=mode, seed=seed)
+
+    return run
 
 
 def our_gwo(seed):
@@ -260,7 +272,8 @@ def main():
     turns("differential_evolution(vectorized=True), 100 agents, 5 generations",
           [("motorfit.Evaluator", evolution(OURS, 5)), ("scipy.signal.lsim", evolution(lsim_cost, 5))], 2)
     turns("Grey Wolf Optimizer, 100 agents, 100 generations",
-          [("motorfit.identify", our_gwo), ("mealpy with a numba cost", mealpy_gwo), ("JAX, jitted as a whole", jax_gwo())])
+          [("motorfit.identify", our_gwo), ("mealpy, numba, one by one", mealpy_gwo(False)),
+           ("mealpy, numba, parallel", mealpy_gwo(True)), ("JAX, jitted as a whole", jax_gwo())])
 
 
 if __name__ == "__main__":
