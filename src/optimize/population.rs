@@ -156,7 +156,7 @@ impl Population {
     }
 }
 
-/// Costs with NaN counted as +∞.
+/// Costs with NaN and −∞, which say nothing, counted as +∞.
 pub(super) fn ordered(costs: &[f64]) -> Vec<f64> {
-    costs.iter().map(|&cost| if cost.is_nan() { f64::INFINITY } else { cost }).collect()
+    costs.iter().map(|&cost| if cost > f64::NEG_INFINITY { cost } else { f64::INFINITY }).collect()
 }

@@ -1,6 +1,6 @@
 //! Files as prepared recordings: how they are read and what is done to them, in one thing.
 
-use super::{Offset, Preparation, Quantity, ReadOptions, Record, parse_number, read, read_joined};
+use super::{Offset, Preparation, Quantity, ReadOptions, Record, parse_number, read, read_bytes, read_joined};
 use crate::text::excerpt;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -24,6 +24,18 @@ impl Reading {
             Some(parts) => read_joined(&parts, &self.options)?,
             None => read(path, &self.options)?,
         };
+        self.prepared(read)
+    }
+
+    /// The recordings of a file's bytes.
+    ///
+    /// # Errors
+    /// As [`read_bytes`] and [`Preparation::apply`].
+    pub fn records_of(&self, bytes: &[u8]) -> Result<Vec<Record>> {
+        self.prepared(read_bytes(bytes, None, &self.options)?)
+    }
+
+    fn prepared(&self, read: Vec<Record>) -> Result<Vec<Record>> {
         let mut records = Vec::with_capacity(read.len());
         for record in read {
             // Without a time column the rate has been used up.

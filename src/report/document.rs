@@ -2,7 +2,7 @@
 
 use super::identified;
 use crate::estimate::{ReferenceKind, Uncertainty};
-use crate::evaluate::{Level, cpu_name};
+use crate::evaluate::{Level, Problem, cpu_name};
 use crate::identify::{
     Costs, Estimated, HeldOut, Identification, IdentifySpec, Ladder, Place, Rung, Validation, Warning,
 };
@@ -158,8 +158,7 @@ impl EvaluateDocument {
         let problem = costs.problem();
         let (kind, name, precision) = costs.device();
         let bounds = problem.space().free().iter().map(|a| (a.parameter.symbol().to_owned(), value!([a.min, a.max])));
-        let entry =
-            |(cost, values): (f64, &[f64])| value!({"cost": cost, "parameters": plain(&problem.parameters(values, 0))});
+        let entry = |(cost, values): (f64, &[f64])| value!({"cost": cost, "parameters": meant(problem, values)});
         value!({
             "motorfit": env!("CARGO_PKG_VERSION"),
             "records": records.iter().map(record_head).collect::<Value>(),
@@ -174,6 +173,24 @@ impl EvaluateDocument {
             "warnings": warnings(costs.warnings(), Severity::Report),
         })
     }
+}
+
+/// What a candidate means: values by symbol, lists of them where each recording has its own.
+fn meant(problem: &Problem, candidate: &[f64]) -> Value {
+    let space = problem.space();
+    let extensions = space.free().iter().map(|axis| axis.parameter).chain(space.fixed().iter().map(|(p, _, _)| *p));
+    let value = |p: Parameter, recording: usize| {
+        let own = problem.extensions(candidate, recording);
+        if p.is_extension() { own.get(p) } else { problem.parameters(candidate, recording).get(p) }
+    };
+    let all = Parameter::ALL.into_iter().chain(extensions.filter(|p| p.is_extension()));
+    let entry = |p: Parameter| {
+        let is_own = space.free().iter().any(|axis| axis.parameter == p && matches!(axis.scope, Scope::Recording(_)));
+        let of = |n| Value::from(value(p, n));
+        let value = if is_own { (0..problem.signals().len()).map(of).collect() } else { of(0) };
+        (p.symbol().to_owned(), value)
+    };
+    Value::Object(all.map(entry).collect())
 }
 
 /// Values by symbol.

@@ -179,20 +179,28 @@ fn table(table: &Table) -> Markup {
     }
 }
 
-/// A drawing within a page: it takes the width there is, has a name for those who do not see it, and names of its own.
+impl Figure {
+    /// Its SVG that takes the width there is, up to its own, with a name for those who do not see it; `attributes` are
+    /// more of the drawing's.
+    #[must_use]
+    pub fn scaled(&self, attributes: &str) -> String {
+        let Some((head, rest)) = self.svg.split_once('>') else { return String::new() };
+        let size = |name: &str| {
+            let (_, after) = head.split_once(&format!(" {name}=\""))?;
+            after.split_once('"').map(|(value, _)| value.to_owned())
+        };
+        let (width, height) = (size("width").unwrap_or_default(), size("height").unwrap_or_default());
+        let name = html! { title { (printable(&self.alternative)) } }.into_string();
+        let head =
+            head.replacen("<svg ", &format!("<svg {attributes} role=\"img\" viewBox=\"0 0 {width} {height}\" "), 1);
+        format!("{head}>{name}{rest}")
+    }
+}
+
+/// A drawing within a page, with names of its own.
 fn embedded(figure: &Figure) -> String {
-    let svg = figure.svg.replace("kuva-clip-", &format!("{}-clip-", figure.id));
-    let Some((head, rest)) = svg.split_once('>') else { return String::new() };
-    let size = |name: &str| {
-        let (_, after) = head.split_once(&format!(" {name}=\""))?;
-        after.split_once('"').map(|(value, _)| value.to_owned())
-    };
-    let (width, height) = (size("width").unwrap_or_default(), size("height").unwrap_or_default());
     let class = if figure.map { "plot map" } else { "plot" };
-    let name = html! { title { (printable(&figure.alternative)) } }.into_string();
-    let head =
-        head.replacen("<svg ", &format!("<svg class=\"{class}\" role=\"img\" viewBox=\"0 0 {width} {height}\" "), 1);
-    format!("{head}>{name}{rest}")
+    figure.scaled(&format!("class=\"{class}\"")).replace("kuva-clip-", &format!("{}-clip-", figure.id))
 }
 
 #[cfg(test)]

@@ -97,6 +97,11 @@ impl Comparison {
         &self.text
     }
 
+    fn __reduce__(&self) -> PyResult<()> {
+        let message = "a Comparison does not leave its process; send what is needed of it: to_dict(), costs, ...";
+        Err(pyo3::exceptions::PyTypeError::new_err(message))
+    }
+
     fn __repr__(&self) -> String {
         let answer = |block: &motorfit::study::compare::Block| {
             let order = block.ranking().order.into_iter().map(|n| block.contests[n].method.name());
@@ -250,7 +255,41 @@ const COMPARE: [&str; 16] = [
 const OF_PRESET: [&str; 7] = ["methods", "criteria", "population", "generations", "set", "bounds", "fix"];
 
 /// Compares methods on recordings of one motor: the same number of runs of each under every setting, paired by their first
-/// populations. Without recordings on the paper's experiment, simulated. Settings are the flags of `motorfit compare`.
+/// populations. Without recordings on the paper's experiment, simulated.
+///
+/// Parameters
+/// ----------
+/// records : Record or sequence of Record
+/// progress : callable
+///     Called with a `Progress`, by the thread that calls this; its answer False ends the comparison.
+/// preset : {"paper"}
+///     The set-up of the paper, without the settings that it has already.
+/// methods : str or sequence, default "gwo,jaya,ga,sm"
+///     Of gwo, jaya, ga, random, and sm, which stands beside them.
+/// runs : int, default 50
+///     Runs of each method.
+/// criteria : str or sequence, default "nrmse:std"
+///     What is minimized, CRITERION:SCALE; several are compared one by one.
+/// population, generations : int or sequence of int, default 100
+///     Agents, and generations with the first population; several are compared one by one.
+/// set : str, sequence or mapping
+///     Settings of methods, {"ga.mutation": 0.1}; several values as "0.1/0.2" are compared one by one.
+/// seed : int, default 1
+///     Seed of all runs.
+/// noise_records : int, default 200
+///     Records with new noise for Steiglitz-McBride, which has no seeds.
+/// target : float
+///     The cost that runs are to reach; a range of targets by default.
+/// bounds : str, sequence or mapping
+///     As of `identify`; default "table2" without a recording, else "auto".
+/// fix : str, sequence or mapping
+///     Parameters that are held, {"R": 0.92} in SI units.
+/// discretization, device, precision, threads
+///     As of `identify`.
+///
+/// Returns
+/// -------
+/// Comparison
 #[pyfunction]
 #[pyo3(signature = (records=None, *, progress=None, **settings))]
 pub fn compare(

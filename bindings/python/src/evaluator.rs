@@ -2,48 +2,59 @@
 
 use crate::arrays::{array, read};
 use crate::errors::Raise as _;
+use crate::identify::name;
+use crate::pool::{Pool, on_all};
 use crate::record::several;
+use crate::seat::Seat;
 use crate::spec::{self, Keywords};
 use motorfit::evaluate::Simd;
 use motorfit::identify::{Costs, IdentifySpec, with_threads};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::sync::MutexExt as _;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 use std::sync::Mutex;
 
 /// Costs of candidates on a recording, or on several together.
 ///
-/// `Evaluator(records, criterion="nrmse", scale="std", device="auto", …)(candidates)` takes an array of shape (n, p), a
-/// row a candidate, in SI units and in the order of `names`, and gives an array of shape (n,). A cost that is not finite
-/// is inf. One evaluator does one table at a time; threads that share it take turns.
+/// `costs = Evaluator(records, ...)(candidates)`: candidates of shape (n, p), a row a candidate, in SI units, its columns in
+/// the order of `names`, or a frame with these columns; costs of shape (n,), inf where a cost is not finite.
+///
+/// Parameters
+/// ----------
+/// records : Record or sequence of Record
+///     What candidates are held against; several count together.
+/// population : int, default 100000
+///     How many candidates a call will bring, about: what device="auto" chooses by.
+#[doc = include_str!("docs/problem.txt")]
+///
+/// One evaluator does one table at a time; threads that share it take turns. It pickles with its recordings.
 #[pyclass(frozen, module = "motorfit")]
 pub struct Evaluator {
-    work: Mutex<Work>,
-    /// Threads of its own, started once; those of all where nothing is said.
-    pool: Option<rayon::ThreadPool>,
+    costs: Mutex<Costs>,
+    seat: Seat,
+    /// Room for candidates, kept from one call to the next.
+    room: Mutex<Vec<f64>>,
+    /// How many threads; one is the caller's.
+    threads: Option<usize>,
+    pool: Pool,
+    process: u32,
     names: Vec<String>,
     bounds: Vec<(f64, f64)>,
     /// Candidate-steps of a candidate.
     steps: usize,
     device: (String, String, String),
+    /// What it was made of: recordings and keywords.
+    made_of: (Py<PyTuple>, Py<PyDict>),
 }
 
-struct Work {
-    costs: Costs,
-    values: Vec<f64>,
-}
-
-/// Candidates that a device is chosen for where nothing is said.
-const EXPECTED: usize = 100_000;
 /// Candidate-steps between two looks for signals: some tenths of a second on one slow core.
 const LOOK: usize = 200_000_000;
 
 #[pymethods]
 impl Evaluator {
     #[new]
-    #[pyo3(signature = (records, *, population=EXPECTED, **settings))]
+    #[pyo3(signature = (records, *, population=100_000, **settings))]
     fn new(
         py: Python<'_>,
         records: &Bound<'_, PyAny>,
@@ -53,24 +64,24 @@ impl Evaluator {
         let keys = Keywords::new(py, settings, &spec::PROBLEM)?;
         let records = several(records)?;
         let spec = IdentifySpec { population, generations: 1, ..spec::problem(&keys, spec::input_of(&records))? };
-        let costs = py.detach(|| with_threads(spec.threads, || Costs::new(&records, &spec))).raise(py)?;
-        let start = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        // One thread is that of the caller.
-        let pool = spec
-            .threads
-            .filter(|threads| *threads > 1)
-            .map(start)
-            .transpose()
-            .map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+        let costs = on_all(py, || with_threads(spec.threads, || Costs::new(&records, &spec)))?.raise(py)?;
         let free = costs.problem().space().free();
-        let (kind, name, precision) = costs.device();
+        let (kind, device, precision) = costs.device();
+        let of = PyTuple::new(py, records.iter().cloned().map(crate::record::Record))?;
+        let keywords = settings.map_or_else(|| Ok(PyDict::new(py)), |settings| settings.copy())?;
+        keywords.set_item("population", population)?;
         Ok(Self {
-            names: free.iter().map(|axis| axis.parameter.symbol().to_owned()).collect(),
+            names: free.iter().map(|axis| name(axis.parameter, axis.scope)).collect(),
             bounds: free.iter().map(|axis| (axis.min, axis.max)).collect(),
             steps: costs.problem().active().max(1),
-            device: (kind.to_owned(), name, precision.to_owned()),
-            work: Mutex::new(Work { costs, values: Vec::new() }),
-            pool,
+            device: (kind.to_owned(), device, precision.to_owned()),
+            costs: Mutex::new(costs),
+            seat: Seat::default(),
+            room: Mutex::new(Vec::new()),
+            threads: spec.threads,
+            pool: Pool::new(spec.threads),
+            process: std::process::id(),
+            made_of: (of.unbind(), keywords.unbind()),
         })
     }
 
@@ -92,11 +103,14 @@ impl Evaluator {
         self.device.clone()
     }
 
-    /// Costs of `candidates` of shape (n, p), or (p,) for one: an array of shape (n,).
+    /// Costs of `candidates` of shape (n, p), or (p,) for one, or of a frame with the columns `names`: an array of shape
+    /// (n,).
     fn __call__<'py>(&self, py: Python<'py>, candidates: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let mut work = self.work.lock_py_attached(py).map_err(|_| broken())?;
-        let Work { costs, values } = &mut *work;
-        let shape = read(candidates, "candidates", values)?;
+        let mut values = self.room.lock().map(|mut room| std::mem::take(&mut *room)).unwrap_or_default();
+        let shape = match self.of_frame(candidates)? {
+            Some(ordered) => read(&ordered, "candidates", &mut values)?,
+            None => read(candidates, "candidates", &mut values)?,
+        };
         let width = self.names.len();
         let count = match *shape.as_slice() {
             [count, columns] if columns == width => count,
@@ -108,19 +122,18 @@ impl Evaluator {
                 return Err(PyValueError::new_err(message));
             }
         };
-        let mut found = vec![f64::INFINITY; count];
-        let piece = (LOOK / self.steps).max(1024);
-        let pieces = values.chunks(piece * width).zip(found.chunks_mut(piece));
-        for (values, found) in pieces {
-            let pool = self.pool.as_ref().filter(|_| !Simd::is_small(costs.problem(), found.len()));
-            py.detach(|| match pool {
-                None => costs.evaluate(values, found),
-                Some(pool) => pool.install(|| costs.evaluate(values, found)),
-            })
-            .raise(py)?;
-            py.check_signals()?;
+        let found = self.evaluate(py, &values, count)?;
+        if let Ok(mut room) = self.room.lock() {
+            *room = values;
         }
         Ok(array(py, found))
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (py, (records, keywords)) = (slf.py(), &slf.get().made_of);
+        let partial = py.import("functools")?.getattr("partial")?;
+        let make = partial.call((slf.get_type(),), Some(keywords.bind(py)))?;
+        Ok((make, PyTuple::new(py, [records.bind(py)])?))
     }
 
     fn __repr__(&self) -> String {
@@ -129,6 +142,54 @@ impl Evaluator {
     }
 }
 
-fn broken() -> PyErr {
-    PyRuntimeError::new_err("an evaluation ended in a fault; make a new Evaluator")
+impl Evaluator {
+    fn evaluate(&self, py: Python<'_>, values: &[f64], count: usize) -> PyResult<Vec<f64>> {
+        if self.process != std::process::id() && self.device.0 == "gpu" {
+            let message = "a GPU cannot be used by a process that was forked; make the Evaluator there, or use spawn";
+            return Err(PyRuntimeError::new_err(message));
+        }
+        let _taken = self.seat.take(py, "the evaluator")?;
+        let broken = "an evaluation ended in a fault; make a new Evaluator";
+        let mut costs = self.costs.try_lock().map_err(|_| PyRuntimeError::new_err(broken))?;
+        let costs = &mut *costs;
+        let mut found = vec![f64::INFINITY; count];
+        let piece = (LOOK / self.steps).max(1024);
+        for (values, found) in values.chunks(piece * self.names.len()).zip(found.chunks_mut(piece)) {
+            let is_small = Simd::is_small(costs.problem(), found.len());
+            match self.threads {
+                Some(1) => py.detach(|| costs.evaluate(values, found)),
+                _ if is_small => py.detach(|| costs.evaluate(values, found)),
+                None => on_all(py, || costs.evaluate(values, found))?,
+                Some(_) => self.pool.run(py, || costs.evaluate(values, found))?,
+            }
+            .raise(py)?;
+            py.check_signals()?;
+        }
+        Ok(found)
+    }
+
+    /// The columns of a frame in our order; `None` where the columns have none of our names.
+    fn of_frame<'py>(&self, candidates: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        if candidates.is_instance_of::<numpy::PyUntypedArray>() || !candidates.hasattr("columns")? {
+            return Ok(None);
+        }
+        let labels: Vec<String> = candidates
+            .getattr("columns")?
+            .try_iter()?
+            .map(|label| Ok(label?.str()?.to_string()))
+            .collect::<PyResult<_>>()?;
+        let missing: Vec<&str> = self.names.iter().filter(|name| !labels.contains(name)).map(String::as_str).collect();
+        if missing.is_empty() {
+            let ordered = candidates.get_item(self.names.clone())?;
+            // Columns that may lack values are numbers only by request.
+            let real = PyDict::new(candidates.py());
+            real.set_item("dtype", "float64")?;
+            return Ok(Some(ordered.call_method("to_numpy", (), Some(&real)).unwrap_or(ordered)));
+        }
+        if missing.len() < self.names.len() {
+            let message = format!("candidates lack the column {}; they have {}", missing.join(", "), labels.join(", "));
+            return Err(PyValueError::new_err(message));
+        }
+        Ok(None)
+    }
 }

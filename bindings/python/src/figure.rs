@@ -22,6 +22,10 @@ impl Svg {
         &self.svg
     }
 
+    fn __repr__(&self) -> String {
+        format!("<Svg {}>", self.caption)
+    }
+
     /// Writes the SVG to a file.
     fn save(&self, path: std::path::PathBuf) -> PyResult<()> {
         Ok(std::fs::write(path, &self.svg)?)
@@ -30,6 +34,6 @@ impl Svg {
 
 impl From<Figure> for Svg {
     fn from(figure: Figure) -> Self {
-        Self { svg: figure.svg, caption: figure.caption }
+        Self { svg: figure.scaled("style=\"max-width:100%;height:auto\""), caption: figure.caption }
     }
 }

@@ -1,7 +1,8 @@
-//! Columns from Python as a file would hold them: mappings, pandas and polars frames. Headings are then understood as in
-//! files, with their units.
+//! Columns from Python as a file would hold them: mappings, structured arrays, pandas and polars frames. Headings are then
+//! understood as in files, with their units.
 
 use crate::arrays;
+use crate::errors::exception;
 use numpy::PyUntypedArrayMethods as _;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -22,22 +23,72 @@ impl Cells {
     }
 }
 
-/// A frame as the text of a CSV file. Numbers are written so that they are read back as they are.
-pub fn text(frame: &Bound<'_, PyAny>) -> PyResult<String> {
-    let labels = match frame.getattr("columns") {
-        Ok(columns) => columns,
-        Err(_) => frame.clone(),
-    };
-    let mut columns = Vec::new();
-    for label in labels.try_iter().map_err(|_| PyTypeError::new_err("give a mapping of columns, or a frame"))? {
-        let label = label?;
-        let cells = cells(&frame.get_item(&label)?)?;
-        columns.push((label.str()?.to_string(), cells));
+/// A frame as a file would hold it.
+pub struct Frame {
+    /// The text of a CSV file. Numbers are written so that they are read back as they are.
+    pub text: String,
+    /// What Python holds that files do not: stamps of time, and the name of an index.
+    hints: Vec<String>,
+}
+
+impl Frame {
+    /// Reads a frame's columns.
+    pub fn new(frame: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let mut hints = Vec::new();
+        let mut columns = Vec::new();
+        for label in labels(frame)? {
+            let name = plain(&label.str()?.to_string());
+            let located = |error: PyErr| {
+                PyErr::from_type(error.get_type(frame.py()), format!("column {name:?}: {}", error.value(frame.py())))
+            };
+            let column = frame.get_item(&label)?;
+            let array = frame.py().import("numpy")?.call_method1("asarray", (&column,)).map_err(located)?;
+            let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+            if matches!(kind.as_str(), "m" | "M") {
+                let what = if kind == "m" { "durations" } else { "stamps of time" };
+                hints.push(format!("{name:?} holds {what}: (t - t[0]) / numpy.timedelta64(1, \"s\") are seconds"));
+            }
+            columns.push((name.clone(), cells(&column, &array, &kind).map_err(located)?));
+        }
+        let index = frame.getattr("index").and_then(|index| index.getattr("name")).ok().filter(|name| !name.is_none());
+        hints.extend(index.map(|name| format!("the index {name} is no column: frame.reset_index() makes it one")));
+        // A line that begins with a word might be a comment.
+        columns.sort_by_key(|(_, cells)| matches!(cells, Cells::Words(_)));
+        Ok(Self { text: text(&columns)?, hints })
     }
+
+    /// An error of reading the text, as one of the frame's: rows for lines, and the hints.
+    pub fn error(&self, py: Python<'_>, error: &motorfit::Error) -> PyErr {
+        let mut message = error.to_string();
+        if let Some(line) = error.line() {
+            message = message.replace(&format!("line {line}"), &format!("row {}", line.saturating_sub(2)));
+        }
+        let remedy = self.hints.iter().fold(error.remedy(), |remedy, hint| format!("{remedy} {hint}."));
+        exception(py, &motorfit::Error::new(error.kind(), message, remedy))
+    }
+}
+
+/// The names of the columns.
+fn labels<'py>(frame: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    let is_mapping = || frame.is_instance(&frame.py().import("collections.abc")?.getattr("Mapping")?);
+    let names =
+        || frame.getattr("dtype").and_then(|dtype| dtype.getattr("names")).ok().filter(|names| !names.is_none());
+    let labels = match frame.getattr("columns").ok().or_else(names) {
+        Some(labels) => labels,
+        None if is_mapping()? => frame.call_method0("keys")?,
+        None => {
+            let kind = frame.get_type().name()?;
+            return Err(PyTypeError::new_err(format!("give a mapping of columns or a frame, not a {kind}")));
+        }
+    };
+    labels.try_iter()?.collect()
+}
+
+fn text(columns: &[(String, Cells)]) -> PyResult<String> {
     let rows = columns.first().map_or(0, |(_, cells)| cells.len());
     if let Some((name, cells)) = columns.iter().find(|(_, cells)| cells.len() != rows) {
-        let message = format!("column {name:?} has {} rows, the first one {rows}", cells.len());
-        return Err(PyValueError::new_err(message));
+        let (first, count) = (&columns[0].0, cells.len());
+        return Err(PyValueError::new_err(format!("column {name:?} has {count} rows, {first:?} has {rows}")));
     }
     let mut text = columns.iter().map(|(name, _)| quoted(name)).collect::<Vec<_>>().join(",") + "\n";
     for row in 0..rows {
@@ -57,17 +108,21 @@ pub fn text(frame: &Bound<'_, PyAny>) -> PyResult<String> {
     Ok(text)
 }
 
-fn cells(column: &Bound<'_, PyAny>) -> PyResult<Cells> {
-    let array = column.py().import("numpy")?.call_method1("asarray", (column,))?;
-    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
-    if matches!(kind.as_str(), "f" | "i" | "u") {
-        return arrays::signal(column, "a column").map(Cells::Numbers);
+fn cells(column: &Bound<'_, PyAny>, array: &Bound<'_, PyAny>, kind: &str) -> PyResult<Cells> {
+    if matches!(kind, "f" | "i" | "u") {
+        return arrays::signal(column, "it").map(Cells::Numbers);
     }
     if array.cast::<numpy::PyUntypedArray>()?.ndim() != 1 {
-        return Err(PyValueError::new_err("a column has more than one axis; give a value per row"));
+        return Err(PyValueError::new_err("it has more than one axis; give a value per row"));
     }
-    let words = array.call_method0("tolist")?.try_iter()?.map(|cell| Ok(cell?.str()?.to_string()));
+    let listed = if matches!(kind, "m" | "M") { array.call_method1("astype", ("str",))? } else { array.clone() };
+    let words = listed.call_method0("tolist")?.try_iter()?.map(|cell| Ok(plain(&cell?.str()?.to_string())));
     words.collect::<PyResult<_>>().map(Cells::Words)
+}
+
+/// A word on one line that does not begin a comment.
+fn plain(word: &str) -> String {
+    word.replace(['\n', '\r'], " ").trim_start_matches(['#', '%', ' ']).to_owned()
 }
 
 fn quoted(word: &str) -> String {

@@ -24,12 +24,12 @@ pub struct Identification {
     text: String,
 }
 
-/// Names of what is estimated: symbols, with the number of the recording where it belongs to one.
 fn name_of(estimated: &Estimated) -> String {
     name(estimated.parameter, estimated.scope)
 }
 
-fn name(parameter: motorfit::motor::Parameter, scope: Scope) -> String {
+/// The name of a parameter: its symbol, with the number of the recording where it belongs to one.
+pub fn name(parameter: motorfit::motor::Parameter, scope: Scope) -> String {
     match scope {
         Scope::Shared => parameter.symbol().to_owned(),
         Scope::Recording(n) => format!("{}[{n}]", parameter.symbol()),
@@ -129,7 +129,8 @@ impl Identification {
         self.records.iter().cloned().map(crate::record::Record).collect()
     }
 
-    /// Current and speed of the model at the samples of each recording: a list of mappings of arrays.
+    /// Current ("current_A", A) and speed ("speed_rad_s", rad/s) of the model at the samples of each recording: a list of
+    /// mappings of arrays of shape (samples,).
     fn modelled<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let list = PyList::empty(py);
         for [current, speed] in self.found.modelled(&self.records, &self.spec).raise(py)? {
@@ -153,10 +154,13 @@ impl Identification {
 
     /// Measured signals against the model, of one recording.
     #[pyo3(signature = (recording=0))]
-    fn plot_response(&self, py: Python<'_>, recording: usize) -> PyResult<Svg> {
+    fn plot_response(&self, py: Python<'_>, recording: isize) -> PyResult<Svg> {
         let mut all = self.found.modelled(&self.records, &self.spec).raise(py)?;
-        let Some(record) = self.records.get(recording) else {
-            let message = format!("there are {} recordings, the first is 0", self.records.len());
+        let count = self.records.len();
+        let recording =
+            if recording < 0 { count.checked_add_signed(recording) } else { Some(recording.cast_unsigned()) };
+        let Some((recording, record)) = recording.and_then(|n| Some((n, self.records.get(n)?))) else {
+            let message = format!("there are {count} recordings, the first is 0");
             return Err(pyo3::exceptions::PyIndexError::new_err(message));
         };
         let models = [Modelled { name: "model".to_owned(), signals: all.swap_remove(recording) }];
@@ -175,16 +179,69 @@ impl Identification {
 
     fn __repr__(&self) -> String {
         let one = |e: Estimated| {
-            let value = e.value.map_or_else(|| "not identified".to_owned(), |v| motorfit::text::significant(v, 6));
+            let Some(value) = e.value else { return format!("{} not identified", name_of(&e)) };
             let error = e.std_error.map_or(String::new(), |s| format!(" ± {}", motorfit::text::significant(s, 2)));
-            format!("{} = {value}{error} {}", name_of(&e), e.parameter.unit())
+            format!("{} = {}{error} {}", name_of(&e), motorfit::text::significant(value, 6), e.parameter.unit())
         };
         let list: Vec<String> = self.found.estimates().into_iter().map(one).collect();
         format!("<Identification {}>", list.join(", "))
     }
+
+    /// A table for notebooks.
+    fn _repr_html_(&self) -> String {
+        let significant = motorfit::text::significant;
+        let row = |e: Estimated| {
+            let value = e.value.map_or_else(|| "not identified".to_owned(), |value| significant(value, 6));
+            let error = e.std_error.map_or(String::new(), |error| significant(error, 2));
+            let interval = |[low, high]: [f64; 2]| format!("{} … {}", significant(low, 6), significant(high, 6));
+            let interval = e.ci95.map_or(String::new(), interval);
+            let (name, unit, what) = (name_of(&e), e.parameter.unit(), e.parameter.name());
+            format!(
+                "<tr><th>{name}</th><td>{value}</td><td>{error}</td><td>{interval}</td><td>{unit}</td><td>{what}</td></tr>"
+            )
+        };
+        let rows: String = self.found.estimates().into_iter().map(row).collect();
+        let heads =
+            "<tr><th></th><th>value</th><th>standard error</th><th>95 % interval</th><th>unit</th><th></th></tr>";
+        format!("<table><thead>{heads}</thead><tbody>{rows}</tbody></table>")
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        let message =
+            "an Identification does not leave its process; send what is needed of it: to_dict(), parameters, ...";
+        Err(pyo3::exceptions::PyTypeError::new_err(message))
+    }
 }
 
 /// Identifies one motor from a recording, or from several in one joint fit.
+///
+/// Parameters
+/// ----------
+/// records : Record or sequence of Record
+/// validate : Record or sequence of Record
+///     Recordings that are held out: simulated with what was found, without another fit.
+/// progress : callable
+///     Called with a `Progress` after each generation of a search, by the thread that calls this; its answer False ends the
+///     search.
+/// method : {"auto", "sm", "gwo", "jaya", "ga", "random"}
+///     How the optimum is found; auto: Steiglitz-McBride, a population search where that cannot serve.
+/// polish : {"lm", "none"}
+///     How what was found is refined; lm gives the standard errors.
+/// population, generations : int, default 100
+///     Agents, and generations with the first population.
+/// seed : int, default 1
+/// set : str, sequence or mapping
+///     Settings of the method, {"mutation": 0.1}.
+#[doc = include_str!("docs/problem.txt")]
+///
+/// Returns
+/// -------
+/// Identification
+///
+/// Raises
+/// ------
+/// UsageError, DataError, NotIdentifiedError, DeviceError
+///     What happened, with `remedy`.
 #[pyfunction]
 #[pyo3(signature = (records, *, validate=None, progress=None, **settings))]
 pub fn identify(

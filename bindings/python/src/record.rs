@@ -2,12 +2,13 @@
 
 use crate::arrays::{array, signal};
 use crate::errors::Raise as _;
-use crate::frame;
+use crate::frame::Frame;
+use crate::pool::on_all;
 use crate::spec::{Keywords, choice};
 use motorfit::motor::Discretization;
 use motorfit::record::{
     Gaps, Offset, Preparation, ReadOptions, Reading, Samples, parse_columns, parse_crop, parse_masks, parse_offset,
-    read_bytes, write_csv,
+    write_csv,
 };
 use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
@@ -18,7 +19,8 @@ use std::path::PathBuf;
 /// A recording of one motor, checked: time in s, voltage in V, current in A, speed in rad/s, load torque in N·m.
 ///
 /// `Record(time, voltage=…, current=…, speed=…, load_torque=…)` takes arrays of one length in these units. `voltage` may
-/// be left out where current and speed are there: the current then is the input.
+/// be left out where current and speed are there: the current then is the input. Records are equal when their samples and
+/// their sources are; they pickle.
 #[pyclass(frozen, module = "motorfit")]
 #[derive(Clone)]
 pub struct Record(pub motorfit::record::Record);
@@ -65,54 +67,57 @@ impl Record {
         }
     }
 
-    /// A recording from columns as a file has them: a mapping of headings to arrays, or a pandas or polars frame. Headings
-    /// name quantity and unit ("Current (mA)", "speed_rpm"), or `columns` does ("time=t:s,current=I:mA,…").
+    /// A recording from columns as a file has them: a mapping of headings to arrays, a structured array, a pandas or polars
+    /// frame.
+    ///
+    /// Headings name quantity and unit ("Current (mA)", "speed_rpm"), or `columns` does ("time=t:s,current=I:mA"). Other
+    /// keywords as for `read`.
     #[staticmethod]
-    #[pyo3(signature = (frame, *, columns=None, rate=None))]
-    fn from_columns(
-        py: Python<'_>,
-        frame: &Bound<'_, PyAny>,
-        columns: Option<&str>,
-        rate: Option<f64>,
-    ) -> PyResult<Self> {
-        let columns = parse_columns(columns.unwrap_or_default()).raise(py)?;
-        let options = ReadOptions { columns, rate_hz: rate, ..ReadOptions::default() };
-        let text = frame::text(frame)?;
-        let read = py.detach(|| read_bytes(text.as_bytes(), None, &options)).raise(py)?;
-        let mut records = read.into_iter();
-        let empty = || motorfit::Error::data("the columns hold no recording", "Give time, voltage, current, speed.");
-        records.next().ok_or_else(empty).map(Self).raise(py)
+    #[pyo3(signature = (frame, **options))]
+    fn from_columns(py: Python<'_>, frame: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let reading = reading(py, options)?;
+        let frame = Frame::new(frame)?;
+        let read = on_all(py, || reading.records_of(frame.text.as_bytes()))?;
+        let mut records = read.map_err(|error| frame.error(py, &error))?;
+        match (records.pop(), records.len()) {
+            (Some(record), 0) => Ok(Self(record)),
+            (_, others) => {
+                let message = format!("the columns hold {} recordings", others + 1);
+                let remedy = "Give each by itself; gaps=\"keep\" makes one of those that a gap parts.";
+                Err(motorfit::Error::data(message, remedy)).raise(py)
+            }
+        }
     }
 
-    /// Time, s.
+    /// Time, s: a read-only copy, as all signals.
     #[getter]
-    fn time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        array(py, self.0.samples().time_s.clone())
+    fn time<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        frozen(py, &self.0.samples().time_s)
     }
 
     /// Voltage, V; `None` where the current is the input.
     #[getter]
-    fn voltage<'py>(&self, py: Python<'py>) -> Signal<'py> {
-        let voltage = &self.0.samples().voltage;
-        (!voltage.is_empty()).then(|| array(py, voltage.clone()))
+    fn voltage<'py>(&self, py: Python<'py>) -> PyResult<Signal<'py>> {
+        let voltage = Some(&self.0.samples().voltage).filter(|voltage| !voltage.is_empty());
+        voltage.map(|values| frozen(py, values)).transpose()
     }
 
-    /// Current, A.
+    /// Current, A; `None` where it was not measured.
     #[getter]
-    fn current<'py>(&self, py: Python<'py>) -> Signal<'py> {
-        self.0.samples().current.clone().map(|values| array(py, values))
+    fn current<'py>(&self, py: Python<'py>) -> PyResult<Signal<'py>> {
+        self.0.samples().current.as_ref().map(|values| frozen(py, values)).transpose()
     }
 
-    /// Speed, rad/s.
+    /// Speed, rad/s; `None` where it was not measured.
     #[getter]
-    fn speed<'py>(&self, py: Python<'py>) -> Signal<'py> {
-        self.0.samples().speed.clone().map(|values| array(py, values))
+    fn speed<'py>(&self, py: Python<'py>) -> PyResult<Signal<'py>> {
+        self.0.samples().speed.as_ref().map(|values| frozen(py, values)).transpose()
     }
 
-    /// Load torque, N·m.
+    /// Load torque, N·m; `None` where there was none.
     #[getter]
-    fn load_torque<'py>(&self, py: Python<'py>) -> Signal<'py> {
-        self.0.samples().torque.clone().map(|values| array(py, values))
+    fn load_torque<'py>(&self, py: Python<'py>) -> PyResult<Signal<'py>> {
+        self.0.samples().torque.as_ref().map(|values| frozen(py, values)).transpose()
     }
 
     /// Mean time between samples, s.
@@ -148,16 +153,17 @@ impl Record {
     /// Its signals as a mapping of headings with units to arrays: what `from_columns` and `pandas.DataFrame` take.
     fn to_columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let columns = PyDict::new(py);
-        columns.set_item("time_s", self.time(py))?;
+        let samples = self.0.samples();
         let signals = [
-            ("voltage_V", self.voltage(py)),
-            ("load_torque_Nm", self.load_torque(py)),
-            ("current_A", self.current(py)),
-            ("speed_rad_s", self.speed(py)),
+            ("time_s", Some(&samples.time_s)),
+            ("voltage_V", Some(&samples.voltage).filter(|voltage| !voltage.is_empty())),
+            ("load_torque_Nm", samples.torque.as_ref()),
+            ("current_A", samples.current.as_ref()),
+            ("speed_rad_s", samples.speed.as_ref()),
         ];
-        for (heading, signal) in signals {
-            if let Some(signal) = signal {
-                columns.set_item(heading, signal)?;
+        for (heading, values) in signals {
+            if let Some(values) = values {
+                columns.set_item(heading, array(py, values.clone()))?;
             }
         }
         Ok(columns)
@@ -203,6 +209,13 @@ impl Record {
     }
 }
 
+/// A copy that cannot be written to: it would change nothing.
+fn frozen<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let array = array(py, values.to_vec());
+    array.getattr("flags")?.setattr("writeable", false)?;
+    Ok(array)
+}
+
 /// What `read` knows.
 const OPTIONS: [&str; 11] = [
     "columns",
@@ -218,22 +231,57 @@ const OPTIONS: [&str; 11] = [
     "discretization",
 ];
 
-/// The recordings of a file: CSV, XLSX, MAT or SysId JSON. Keywords as the flags of the command line: columns, rate, sheet,
-/// gaps, drop_repeats, crop, offset, mask, decimate, filter, discretization.
+/// The recordings of a file: CSV, XLSX, MAT or SysId JSON; "A+B" makes one recording of two files.
+///
+/// Parameters
+/// ----------
+/// path : str or PathLike
+/// columns : str, sequence or mapping
+///     What columns hold, "time=t:s,current=I:mA"; quantities: time, voltage, current, speed, load_torque, position.
+/// rate : float
+///     Samples a second: of a recording without a time column; any other is brought to it.
+/// sheet : str
+///     Sheet of a workbook; the first with numbers by default.
+/// gaps : {"error", "keep", "split"}
+///     Gaps in time: bad data, a long step, or a recording for each stretch.
+/// drop_repeats : bool, default False
+///     Leave out rows whose time repeats that of the row before.
+/// crop : str
+///     "FROM:TO" in s; either may be left out.
+/// offset : str
+///     Offsets of sensors that are subtracted: "auto", or "current=0.02,speed=-1" in SI units.
+/// mask : str or sequence
+///     What does not count: "auto", "FROM:TO", "current@FROM:TO" in s.
+/// decimate : int
+///     Keep every so-manieth sample, behind an anti-alias filter.
+/// filter : str
+///     A low-pass on all signals, "butterworth:HZ[:ORDER]" or "chebyshev:HZ[:ORDER[:RIPPLE_DB]]".
+/// discretization : {"zoh", "foh", "rk4", "euler"}
+///     What is going to simulate: whether inputs are held between samples.
+///
+/// Returns
+/// -------
+/// list of Record
 #[pyfunction]
 #[pyo3(signature = (path, **options))]
 pub fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Record>> {
+    let reading = reading(py, options)?;
+    let records = on_all(py, || reading.records(&path))?.raise(py)?;
+    Ok(records.into_iter().map(Record).collect())
+}
+
+fn reading(py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Reading> {
     let keys = Keywords::new(py, options, &OPTIONS)?;
     let gaps = keys.text("gaps")?;
     let rate_hz: Option<f64> = keys.value("rate")?;
     if rate_hz.is_some_and(|rate| !(rate.is_finite() && rate > 0.0)) {
-        return Err(PyTypeError::new_err("rate: give samples per second, more than 0"));
+        return Err(motorfit::Error::usage("rate is no rate", "Give samples per second, more than 0.")).raise(py);
     }
     let all = [("error", Gaps::Error), ("keep", Gaps::Keep), ("split", Gaps::Split)];
     let gaps = gaps.map(|text| choice("gaps", &text, &all, |(name, _)| name)).transpose().raise(py)?;
     let discretization = keys.discretization()?;
     let columns = keys.items("columns")?.join(",");
-    let reading = Reading {
+    Ok(Reading {
         options: ReadOptions {
             columns: parse_columns(&columns).raise(py)?,
             rate_hz,
@@ -250,9 +298,7 @@ pub fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) 
             filter: keys.text("filter")?.as_deref().map(str::parse).transpose().raise(py)?,
             sampled_input: discretization.map(Discretization::uses_next_input),
         },
-    };
-    let records = py.detach(|| reading.records(&path)).raise(py)?;
-    Ok(records.into_iter().map(Record).collect())
+    })
 }
 
 /// One recording, or a sequence of them.

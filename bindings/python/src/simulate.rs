@@ -2,6 +2,7 @@
 
 use crate::arrays::signal;
 use crate::errors::Raise as _;
+use crate::pool::on_all;
 use crate::record::{Record, several};
 use crate::spec::{self, Keywords};
 use motorfit::estimate::{RefineOptions, SmOptions};
@@ -13,9 +14,25 @@ use motorfit::report::{Devices, json};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// A motor at rest, driven and recorded. `parameters` as {"R": …, "L": …, "K": …, "B": …, "J": …} with extensions
-/// ("Tc", "td", …), or as "m2,Tc=0.01"; `time` in s and `voltage` in V of one length, `load_torque` in N·m; `noise` as
-/// "40dB" or "i=0.05,w=0.5".
+/// A motor at rest, driven and recorded.
+///
+/// Parameters
+/// ----------
+/// parameters : str or mapping
+///     {"R": ohm, "L": H, "K": V*s/rad, "B": N*m*s/rad, "J": kg*m^2}, with extensions ("Tc", "td", ...), or "m2,Tc=0.01".
+/// time : array_like, shape (n,)
+///     s.
+/// voltage : array_like, shape (n,)
+///     V, held from a sample to the next.
+/// load_torque : array_like, shape (n,)
+///     N*m.
+/// noise : str
+///     "40dB", or "i=0.05,w=0.5" in A and rad/s.
+/// seed : int, default 1
+///
+/// Returns
+/// -------
+/// Record
 #[pyfunction]
 #[pyo3(signature = (parameters, time, voltage, *, load_torque=None, noise=None, seed=1))]
 #[expect(clippy::too_many_arguments, reason = "keywords")]
@@ -25,7 +42,7 @@ pub fn simulate(
     time: &Bound<'_, PyAny>,
     voltage: &Bound<'_, PyAny>,
     load_torque: Option<&Bound<'_, PyAny>>,
-    noise: Option<&str>,
+    noise: Option<&Bound<'_, PyAny>>,
     seed: u64,
 ) -> PyResult<Record> {
     let (motor, extensions) = values::motor(&spec::items(parameters, "parameters")?.join(",")).raise(py)?;
@@ -34,11 +51,12 @@ pub fn simulate(
         voltage: signal(voltage, "voltage")?,
         torque: load_torque.map(|torque| signal(torque, "load_torque")).transpose()?,
     };
-    let noise = noise.map(values::noise).transpose().raise(py)?;
-    let record = py.detach(|| {
+    let noise = noise.map(|noise| spec::items(noise, "noise")).transpose()?.map(|items| items.join(","));
+    let noise = noise.as_deref().map(values::noise).transpose().raise(py)?;
+    let record = on_all(py, || {
         let clean = simulated_with(&motor, &extensions, &excitation, Discretization::Zoh)?;
         noise.map_or(Ok(clean.clone()), |noise| with_noise(&clean, noise_of(&clean, noise), seed))
-    });
+    })?;
     record.map(Record).raise(py)
 }
 
@@ -50,7 +68,7 @@ fn named<'py>(py: Python<'py>, parameters: &Parameters) -> PyResult<Bound<'py, P
     Ok(values)
 }
 
-/// The Steiglitz–McBride estimate of a recording, as {"R": …, …} in SI units.
+/// The Steiglitz-McBride estimate of a recording: {"R": ohm, "L": H, "K": V*s/rad, "B": N*m*s/rad, "J": kg*m^2}.
 #[pyfunction]
 #[pyo3(signature = (record, *, discretization="zoh"))]
 pub fn steiglitz_mcbride<'py>(
@@ -62,12 +80,24 @@ pub fn steiglitz_mcbride<'py>(
         spec::choice("discretization", discretization, &Discretization::ALL, |d| d.name()).raise(py)?;
     let options = SmOptions { model: Model { discretization, ..Model::default() }, sigma: None };
     let record = record.get().0.clone();
-    let estimate = py.detach(|| motorfit::estimate::steiglitz_mcbride(&record, &options)).raise(py)?;
+    let estimate = on_all(py, || motorfit::estimate::steiglitz_mcbride(&record, &options))?.raise(py)?;
     named(py, &estimate.parameters)
 }
 
-/// Output-error refinement of `start` ({"R": …, …}, a value for each free parameter) on one recording or more: a mapping
-/// with `parameters`, `std_errors` and `converged`. Settings as of `identify`: bounds, fix, discretization, initial.
+/// Output-error refinement by Levenberg-Marquardt, of one recording or of several together.
+///
+/// Parameters
+/// ----------
+/// records : Record or sequence of Record
+/// start : mapping
+///     A value for each free parameter, in SI units.
+/// bounds, fix, discretization, initial
+///     As of `identify`.
+///
+/// Returns
+/// -------
+/// dict
+///     "parameters" and "std_errors" by symbol, in SI units; "converged".
 #[pyfunction]
 #[pyo3(signature = (records, start, **settings))]
 pub fn refine<'py>(
@@ -88,7 +118,7 @@ pub fn refine<'py>(
     }
     let start: Vec<f64> = spec.space.free().iter().filter_map(value).collect();
     let options = RefineOptions { model: spec.model, sigma: None };
-    let refined = py.detach(|| motorfit::estimate::refine(&records, &spec.space, &start, &options)).raise(py)?;
+    let refined = on_all(py, || motorfit::estimate::refine(&records, &spec.space, &start, &options))?.raise(py)?;
     let (result, errors) = (PyDict::new(py), PyDict::new(py));
     for (axis, error) in spec.space.free().iter().zip(&refined.uncertainty.std_error) {
         errors.set_item(axis.parameter.symbol(), *error)?;

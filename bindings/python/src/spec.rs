@@ -51,7 +51,7 @@ impl<'a, 'py> Keywords<'a, 'py> {
 
     /// A value of a type.
     pub fn value<T: for<'x> FromPyObject<'x, 'py, Error = PyErr>>(&self, key: &str) -> PyResult<Option<T>> {
-        let wrong = |error: PyErr| PyTypeError::new_err(format!("{key}: {error}"));
+        let wrong = |error: PyErr| PyTypeError::new_err(format!("{key}: {}", error.value(self.py)));
         self.get(key)?.map(|value| value.extract::<T>().map_err(wrong)).transpose()
     }
 
@@ -100,21 +100,39 @@ pub fn items(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Vec<String>> {
         let mut list = Vec::new();
         for pair in value.call_method0("items")?.try_iter()? {
             let (name, value): (String, Bound<'_, PyAny>) = pair?.extract()?;
-            let text = match value.extract::<f64>() {
-                Ok(number) => number.to_string(),
-                Err(_) => {
-                    let (low, high): (f64, f64) = value.extract().map_err(|_| {
-                        PyTypeError::new_err(format!("{key}: {name} is neither a number nor a pair of numbers"))
-                    })?;
-                    format!("{low}:{high}")
-                }
-            };
+            let text = item(&value).map_err(|_| {
+                PyTypeError::new_err(format!(
+                    "{key}: {name} is {}: neither a number, a pair of numbers nor a text",
+                    repr(&value)
+                ))
+            })?;
             list.push(format!("{name}={text}"));
         }
         return Ok(list);
     }
     let wrong = |_| PyTypeError::new_err(format!("{key}: give a text, a sequence of texts, or a mapping"));
     value.extract().map_err(wrong)
+}
+
+/// A value of a mapping: a number, a text, or any pair of numbers.
+fn item(value: &Bound<'_, PyAny>) -> PyResult<String> {
+    if let Ok(number) = value.extract::<f64>() {
+        return Ok(number.to_string());
+    }
+    if let Ok(text) = value.extract::<String>() {
+        return Ok(text);
+    }
+    let ends: Vec<f64> = value.try_iter()?.map(|end| end?.extract::<f64>()).collect::<PyResult<_>>()?;
+    match ends[..] {
+        [low, high] => Ok(format!("{low}:{high}")),
+        _ => Err(PyTypeError::new_err("not a pair")),
+    }
+}
+
+/// What Python shows of a value, in short.
+fn repr(value: &Bound<'_, PyAny>) -> String {
+    let text = value.repr().map_or_else(|_| String::new(), |text| text.to_string());
+    motorfit::text::excerpt(&text)
 }
 
 /// What drives the motor in recordings.
@@ -150,7 +168,8 @@ pub fn problem(keys: &Keywords<'_, '_>, input: Input) -> PyResult<IdentifySpec> 
     let space = if with == With::default() { Space::table2_with } else { Space::table2_to_extend };
     let limits = values::bounds(&bounds).raise(py)?;
     let fixed = values::parameters(&fix, "fix").raise(py)?;
-    let noise = keys.text("noise")?.map(|text| values::noise(&text)).transpose().raise(py)?;
+    let noise = Some(keys.items("noise")?.join(",")).filter(|noise| !noise.is_empty());
+    let noise = noise.map(|text| values::noise(&text)).transpose().raise(py)?;
     Ok(IdentifySpec {
         criterion: Criterion {
             norm: keys.choice("criterion", &Norm::ALL, |n| n.name())?.unwrap_or(usual.criterion.norm),

@@ -2,6 +2,7 @@
 
 use crate::errors::Raise as _;
 use crate::paces::paces;
+use crate::pool::on_all;
 use crate::progress::{Watch, watched};
 use crate::spec;
 use motorfit::identify::{values, with_threads};
@@ -66,14 +67,14 @@ impl Sweep {
     /// planned in is opened.
     #[staticmethod]
     fn plan(py: Python<'_>, study: PathBuf, out: PathBuf) -> PyResult<Self> {
-        let planned = py.detach(|| Planned::plan(&study, &out, paces())).raise(py)?;
+        let planned = on_all(py, || Planned::plan(&study, &out, paces()))?.raise(py)?;
         Ok(Self(Arc::new(planned.0)))
     }
 
     /// Opens the folder of a planned sweep.
     #[staticmethod]
     fn open(py: Python<'_>, folder: PathBuf) -> PyResult<Self> {
-        Ok(Self(Arc::new(py.detach(|| Planned::open(&folder)).raise(py)?)))
+        Ok(Self(Arc::new(on_all(py, || Planned::open(&folder))?.raise(py)?)))
     }
 
     /// The study's name.
@@ -141,7 +142,7 @@ impl Sweep {
 
     /// How far it is, as `motorfit sweep status --json` tells.
     fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let status = py.detach(|| self.0.status()).raise(py)?;
+        let status = on_all(py, || self.0.status())?.raise(py)?;
         loaded(py, &json(&StatusDocument::of(&status)))
     }
 
@@ -151,7 +152,7 @@ impl Sweep {
     #[pyo3(signature = (*, limits=None))]
     fn merge<'py>(&self, py: Python<'py>, limits: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
         let limits = limits_of(limits, py)?;
-        let merged = py.detach(|| self.0.merge()).raise(py)?;
+        let merged = on_all(py, || self.0.merge())?.raise(py)?;
         let document = loaded(py, &json(&SweepDocument::of(&merged.summary, &limits)))?;
         document.set_item("results", merged.results)?;
         Ok(document)
@@ -166,20 +167,20 @@ impl Sweep {
     /// How many runs each of `count` shards has left.
     fn left(&self, py: Python<'_>, count: u64) -> PyResult<Vec<u64>> {
         shard_of((1, count)).raise(py)?;
-        py.detach(|| self.0.left(count)).raise(py)
+        on_all(py, || self.0.left(count))?.raise(py)
     }
 
     /// The files of the recordings that a shard reads, as the study names them.
     fn recordings(&self, py: Python<'_>, shard: (u64, u64)) -> PyResult<Vec<String>> {
         let shard = shard_of(shard).raise(py)?;
-        Ok(py.detach(|| self.0.recordings(shard)))
+        on_all(py, || self.0.recordings(shard))
     }
 
     /// What a shard need not do again on another machine: results files by name, with its finished runs alone.
     fn finished<'py>(&self, py: Python<'py>, shard: (u64, u64)) -> PyResult<Bound<'py, PyDict>> {
         let shard = shard_of(shard).raise(py)?;
         let files = PyDict::new(py);
-        for (name, lines) in py.detach(|| self.0.finished(shard)).raise(py)? {
+        for (name, lines) in on_all(py, || self.0.finished(shard))?.raise(py)? {
             files.set_item(name, PyBytes::new(py, &lines))?;
         }
         Ok(files)
@@ -188,7 +189,7 @@ impl Sweep {
     /// Keeps the results file of a shard that was run on another machine; tells how many of its runs are new.
     fn take(&self, py: Python<'_>, shard: (u64, u64), results: &[u8]) -> PyResult<u64> {
         let shard = shard_of(shard).raise(py)?;
-        py.detach(|| self.0.take(shard, results)).raise(py)
+        on_all(py, || self.0.take(shard, results))?.raise(py)
     }
 
     fn __repr__(&self) -> String {

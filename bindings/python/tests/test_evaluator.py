@@ -1,8 +1,12 @@
 """The batch evaluator: every way to hand numbers over gives the numbers of the plain way, or a clear error."""
 
+import pickle
+import signal
 import threading
 
 import numpy as np
+import pandas
+import polars
 import pytest
 
 import motorfit
@@ -197,3 +201,54 @@ def test_several_recordings_are_one_problem():
 def test_threads_change_no_bit(record, threads):
     limited = motorfit.Evaluator(record, device="cpu", threads=threads)
     np.testing.assert_array_equal(limited(candidates(500)), motorfit.Evaluator(record, device="cpu")(candidates(500)))
+
+
+def test_columns_of_frames_go_by_their_names(evaluator):
+    values = candidates(9)
+    frame = pandas.DataFrame(values, columns=evaluator.names)
+    mixed = frame[list(reversed(evaluator.names))].assign(note="x")
+    for given in (frame, mixed, frame.astype("Float64"), polars.DataFrame(frame.to_dict("list")), polars.DataFrame(values)):
+        np.testing.assert_array_equal(evaluator(given), evaluator(values))
+    with pytest.raises(ValueError, match="lack the column J"):
+        evaluator(frame.drop(columns="J"))
+
+
+def test_names_say_whose_they_are(record):
+    several = motorfit.Evaluator([record, record], per_recording="R")
+    assert several.names == ["R[0]", "R[1]", "L", "K", "B", "J"]
+    assert several.names == motorfit.identify([record, record], per_recording="R").free
+
+
+def test_an_evaluator_pickles(record):
+    made = motorfit.Evaluator([record, record], criterion="iae", fix={"K": 0.07}, bounds={"R": [0.5, 2]}, threads=1)
+    again = pickle.loads(pickle.dumps(made))
+    assert again.names == made.names and again.bounds == made.bounds
+    np.testing.assert_array_equal(again(candidates(5)[:, [0, 1, 3, 4]]), made(candidates(5)[:, [0, 1, 3, 4]]))
+
+
+def test_a_call_within_a_call_is_said_or_done(evaluator):
+    expected = evaluator(candidates(3))
+
+    class Given:
+        def __array__(self, *args, **kwargs):
+            np.testing.assert_array_equal(evaluator(candidates(3)), expected)
+            return candidates(3)
+
+    np.testing.assert_array_equal(evaluator(Given()), expected)
+    seen = []
+
+    def handler(*_):
+        try:
+            evaluator(candidates(3))
+        except RuntimeError as error:
+            seen.append(str(error))
+
+    before = signal.signal(signal.SIGALRM, handler)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.1, 0.1)
+        evaluator(np.repeat(candidates(1), 2_000_000, axis=0))
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    assert seen and "within its own work" in seen[0]
+    np.testing.assert_array_equal(evaluator(candidates(3)), expected)

@@ -5,7 +5,10 @@ import pathlib
 import signal
 import subprocess
 import sys
+import threading
 import time
+import xml.etree.ElementTree as ET
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -168,3 +171,99 @@ def test_ctrl_c_ends_it(work):
     assert child.poll() is None, "it ended before it could be interrupted"
     child.send_signal(signal.SIGINT)
     assert child.communicate(timeout=60)[0] == "interrupted\n"
+
+
+@pytest.mark.parametrize("false", [False, np.False_, np.float64(1) < 0])
+def test_any_false_ends_the_search(record, false):
+    found = motorfit.identify(record, method="gwo", progress=lambda p: false)
+    assert len(found.history) < 10
+
+
+@pytest.mark.parametrize("other", [None, True, np.True_, 0, "", []])
+def test_other_answers_do_not(record, other):
+    assert len(motorfit.identify(record, method="gwo", generations=15, progress=lambda p: other).history) == 15
+
+
+def test_the_thread_that_calls_calls_back(record):
+    seen = set()
+    nested = []
+
+    def look(progress):
+        seen.add(threading.current_thread())
+        if not nested:
+            # The threads are busy with the search that waits for this answer.
+            nested.append(motorfit.identify(record, method="gwo", generations=3, progress=lambda p: None).cost)
+            table = np.repeat([list(M2.values())], 20_000, axis=0)
+            nested.append(motorfit.Evaluator(record, device="cpu")(table)[0])
+
+    motorfit.identify(record, method="gwo", generations=5, progress=look)
+    assert seen == {threading.current_thread()} and len(nested) == 2
+
+
+def test_searches_in_many_threads_with_nested_work(record):
+    expected = motorfit.identify(record, method="gwo", generations=8, seed=3).cost
+
+    def look(progress):
+        motorfit.steiglitz_mcbride(record)
+
+    def work(_):
+        return motorfit.identify(record, method="gwo", generations=8, seed=3, progress=look).cost
+
+    with ThreadPoolExecutor(6) as pool:
+        assert set(pool.map(work, range(12))) == {expected}
+
+
+def test_what_cannot_call_back_is_refused(record):
+    async def look(progress):
+        return False
+
+    with pytest.raises(TypeError, match="coroutine"):
+        motorfit.identify(record, method="gwo", progress=look)
+    with pytest.raises(TypeError, match="function"):
+        motorfit.identify(record, progress=3)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"method": "gwo", "population": 0}, "population"),
+        ({"bounds": {"R": 0.5}}, "bounds"),
+        ({"device": "cuda"}, "device"),
+        ({"criterion": "itae", "time_origin": float("nan")}, "time_origin"),
+        ({"threads": 0}, "threads"),
+    ],
+)
+def test_errors_speak_of_keywords(record, settings, message):
+    with pytest.raises(motorfit.MotorfitError) as raised:
+        motorfit.identify(record, **settings)
+    text = f"{raised.value} {raised.value.remedy}"
+    assert "--" not in text and message in text
+
+
+@pytest.mark.parametrize("pair", [(0.5, 2), [0.5, 2.0], np.array([0.5, 2.0]), "0.5:2"])
+def test_pairs_come_in_any_form(record, pair):
+    bounds = motorfit.Evaluator(record, bounds={"R": pair}).bounds
+    assert bounds[0] == (0.5, 2.0)
+
+
+def test_values_that_are_none_are_named(record):
+    with pytest.raises(TypeError, match="fix: R is None"):
+        motorfit.identify(record, fix={"R": None})
+    with pytest.raises(TypeError, match="population: 'float' object"):
+        motorfit.identify(record, population=2.5)
+    with pytest.raises(TypeError, match="bounds: R is .1, 2, 3."):
+        motorfit.identify(record, bounds={"R": [1, 2, 3]})
+    noise = {"scale": "noise", "noise": {"i": 0.05, "w": 0.5}}
+    assert motorfit.identify(record, **noise).cost == motorfit.identify(record, scale="noise", noise="i=0.05,w=0.5").cost
+
+
+def test_notebooks_show_a_table(record):
+    found = motorfit.identify(record)
+    table = ET.fromstring(found._repr_html_())
+    assert [row[0].text for row in table.iter("tr")][1:] == list(found.parameters)
+    assert "0.92" in found._repr_html_() and "ohm" in found._repr_html_()
+    picture = ET.fromstring(found.plot_response(-1)._repr_svg_())
+    assert picture.get("viewBox") == f"0 0 {picture.get('width')} {picture.get('height')}"
+    with pytest.raises(IndexError):
+        found.plot_response(-2)
+    assert "Svg" in repr(found.plot_response())

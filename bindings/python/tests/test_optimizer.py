@@ -40,13 +40,14 @@ def test_it_knows_no_motor(method):
 def test_settings_and_faults():
     search = motorfit.Optimizer("ga", [(0, 1)], population=10, generations=5, set=["mutation=0.2"])
     assert search.best() is None and search.method == "ga"
+    search.ask()
     with pytest.raises(ValueError, match="9 costs for 10"):
         search.tell(np.ones(9))
     search.tell(np.full(10, np.nan))
     assert search.best() is None
     with pytest.raises(motorfit.UsageError):
         motorfit.Optimizer("sm", [(0, 1)])
-    with pytest.raises(motorfit.UsageError):
+    with pytest.raises(ValueError, match="shape"):
         motorfit.Optimizer("gwo", [])
     with pytest.raises(motorfit.UsageError):
         motorfit.Optimizer("gwo", [(1, 0)])
@@ -62,3 +63,44 @@ def test_runs_of_a_seed_differ_and_repeat():
 
     np.testing.assert_array_equal(first(0), first(0))
     assert not np.array_equal(first(0), first(1))
+
+
+@pytest.mark.parametrize("method", ["gwo", "jaya", "ga", "random"])
+def test_a_cost_of_minus_infinity_says_nothing(method):
+    search = motorfit.Optimizer(method, [(0, 1), (0, 1)], population=10, generations=9)
+    costs = np.sum(search.ask() ** 2, axis=1)
+    costs[3] = -np.inf
+    search.tell(costs)
+    values, cost = search.best()
+    assert cost == costs[np.isfinite(costs)].min()
+    for _ in range(5):
+        search.tell(np.sum(search.ask() ** 2, axis=1))
+    assert np.isfinite(search.best()[1]) and search.best()[1] <= cost
+
+
+def test_what_is_told_was_asked():
+    search = motorfit.Optimizer("gwo", [(0, 1)], population=10)
+    with pytest.raises(RuntimeError, match="ask"):
+        search.tell(np.ones(10))
+    search.ask()
+    search.tell(np.ones(10))
+    with pytest.raises(RuntimeError, match="ask"):
+        search.tell(np.ones(10))
+
+
+@pytest.mark.parametrize("bounds", [[(0, 1), (2, 3)], [[0, 1], [2, 3]], np.array([[0.0, 1.0], [2.0, 3.0]]), ([0, 1], (2, 3))])
+def test_bounds_come_in_any_form(bounds):
+    asked = motorfit.Optimizer("random", bounds, population=50, set=None).ask()
+    assert asked.shape == (50, 2) and asked[:, 0].max() <= 1 and asked[:, 1].min() >= 2
+
+
+def test_settings_come_in_any_form():
+    box = [(0, 1)]
+    texts = [motorfit.Optimizer("ga", box, set=given) for given in ("mutation=0.2", ["mutation=0.2"], {"mutation": 0.2})]
+    for search in texts:
+        search.tell(np.arange(len(search.ask())))
+    np.testing.assert_array_equal(texts[0].ask(), texts[1].ask())
+    np.testing.assert_array_equal(texts[0].ask(), texts[2].ask())
+    with pytest.raises(ValueError, match=r"\(p, 2\)"):
+        motorfit.Optimizer("ga", [1, 2, 3])
+    assert "ga" in repr(texts[0]) and "cost 0" in repr(texts[0])

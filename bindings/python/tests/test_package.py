@@ -2,7 +2,11 @@
 
 import ast
 import importlib.resources
+import inspect
 import json
+import re
+
+import pytest
 
 import motorfit
 from conftest import ROOT
@@ -30,6 +34,48 @@ def test_everything_public_is_documented():
         if isinstance(thing, type):
             for member, value in vars(thing).items():
                 assert member.startswith("_") or value.__doc__, f"{name}.{member}"
+
+
+def settings_of(tree, name):
+    """The keywords of a TypedDict of the stubs, those of its bases included."""
+    classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
+    own = [node.target.id for node in classes[name].body if isinstance(node, ast.AnnAssign)]
+    bases = [base.id for base in classes[name].bases if base.id in classes]
+    return [key for base in bases for key in settings_of(tree, base)] + own
+
+
+def test_docstrings_name_every_setting():
+    tree = ast.parse(importlib.resources.files("motorfit").joinpath("_motorfit.pyi").read_text())
+    takes = {
+        "identify": "IdentifySettings",
+        "Evaluator": "ProblemSettings",
+        "compare": "CompareSettings",
+        "read": "ReadOptions",
+        "refine": "RefineSettings",
+    }
+    for name, settings in takes.items():
+        text = getattr(motorfit, name).__doc__
+        named = {key for line in re.findall(r"^([a-z_, ]+?)(?: :|$)", text, re.MULTILINE) for key in line.split(", ")}
+        assert set(settings_of(tree, settings)) <= named, name
+        given = {"refine": (None, None), "read": ("a.csv",)}.get(name, (None,))
+        # Keywords of the stubs are keywords, and no others.
+        with pytest.raises((TypeError, motorfit.MotorfitError)) as raised:
+            getattr(motorfit, name)(*given, **{"nothing_at_all": 1})
+        assert "nothing_at_all" in str(raised.value)
+        for key in settings_of(tree, settings):
+            with pytest.raises(Exception) as raised:
+                getattr(motorfit, name)(*given, **{key: object()})
+            assert "no keyword argument" not in str(raised.value), key
+
+
+def test_signatures_say_what_is_the_default():
+    for name in motorfit.__all__:
+        thing = getattr(motorfit, name)
+        if callable(thing) and not (isinstance(thing, type) and issubclass(thing, Exception)):
+            try:
+                assert "Ellipsis" not in str(inspect.signature(thing)) and "..." not in str(inspect.signature(thing)), name
+            except ValueError:
+                assert isinstance(thing, type), name
 
 
 def test_devices_are_those_of_the_program(program):

@@ -120,3 +120,76 @@ def test_errors_say_where_and_what_to_do(tmp_path):
         motorfit.Record.from_file(tmp_path / "none.csv")
     with pytest.raises(TypeError, match="did you mean columns"):
         motorfit.read(path, colums="time=t")
+
+
+@pytest.mark.parametrize("unit", ["ns", "us", "ms"])
+@pytest.mark.parametrize("start", [None, "2026-01-01T12:00"])
+def test_times_that_are_no_numbers_are_told_how_to_be(record, unit, start):
+    elapsed = np.round(record.time * 1e3).astype("timedelta64[ms]").astype(f"timedelta64[{unit}]")
+    times = elapsed if start is None else np.datetime64(start) + elapsed
+    columns = {**record.to_columns(), "time_s": times}
+    for frame in (columns, pandas.DataFrame(columns)):
+        with pytest.raises(motorfit.DataError) as raised:
+            motorfit.Record.from_columns(frame)
+        assert 'numpy.timedelta64(1, "s")' in raised.value.remedy
+    columns["time_s"] = (times - times[0]) / np.timedelta64(1, "s")
+    np.testing.assert_allclose(motorfit.Record.from_columns(columns).time, record.time, atol=1e-12)
+    # Such a column beside does no harm.
+    beside = motorfit.Record.from_columns({"when": times, **record.to_columns()})
+    assert beside.to_csv() == record.to_csv()
+
+
+def test_words_in_frames_do_no_harm(record):
+    count = len(record)
+    notes = {"note": ["# start"] * 50 + ["% so\nor so"] * (count - 50), "# of\ntry": ["a, b"] * count}
+    assert motorfit.Record.from_columns({**notes, **record.to_columns()}).to_csv() == record.to_csv()
+    headed = {f"# {name}\n" if name == "time_s" else name: values for name, values in record.to_columns().items()}
+    assert motorfit.Record.from_columns(headed).to_csv() == record.to_csv()
+
+
+def test_frames_take_the_options_of_files(record, tmp_path):
+    path = tmp_path / "r.csv"
+    path.write_text(record.to_csv())
+    options = {"crop": "0.05:0.8", "decimate": 2, "columns": {"time": "time_s", "current": "current_A"}}
+    of_file = motorfit.Record.from_file(path, **options)
+    of_frame = motorfit.Record.from_columns(record.to_columns(), **options)
+    assert of_frame.to_csv() == of_file.to_csv() and len(of_frame) < len(record) / 2
+    columns = np.rec.fromarrays(list(record.to_columns().values()), names=list(record.to_columns()))
+    assert motorfit.Record.from_columns(columns).to_csv() == record.to_csv()
+    gap = {name: np.delete(values, slice(300, 500)) for name, values in record.to_columns().items()}
+    with pytest.raises(motorfit.DataError, match="gap|step"):
+        motorfit.Record.from_columns(gap)
+    assert len(motorfit.Record.from_columns(gap, gaps="keep")) == len(record) - 200
+    with pytest.raises(motorfit.DataError, match="2 recordings"):
+        motorfit.Record.from_columns(gap, gaps="split")
+
+
+@pytest.mark.parametrize("rate", [0, -1, float("nan"), float("inf")])
+def test_a_rate_is_more_than_nothing(record, rate):
+    with pytest.raises(motorfit.UsageError, match="rate"):
+        motorfit.Record.from_columns(record.to_columns(), rate=rate)
+
+
+def test_what_is_no_frame_is_said(record):
+    frame = pandas.DataFrame(record.to_columns())
+    for wrong in (frame["time_s"], record.time, 3, None, "text"):
+        with pytest.raises(TypeError, match="mapping of columns or a frame"):
+            motorfit.Record.from_columns(wrong)
+    with pytest.raises(ValueError, match="speed_rad_s"):
+        motorfit.Record.from_columns({**record.to_columns(), "speed_rad_s": np.ones((len(record), 2))})
+    with pytest.raises(ValueError, match="masked"):
+        masked = np.ma.masked_array(record.speed, mask=record.time > 0.5)
+        motorfit.Record.from_columns({**record.to_columns(), "speed_rad_s": masked})
+    with pytest.raises(motorfit.DataError) as raised:
+        motorfit.Record.from_columns(frame.set_index("time_s"))
+    assert "reset_index" in raised.value.remedy
+    wrong = {**record.to_columns(), "current_A": ["?" if n == 7 else "1" for n in range(len(record))]}
+    with pytest.raises(motorfit.DataError, match="row 7"):
+        motorfit.Record.from_columns(wrong)
+
+
+def test_signals_cannot_be_written_to(record):
+    for signal in ("time", "voltage", "current", "speed"):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(record, signal)[0] = 1.0
+    record.to_columns()["current_A"][0] = 1.0

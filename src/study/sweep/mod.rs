@@ -30,6 +30,7 @@ pub use study::{AddedNoise, Entry, Factors, KEYS, Seeds, Study};
 pub use summary::{Cell, Limits, MotorResult, NamedRun, Quantiles, SweepBlock, SweepSummary};
 
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A planned sweep.
 #[derive(Debug, Clone)]
@@ -88,15 +89,20 @@ impl Sweep {
     }
 }
 
+/// A name beside a file, of its own for all who write that file at once.
+fn beside(path: &std::path::Path) -> std::path::PathBuf {
+    static WRITTEN: AtomicU64 = AtomicU64::new(0);
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.{}.{}", std::process::id(), WRITTEN.fetch_add(1, Ordering::Relaxed)))
+}
+
 /// A file that is replaced as a whole: beside, synced, renamed.
 pub(crate) fn replace(
     path: &std::path::Path,
     write: impl FnOnce(&mut std::io::BufWriter<std::fs::File>) -> std::io::Result<()>,
 ) -> crate::Result<()> {
     use std::io::Write as _;
-    // Two merges at once write files of their own.
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let beside = path.with_file_name(format!(".{name}.{}", std::process::id()));
+    let beside = beside(path);
     let all = || {
         let mut file = std::io::BufWriter::with_capacity(1 << 18, std::fs::File::create(&beside)?);
         write(&mut file)?;

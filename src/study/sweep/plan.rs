@@ -117,7 +117,7 @@ fn read(path: &Path, most: u64) -> Result<String> {
 
 /// Puts a manifest where none is: two plans at once must not both think it theirs.
 fn place(path: &Path, text: &str) -> Result<()> {
-    let beside = path.with_file_name(format!(".{NAME}.{}", std::process::id()));
+    let beside = super::beside(path);
     replace(&beside, |file| file.write_all(text.as_bytes()))?;
     let placed = std::fs::hard_link(&beside, path);
     let placed = match placed {

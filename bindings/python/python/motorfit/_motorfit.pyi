@@ -3,17 +3,20 @@
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, TypedDict, Unpack, final
+from typing import Any, Literal, TypedDict, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import Unpack
 
 __version__: str
 
 Floats = NDArray[np.float64]
 Items = str | Sequence[str]
-Numbers = str | Sequence[str] | Mapping[str, float]
-Bounds = str | Sequence[str] | Mapping[str, tuple[float, float]]
+Named = Items | Mapping[str, str]
+Numbers = Items | Mapping[str, float]
+Bounds = Items | Mapping[str, Sequence[float] | Floats]
+Settings = Items | Mapping[str, float | str]
 Criterion = Literal["euclidean", "ise", "iae", "itse", "itae", "mse", "nrmse"]
 Scale = Literal["none", "peak", "std", "noise"]
 Discretization = Literal["zoh", "foh", "rk4", "euler"]
@@ -21,7 +24,7 @@ Initial = Literal["auto", "zero", "measured", "free"]
 Method = Literal["auto", "sm", "gwo", "jaya", "ga", "random"]
 
 class ReadOptions(TypedDict, total=False):
-    columns: Items
+    columns: Named
     rate: float
     sheet: str
     gaps: Literal["error", "keep", "split"]
@@ -36,7 +39,7 @@ class ReadOptions(TypedDict, total=False):
 class ProblemSettings(TypedDict, total=False):
     criterion: Criterion
     scale: Scale
-    noise: str
+    noise: Numbers
     time_origin: float
     discretization: Discretization
     initial: Initial
@@ -54,7 +57,7 @@ class IdentifySettings(ProblemSettings, total=False):
     population: int
     generations: int
     seed: int
-    set: Items
+    set: Settings
 
 class CompareSettings(TypedDict, total=False):
     preset: Literal["paper"]
@@ -63,7 +66,7 @@ class CompareSettings(TypedDict, total=False):
     criteria: Items
     population: int | Sequence[int]
     generations: int | Sequence[int]
-    set: Items
+    set: Settings
     seed: int
     noise_records: int
     target: float
@@ -96,7 +99,7 @@ class Record:
     @staticmethod
     def from_file(path: str | PathLike[str], **options: Unpack[ReadOptions]) -> Record: ...
     @staticmethod
-    def from_columns(frame: Any, *, columns: str | None = None, rate: float | None = None) -> Record: ...
+    def from_columns(frame: Any, **options: Unpack[ReadOptions]) -> Record: ...
     @property
     def time(self) -> Floats: ...
     @property
@@ -174,6 +177,7 @@ class Identification:
     def plot_response(self, recording: int = 0) -> Svg: ...
     def plot_correlation(self) -> Svg | None: ...
     def plot_history(self) -> Svg | None: ...
+    def _repr_html_(self) -> str: ...
 
 @final
 class Evaluator:
@@ -192,8 +196,8 @@ class Evaluator:
     def bounds(self) -> list[tuple[float, float]]: ...
     @property
     def device(self) -> tuple[str, str, str]: ...
-    def __call__(self, candidates: ArrayLike) -> Floats:
-        """Costs, shape (n,), of candidates of shape (n, p); inf for a cost that is not finite."""
+    def __call__(self, candidates: Any) -> Floats:
+        """Costs, shape (n,), of candidates of shape (n, p), or of a frame with the columns names; inf where not finite."""
 
 @final
 class Optimizer:
@@ -202,13 +206,13 @@ class Optimizer:
     def __new__(
         cls,
         method: Literal["gwo", "jaya", "ga", "random"],
-        bounds: Sequence[tuple[float, float]],
+        bounds: ArrayLike,
         *,
         population: int = 100,
         generations: int = 100,
         seed: int = 1,
         run: int = 0,
-        set: Sequence[str] = (),
+        set: Settings | None = None,
     ) -> Optimizer: ...
     @property
     def method(self) -> str: ...
@@ -353,7 +357,7 @@ def simulate(
     voltage: ArrayLike,
     *,
     load_torque: ArrayLike | None = None,
-    noise: str | None = None,
+    noise: Numbers | None = None,
     seed: int = 1,
 ) -> Record: ...
 def devices() -> dict[str, Any]: ...
