@@ -263,6 +263,15 @@ fn evaluate_gives_costs_of_any_candidates() {
     let document = json(&[&sample[..], &["--json", "--top", "3", "--threads", "1"]].concat());
     assert_eq!(document["best"][2]["cost"].as_f64().unwrap().to_bits(), costs[2].to_bits());
     assert_eq!((&document["candidates"], &document["device"]["kind"]), (&3000.into(), &"cpu".into()));
+    // No parameter is silently absent: extensions, free or held, and a list where each recording has its own.
+    let extended = ["--with", "coulomb,load", "--fix", "TL=0.01", "--per-recording", "R", "--sample", "lhs:50"];
+    let document = json(&[&["evaluate", EXAMPLE, EXAMPLE][..], &extended, &["--json", "--top", "1"]].concat());
+    let best = &document["best"][0]["parameters"];
+    let named: Vec<&str> = best.as_object().unwrap().keys().map(String::as_str).collect();
+    assert_eq!(named, ["R", "L", "K", "B", "J", "Tc", "TL"]);
+    assert!(best["Tc"].as_f64().unwrap() > 0.0 && best["TL"] == 0.01);
+    let own = best["R"].as_array().unwrap();
+    assert!(own.len() == 2 && own[0] != own[1] && best["K"].is_f64());
     let grid = ok(&["-q", "evaluate", EXAMPLE, "--sample", "grid:4", "--fix", "L=0.0078,B=0.00068,J=0.000136"]);
     assert_eq!((grid.lines().count(), grid.lines().next()), (17, Some("R,K,cost")));
     for (args, code, part) in [

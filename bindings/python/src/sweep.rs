@@ -118,6 +118,7 @@ impl Sweep {
     /// Finished runs are kept at once: after Ctrl-C, an exception of the callback or its answer `False` the same call goes
     /// on where it was. `recordings` is a folder that stands for the study's.
     #[pyo3(signature = (*, shard=(1, 1), threads=None, progress=None, recordings=None))]
+    #[pyo3(text_signature = "($self, *, shard=(1, 1), threads=None, progress=None, recordings=None)")]
     #[expect(clippy::too_many_arguments, reason = "keywords")]
     fn run<'py>(
         &self,

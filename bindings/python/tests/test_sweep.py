@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -178,3 +179,11 @@ def test_faults_are_exceptions(tmp_path):
         motorfit.sweep(tmp_path / "none.toml", limits={"R": (2, 1)})
     with pytest.raises(motorfit.DataError, match="no sweep"):
         motorfit.Sweep.open(tmp_path)
+
+
+def test_threads_that_merge_at_once_do_not_get_in_each_others_way(study, expected, tmp_path):
+    motorfit.sweep(study, tmp_path / "out")
+    with ThreadPoolExecutor(8) as pool:
+        merged = list(pool.map(lambda _: motorfit.Sweep.open(tmp_path / "out").merge()["results"], range(64)))
+    assert {path.read_bytes() for path in merged} == {expected}
+    assert not [path for path in (tmp_path / "out").iterdir() if path.name.startswith(".")]
