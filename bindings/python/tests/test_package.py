@@ -5,6 +5,8 @@ import importlib.resources
 import inspect
 import json
 import re
+import subprocess
+import sys
 
 import pytest
 
@@ -36,6 +38,13 @@ def test_everything_public_is_documented():
                 assert member.startswith("_") or value.__doc__, f"{name}.{member}"
 
 
+def test_stubs_are_what_is_there(tmp_path):
+    """Names, signatures and defaults, by mypy's comparison of stubs with what runs."""
+    command = [sys.executable, "-m", "mypy.stubtest", "motorfit"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
 def settings_of(tree, name):
     """The keywords of a TypedDict of the stubs, those of its bases included."""
     classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
@@ -47,11 +56,11 @@ def settings_of(tree, name):
 def test_docstrings_name_every_setting():
     tree = ast.parse(importlib.resources.files("motorfit").joinpath("_motorfit.pyi").read_text())
     takes = {
-        "identify": "IdentifySettings",
-        "Evaluator": "ProblemSettings",
-        "compare": "CompareSettings",
-        "read": "ReadOptions",
-        "refine": "RefineSettings",
+        "identify": "_IdentifySettings",
+        "Evaluator": "_ProblemSettings",
+        "compare": "_CompareSettings",
+        "read": "_ReadOptions",
+        "refine": "_RefineSettings",
     }
     for name, settings in takes.items():
         text = getattr(motorfit, name).__doc__

@@ -11,77 +11,77 @@ from typing_extensions import Unpack
 
 __version__: str
 
-Floats = NDArray[np.float64]
-Items = str | Sequence[str]
-Named = Items | Mapping[str, str]
-Numbers = Items | Mapping[str, float]
-Bounds = Items | Mapping[str, Sequence[float] | Floats]
-Settings = Items | Mapping[str, float | str]
-Criterion = Literal["euclidean", "ise", "iae", "itse", "itae", "mse", "nrmse"]
-Scale = Literal["none", "peak", "std", "noise"]
-Discretization = Literal["zoh", "foh", "rk4", "euler"]
-Initial = Literal["auto", "zero", "measured", "free"]
-Method = Literal["auto", "sm", "gwo", "jaya", "ga", "random"]
+_Floats = NDArray[np.float64]
+_Items = str | Sequence[str]
+_Named = _Items | Mapping[str, str]
+_Numbers = _Items | Mapping[str, float]
+_Bounds = _Items | Mapping[str, Sequence[float] | _Floats]
+_Settings = _Items | Mapping[str, float | str]
+_Criterion = Literal["euclidean", "ise", "iae", "itse", "itae", "mse", "nrmse"]
+_Scale = Literal["none", "peak", "std", "noise"]
+_Discretization = Literal["zoh", "foh", "rk4", "euler"]
+_Initial = Literal["auto", "zero", "measured", "free"]
+_Method = Literal["auto", "sm", "gwo", "jaya", "ga", "random"]
 
-class ReadOptions(TypedDict, total=False):
-    columns: Named
+class _ReadOptions(TypedDict, total=False):
+    columns: _Named
     rate: float
     sheet: str
     gaps: Literal["error", "keep", "split"]
     drop_repeats: bool
     crop: str
     offset: str
-    mask: Items
+    mask: _Items
     decimate: int
     filter: str
-    discretization: Discretization
+    discretization: _Discretization
 
-class ProblemSettings(TypedDict, total=False):
-    criterion: Criterion
-    scale: Scale
-    noise: Numbers
+class _ProblemSettings(TypedDict, total=False):
+    criterion: _Criterion
+    scale: _Scale
+    noise: _Numbers
     time_origin: float
-    discretization: Discretization
-    initial: Initial
-    bounds: Bounds
-    fix: Numbers
-    with_: Items
-    per_recording: Items
+    discretization: _Discretization
+    initial: _Initial
+    bounds: _Bounds
+    fix: _Numbers
+    with_: _Items
+    per_recording: _Items
     device: str
     precision: Literal["auto", "f32", "f64"]
     threads: int
 
-class IdentifySettings(ProblemSettings, total=False):
-    method: Method
+class _IdentifySettings(_ProblemSettings, total=False):
+    method: _Method
     polish: Literal["lm", "none"]
     population: int
     generations: int
     seed: int
-    set: Settings
+    set: _Settings
 
-class CompareSettings(TypedDict, total=False):
+class _CompareSettings(TypedDict, total=False):
     preset: Literal["paper"]
-    methods: Items
+    methods: _Items
     runs: int
-    criteria: Items
+    criteria: _Items
     population: int | Sequence[int]
     generations: int | Sequence[int]
-    set: Settings
+    set: _Settings
     seed: int
     noise_records: int
     target: float
-    bounds: Bounds
-    fix: Numbers
-    discretization: Discretization
+    bounds: _Bounds
+    fix: _Numbers
+    discretization: _Discretization
     device: str
     precision: Literal["auto", "f32", "f64"]
     threads: int
 
-class RefineSettings(TypedDict, total=False):
-    bounds: Bounds
-    fix: Numbers
-    discretization: Discretization
-    initial: Initial
+class _RefineSettings(TypedDict, total=False):
+    bounds: _Bounds
+    fix: _Numbers
+    discretization: _Discretization
+    initial: _Initial
 
 @final
 class Record:
@@ -97,19 +97,19 @@ class Record:
         load_torque: ArrayLike | None = None,
     ) -> Record: ...
     @staticmethod
-    def from_file(path: str | PathLike[str], **options: Unpack[ReadOptions]) -> Record: ...
+    def from_file(path: str | PathLike[str], **options: Unpack[_ReadOptions]) -> Record: ...
     @staticmethod
-    def from_columns(frame: Any, **options: Unpack[ReadOptions]) -> Record: ...
+    def from_columns(frame: Any, **options: Unpack[_ReadOptions]) -> Record: ...
     @property
-    def time(self) -> Floats: ...
+    def time(self) -> _Floats: ...
     @property
-    def voltage(self) -> Floats | None: ...
+    def voltage(self) -> _Floats | None: ...
     @property
-    def current(self) -> Floats | None: ...
+    def current(self) -> _Floats | None: ...
     @property
-    def speed(self) -> Floats | None: ...
+    def speed(self) -> _Floats | None: ...
     @property
-    def load_torque(self) -> Floats | None: ...
+    def load_torque(self) -> _Floats | None: ...
     @property
     def period(self) -> float: ...
     @property
@@ -119,7 +119,7 @@ class Record:
     @property
     def notes(self) -> list[str]: ...
     def split(self, fraction: float) -> tuple[Record, Record]: ...
-    def to_columns(self) -> dict[str, Floats]: ...
+    def to_columns(self) -> dict[str, _Floats]: ...
     def to_csv(self) -> str: ...
     def __len__(self) -> int: ...
 
@@ -158,11 +158,11 @@ class Identification:
     @property
     def free(self) -> list[str]: ...
     @property
-    def correlation(self) -> Floats | None: ...
+    def correlation(self) -> _Floats | None: ...
     @property
-    def covariance(self) -> Floats | None: ...
+    def covariance(self) -> _Floats | None: ...
     @property
-    def history(self) -> Floats: ...
+    def history(self) -> _Floats: ...
     @property
     def cost(self) -> float: ...
     @property
@@ -171,7 +171,7 @@ class Identification:
     def warnings(self) -> list[str]: ...
     @property
     def records(self) -> list[Record]: ...
-    def modelled(self) -> list[dict[str, Floats]]: ...
+    def modelled(self) -> list[dict[str, _Floats]]: ...
     def to_dict(self) -> dict[str, Any]: ...
     def to_json(self) -> str: ...
     def plot_response(self, recording: int = 0) -> Svg: ...
@@ -188,7 +188,7 @@ class Evaluator:
         records: Record | Sequence[Record],
         *,
         population: int = 100_000,
-        **settings: Unpack[ProblemSettings],
+        **settings: Unpack[_ProblemSettings],
     ) -> Evaluator: ...
     @property
     def names(self) -> list[str]: ...
@@ -196,7 +196,7 @@ class Evaluator:
     def bounds(self) -> list[tuple[float, float]]: ...
     @property
     def device(self) -> tuple[str, str, str]: ...
-    def __call__(self, candidates: Any) -> Floats:
+    def __call__(self, candidates: Any) -> _Floats:
         """Costs, shape (n,), of candidates of shape (n, p), or of a frame with the columns names; inf where not finite."""
 
 @final
@@ -212,15 +212,15 @@ class Optimizer:
         generations: int = 100,
         seed: int = 1,
         run: int = 0,
-        set: Settings | None = None,
+        set: _Settings | None = None,
     ) -> Optimizer: ...
     @property
     def method(self) -> str: ...
-    def ask(self) -> Floats:
+    def ask(self) -> _Floats:
         """The candidates to be evaluated next, shape (n, p); the same ones until tell."""
     def tell(self, costs: ArrayLike) -> None:
         """Takes the costs of what was asked last, shape (n,)."""
-    def best(self) -> tuple[Floats, float] | None:
+    def best(self) -> tuple[_Floats, float] | None:
         """The best values, shape (p,), and their cost; None before the first tell."""
 
 @final
@@ -258,13 +258,13 @@ class ComparisonBlock:
     def ranking(self) -> list[str]:
         """The methods, the lowest median cost first."""
     @property
-    def costs(self) -> dict[str, Floats]:
+    def costs(self) -> dict[str, _Floats]:
         """The final cost of each run, shape (runs,)."""
     @property
-    def parameters(self) -> dict[str, Floats]:
+    def parameters(self) -> dict[str, _Floats]:
         """What each run found, shape (runs, 5): R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m²."""
     @property
-    def histories(self) -> dict[str, Floats]:
+    def histories(self) -> dict[str, _Floats]:
         """The lowest cost after each generation, shape (runs, generations)."""
     @property
     def evaluations(self) -> dict[str, NDArray[np.uint64]]: ...
@@ -324,32 +324,32 @@ class Sweep:
     ) -> dict[str, Any]:
         """Runs what is left of shard (I, N), the first (1, N); finished runs are kept at once. Times in s."""
     def status(self) -> dict[str, Any]: ...
-    def merge(self, *, limits: Bounds | None = None) -> dict[str, Any]:
+    def merge(self, *, limits: _Bounds | None = None) -> dict[str, Any]:
         """Puts results in order, in results.jsonl, and sums them up; limits in SI units."""
     @staticmethod
-    def _check_limits(limits: Bounds | None) -> None: ...
+    def _check_limits(limits: _Bounds | None) -> None: ...
     def left(self, count: int) -> list[int]: ...
     def recordings(self, shard: tuple[int, int]) -> list[str]: ...
     def finished(self, shard: tuple[int, int]) -> dict[str, bytes]: ...
     def take(self, shard: tuple[int, int], results: bytes) -> int: ...
 
-def read(path: str | PathLike[str], **options: Unpack[ReadOptions]) -> list[Record]: ...
+def read(path: str | PathLike[str], **options: Unpack[_ReadOptions]) -> list[Record]: ...
 def identify(
     records: Record | Sequence[Record],
     *,
     validate: Record | Sequence[Record] | None = None,
     progress: Callable[[Progress], object] | None = None,
-    **settings: Unpack[IdentifySettings],
+    **settings: Unpack[_IdentifySettings],
 ) -> Identification: ...
 def compare(
     records: Record | Sequence[Record] | None = None,
     *,
     progress: Callable[[Progress], object] | None = None,
-    **settings: Unpack[CompareSettings],
+    **settings: Unpack[_CompareSettings],
 ) -> Comparison: ...
-def steiglitz_mcbride(record: Record, *, discretization: Discretization = "zoh") -> dict[str, float]: ...
+def steiglitz_mcbride(record: Record, *, discretization: _Discretization = "zoh") -> dict[str, float]: ...
 def refine(
-    records: Record | Sequence[Record], start: Mapping[str, float], **settings: Unpack[RefineSettings]
+    records: Record | Sequence[Record], start: Mapping[str, float], **settings: Unpack[_RefineSettings]
 ) -> dict[str, Any]: ...
 def simulate(
     parameters: str | Mapping[str, float],
@@ -357,7 +357,7 @@ def simulate(
     voltage: ArrayLike,
     *,
     load_torque: ArrayLike | None = None,
-    noise: Numbers | None = None,
+    noise: _Numbers | None = None,
     seed: int = 1,
 ) -> Record: ...
 def devices() -> dict[str, Any]: ...
