@@ -2,15 +2,20 @@
 
 import contextlib
 import json
+import math
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
+from _thread import interrupt_main
 
+import numpy as np
 import pytest
 
 import motorfit
-from conftest import step
+from conftest import M2, step
 from test_sweep import ids, write_study
 
 distributed = pytest.importorskip("distributed")
@@ -42,6 +47,18 @@ def client():
         yield client
 
 
+def until(is_so, seconds=60):
+    deadline = time.monotonic() + seconds
+    while not is_so():
+        assert time.monotonic() < deadline, "it took too long"
+        time.sleep(0.05)
+
+
+def is_idle(client):
+    """Whether no worker is at work, not even on what was given up."""
+    return not any(client.run(lambda dask_worker: len(dask_worker.state.executing)).values())
+
+
 def write(folder, seeds):
     (folder / "aside").mkdir()
     (folder / "aside" / "one.csv").write_text(step(seed=9).to_csv())
@@ -65,7 +82,7 @@ def expected(program, study, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def long_study(tmp_path_factory):
-    """Some seconds of work for two cores."""
+    """Some seconds of work for two cores, most of them after the first of six shards."""
     return write(tmp_path_factory.mktemp("long"), LONG)
 
 
@@ -75,8 +92,8 @@ def long_expected(program, long_study, tmp_path_factory):
 
 
 RUNS, GOOD = 240, 180
-# Seeds of the long study, and so runs of one of four shards.
-LONG = 280
+# Seeds of the long study, and of one that takes minutes and is never done in full.
+LONG, ENDLESS = 480, 100_000
 
 
 def check(found, expected):
@@ -95,107 +112,186 @@ def test_the_bytes_are_those_of_one_machine(client, study, expected, tmp_path, s
     seen = []
     found = dask.sweep(client, study, tmp_path / "out", shards=5, shared=shared, progress=seen.append)
     check(found, expected)
-    assert [state.done for state in seen] == list(range(6)) and {state.shards for state in seen} == {5}
-    assert (seen[-1].runs_done, seen[-1].runs, seen[-1].failed) == (RUNS, RUNS, RUNS - GOOD)
+    assert [state.shards_done for state in seen] == list(range(6)) and {state.shards for state in seen} == {5}
+    assert [state.done for state in seen] == list(range(0, RUNS + 1, RUNS // 5)) and seen[-1].failed == RUNS - GOOD
     # Failures are tried again, all else is not.
-    again = dask.sweep(client, study, tmp_path / "out", shared=shared)
+    last = []
+    again = dask.sweep(client, study, tmp_path / "out", shared=shared, progress=last.append)
     assert again["results"].read_bytes() == expected and ids(tmp_path / "out") == list(range(GOOD))
+    assert (last[0].before, last[0].done, last[0].failed) == (GOOD, GOOD, 0)
+    assert (last[-1].done, last[-1].failed) == (RUNS, RUNS - GOOD)
+
+
+FIELDS = ("done", "total", "before", "failed", "seconds", "rate", "remaining")
+
+
+@pytest.mark.parametrize("shared", [None, False])
+def test_progress_means_what_it_does_on_one_machine(client, tmp_path, shared):
+    """One motor fails for its file, and is tried again; one cannot be identified, and is not."""
+    folder = tmp_path / "study"
+    study = write_study(folder, 'recordings = ["line/*.csv", "lost.csv"]\nmethods = ["sm"]\nseeds = "1..20"', motors=3)
+    rest = motorfit.simulate(M2, np.arange(0, 1, 0.001), np.zeros(1000))
+    (folder / "line" / "1.csv").write_text(rest.to_csv())
+    for name in ("here", "there"):
+        motorfit.Sweep.plan(study, tmp_path / name).run(shard=(1, 2))
+    here, there = [], []
+    motorfit.sweep(study, tmp_path / "here", progress=here.append)
+    dask.sweep(client, study, tmp_path / "there", shards=5, shared=shared, progress=there.append)
+    assert set(FIELDS) == {name for name in dir(here[-1]) if not name.startswith("_")}
+    same = ("done", "total", "before", "failed")
+    ends = [tuple(getattr(one[-1], name) for name in same) for one in (here, there)]
+    assert ends[0] == ends[1] == (80, 80, 30, 40)
+    first, second = there[:2]
+    assert (first.done, first.failed, first.rate, first.remaining) == (30, 10, None, None)
+    assert second.rate == (second.done - 30) / second.seconds > 0
+    assert second.remaining == (80 - second.done) / second.rate > 0 and there[-1].remaining == 0
+    assert [state.shards_done for state in there] == list(range(6)) and {state.shards for state in there} == {5}
+
+
+@pytest.mark.parametrize("answer", [False, np.False_, np.bool_(0)])
+def test_an_answer_of_no_ends_it(client, study, tmp_path, answer):
+    found = dask.sweep(client, study, tmp_path / "out", progress=lambda _: answer)
+    assert found["missing"] == RUNS
+
+
+@pytest.mark.parametrize("answer", [None, True, np.True_, 0, "", [], np.array([])])
+def test_any_other_answer_does_not(client, tmp_path, answer):
+    study = write_study(tmp_path / "study", 'recordings = "line/*.csv"\nmethods = "sm"', motors=1)
+    assert dask.sweep(client, study, tmp_path / "out", progress=lambda _: answer)["missing"] == 0
 
 
 @pytest.mark.parametrize(("shared", "allowed"), [(False, 3), (True, 3), (False, 0)])
 def test_a_killed_worker_costs_a_retry_and_nothing_else(long_study, long_expected, tmp_path, shared, allowed):
     """Also where Dask itself gives a task up with its first worker."""
-    killed = []
+    killed, seen = [], []
 
     def kill(state):
-        if state.done and not killed:
-            # One that is at work.
-            at_work = [address for address, keys in client.processing().items() if keys]
+        seen.append(state)
+        at_work = [address for address, keys in client.processing().items() if keys]
+        if state.shards_done and at_work and not killed:
             os.kill(client.run(os.getpid)[at_work[0]], signal.SIGKILL)
-            killed.extend(at_work[:1])
+            killed.append(at_work[0])
 
     with config.set({"distributed.scheduler.allowed-failures": allowed}), cluster() as client:
         before = set(client.run(os.getpid).values())
         found = dask.sweep(client, long_study, tmp_path / "out", shards=6, shared=shared, progress=kill)
-        client.wait_for_workers(2)
+        until(lambda: len(set(client.run(os.getpid, on_error="ignore").values()) - before) == 1)
         after = set(client.run(os.getpid).values())
     assert len(killed) == 1, "no worker was killed at work"
     assert len(before & after) == 1
     check(found, long_expected)
+    # No run is counted twice, or not at all.
+    assert (seen[-1].shards_done, seen[-1].done, seen[-1].failed) == (6, found["runs"], found["failed"])
+    assert all(state.done <= state.total for state in seen)
 
 
 def test_what_is_interrupted_goes_on_elsewhere(client, program, study, expected, tmp_path):
     """By an answer of the callback, by an exception of it, then with other shards; the rest by the command line."""
     out = tmp_path / "out"
-    partly = dask.sweep(client, study, out, shards=8, shared=False, progress=lambda p: p.done < 1)
-    assert 0 < partly["missing"] < RUNS
+    # So many shards that most are not with the cluster when the first is finished.
+    most, first = dask.WINDOW, 40
+    partly = dask.sweep(client, study, out, shards=first, shared=False, progress=lambda p: p.shards_done < 1)
+    assert 0 < RUNS - partly["missing"] <= most * RUNS // first
+    kept = ids(out)
 
     def failing(state):
-        if state.runs_done > RUNS - partly["missing"]:
+        if state.done > state.before:
             raise LookupError("mine")
 
     with pytest.raises(LookupError, match="mine"):
-        dask.sweep(client, study, out, shards=7, progress=failing)
-    kept = ids(out)
-    assert RUNS - partly["missing"] - 60 <= len(kept) < GOOD and len(kept) == len(set(kept))
-    deadline = time.monotonic() + 20
-    while any(client.processing().values()) and time.monotonic() < deadline:
-        time.sleep(0.1)
+        dask.sweep(client, study, out, shards=37, progress=failing)
+    until(lambda: is_idle(client))
+    assert len(kept) == len(set(kept)) > 0 and set(kept) <= set(ids(out)) and len(ids(out)) == len(set(ids(out))) < GOOD
     program("sweep", study, "--out", out, "--no-progress")
     assert (out / "results.jsonl").read_bytes() == expected
 
 
-def until(is_so, seconds=30):
-    deadline = time.monotonic() + seconds
-    while not is_so():
-        assert time.monotonic() < deadline, "it took too long"
-        time.sleep(0.05)
-
-
-def test_ctrl_c_keeps_all_that_is_finished(client, study, expected, tmp_path):
+def test_ctrl_c_keeps_all_that_is_finished(client, study, expected, tmp_path, monkeypatch):
     """Also shards that are finished and have not come back yet."""
+    futures = []
+
+    def submit(*args, **options):
+        futures.append(whole(*args, **options))
+        return futures[-1]
 
     def press(state):
-        if state.done == 1:
-            until(lambda: not any(client.processing().values()))
+        if state.shards_done == 1:
+            until(lambda: all(future.status == "finished" for future in futures[1:]))
             signal.raise_signal(signal.SIGINT)
 
+    whole = client.submit
+    monkeypatch.setattr(client, "submit", submit)
     with pytest.raises(KeyboardInterrupt):
         dask.sweep(client, study, tmp_path / "out", shards=4, shared=False, progress=press)
-    assert ids(tmp_path / "out") == list(range(GOOD))
+    # A look at a worker, and the shards.
+    assert len(futures) == 1 + 4 and ids(tmp_path / "out") == list(range(GOOD))
     check(motorfit.sweep(study, tmp_path / "out"), expected)
 
 
-def test_ctrl_c_frees_the_workers(client, long_study, long_expected, tmp_path):
-    out = tmp_path / "out"
+@contextlib.contextmanager
+def pressed(is_so, seconds=60):
+    """Ctrl-C as soon as something is so, or has not become so for too long; gives whether it was."""
+    was, over = [], threading.Event()
 
-    def shards():
-        return motorfit.Sweep.open(out).status()["shards"]
+    def watch():
+        deadline = time.monotonic() + seconds
+        while not over.wait(0.05):
+            if is_so():
+                was.append(True)
+            if was or time.monotonic() > deadline:
+                interrupt_main()
+                return
 
-    def press(state):
-        if state.done == 1:
-            until(lambda: any(shard["running"] and 0 < shard["done"] < LONG // 2 for shard in shards()))
-            signal.raise_signal(signal.SIGINT)
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    try:
+        yield was
+    finally:
+        over.set()
+        watcher.join()
 
-    with pytest.raises(KeyboardInterrupt):
-        dask.sweep(client, long_study, out, shards=4, shared=True, progress=press)
-    until(lambda: not any(shard["running"] for shard in shards()))
-    # One that was on its way did not go on to its end.
-    assert any(0 < shard["done"] < LONG for shard in shards())
-    check(dask.sweep(client, long_study, out, shards=4, shared=True), long_expected)
+
+def test_ctrl_c_frees_the_workers(client, tmp_path):
+    """While they are in the middle of shards of which each takes minutes."""
+    study, out = write(tmp_path, ENDLESS), tmp_path / "out"
+    plan = motorfit.Sweep.plan(study, out)
+
+    def done():
+        return [shard["done"] for shard in plan.status()["shards"]]
+
+    with pressed(lambda: any(done())) as was, pytest.raises(KeyboardInterrupt):
+        dask.sweep(client, study, out, shards=4, shared=True)
+    assert was, "no shard began"
+    until(lambda: is_idle(client))
+    assert any(done()) and max(done()) < plan.runs // 4
+    kept = ids(out)
+    assert len(kept) == len(set(kept))
+    # The same call would go on.
+    seen = []
+    found = dask.sweep(client, study, out, shards=4, shared=True, progress=lambda p: seen.append(p) or False)
+    assert seen[0].before == len(kept) and found["runs"] - found["missing"] >= len(kept)
 
 
 def test_a_run_that_is_about_to_end_is_waited_for(study, tmp_path):
     plan = motorfit.Sweep.plan(study, tmp_path / "out")
-    begun = threading.Event()
-    other = threading.Thread(target=plan.run, kwargs={"progress": lambda _: begun.set()})
+    begun, may_end = threading.Event(), threading.Event()
+
+    def hold(_):
+        begun.set()
+        may_end.wait(60)
+
+    other = threading.Thread(target=plan.run, kwargs={"progress": hold})
     other.start()
-    begun.wait()
-    with pytest.raises(motorfit.DataError, match="another run"):
-        plan.run()
-    wait_for_lock(plan, (1, 1))
-    assert plan.run()["before"] == GOOD
-    other.join()
+    try:
+        assert begun.wait(60)
+        with pytest.raises(motorfit.DataError, match="another run"):
+            plan.run()
+        threading.Timer(0.3, may_end.set).start()
+        wait_for_lock(plan, (1, 1))
+        assert may_end.is_set() and plan.run()["before"] == GOOD
+    finally:
+        may_end.set()
+        other.join()
 
 
 def test_a_recording_that_cannot_be_read_fails_as_on_one_machine(client, program, tmp_path):
@@ -270,7 +366,7 @@ def test_errors_of_workers_come_back(client, study, tmp_path, monkeypatch):
     out = tmp_path / "other"
 
     def spoil(state):
-        if state.done == 0:
+        if state.shards_done == 0:
             (out / "results-2-of-2.jsonl").write_text("no results\n")
 
     with pytest.raises(motorfit.DataError, match="no results file") as caught:
@@ -317,3 +413,94 @@ def test_an_error_on_a_worker_is_tried_again(study, expected, tmp_path, monkeypa
             dask.sweep(client, study, tmp_path / "other", shards=3, shared=False, retries=0)
     # The others are kept.
     assert len(ids(tmp_path / "other")) == GOOD * 2 // 3
+
+
+def test_arguments_are_checked_before_the_work(client, tmp_path):
+    study = write_study(tmp_path / "study", 'recordings = "line/*.csv"\nmethods = "sm"', motors=1)
+    wrong = [
+        *({"shards": value} for value in (0, -3, 2.5, "4", True, 10**7)),
+        *({"retries": value} for value in (None, -1, 1.5, True)),
+        *({"threads": value} for value in (0, -1, 1.5, "2", False)),
+        *({"wait": value} for value in (-1, math.nan, math.inf, "60", True)),
+        *({"shared": value} for value in ("no", 1, 0)),
+        *({"resources": value} for value in ("GPU", ["GPU"], {"GPU": "1"}, {"GPU": -1}, {"GPU": math.nan}, {1: 1})),
+        *({"progress": value} for value in (True, "print", 3)),
+        {"limits": {"R": (2, 1)}},
+    ]
+    for settings in wrong:
+        with pytest.raises(motorfit.UsageError, match=next(iter(settings))) as caught:
+            dask.sweep(client, study, tmp_path / "out", **settings)
+        assert caught.value.remedy, settings
+    assert not (tmp_path / "out").exists()
+    # Numbers of numpy are numbers too.
+    numbers = {"shards": np.int64(2), "retries": np.int64(0), "threads": np.int32(1), "wait": np.float32(60)}
+    found = dask.sweep(client, study, tmp_path / "out", shared=np.False_, resources={}, **numbers)
+    assert (found["missing"], found["failed"]) == (0, 0)
+
+
+def test_a_client_is_asked_for(client, study, tmp_path):
+    address = client.scheduler.address
+    cluster = client.cluster
+    with distributed.Client(address) as closed:
+        pass
+    remedies = {address: f"Client('{address}')", cluster: "Client(cluster)", None: "Client", closed: "open"}
+    for other, remedy in remedies.items():
+        with pytest.raises(motorfit.UsageError, match="the client is") as caught:
+            dask.sweep(other, study, tmp_path / "out")
+        assert remedy in caught.value.remedy
+    assert not (tmp_path / "out").exists()
+
+
+# What runs where a package is not installed.
+WITHOUT = "import sys; sys.modules[{name!r}] = None; "
+
+
+def test_what_is_missing_is_said_where_dask_is_not_installed():
+    program = WITHOUT.format(name="distributed") + "import motorfit.dask"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "ImportError: motorfit.dask needs distributed: pip install motorfit[dask]" in done.stderr
+
+
+@contextlib.contextmanager
+def served(kind, *arguments, without="nothing_that_is_there", **options):
+    """A server of Dask in a process of its own that cannot import something; gives its address."""
+    program = WITHOUT.format(name=without) + (
+        "import asyncio, distributed\n"
+        "async def main():\n"
+        f"    async with distributed.{kind}(*{arguments!r}, **{options!r}) as server:\n"
+        "        print(server.address, flush=True)\n"
+        "        await server.finished()\n"
+        "asyncio.run(main())\n"
+    )
+    server = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    try:
+        address = server.stdout.readline().strip()
+        assert address, f"no {kind} began"
+        yield address
+    finally:
+        server.kill()
+        server.wait()
+
+
+@contextlib.contextmanager
+def by_hand(folder, scheduler, worker):
+    with (
+        served("Scheduler", port=0, dashboard_address=":0", **scheduler) as address,
+        served("Worker", address, nthreads=2, dashboard=False, local_directory=str(folder), **worker),
+        distributed.Client(address) as client,
+    ):
+        yield client
+
+
+def test_a_scheduler_needs_no_motorfit(study, expected, tmp_path):
+    with by_hand(tmp_path, {"without": "motorfit"}, {}) as client:
+        for shared in (None, False):
+            check(dask.sweep(client, study, tmp_path / f"out-{shared}", shared=shared), expected)
+
+
+def test_a_worker_does(study, tmp_path):
+    with by_hand(tmp_path, {}, {"without": "motorfit"}) as client:
+        with pytest.raises(motorfit.UsageError, match="cannot import motorfit") as caught:
+            dask.sweep(client, study, tmp_path / "out")
+    assert motorfit.__version__ in caught.value.remedy and "every worker" in caught.value.remedy

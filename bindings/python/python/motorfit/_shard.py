@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import pathlib
+import pickle
 import tempfile
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -58,6 +59,21 @@ class Look:
     #: Shards that it does at the same time.
     slots: int
     marks: list[Mark]
+
+
+class Call:
+    """A call that is made where it is unpickled."""
+
+    def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+        self.function, self.arguments = function, arguments
+
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+        return self.function, self.arguments
+
+
+def parcel(function: Callable[..., Any], *arguments: Any) -> bytes:
+    """A call for ``pickle.loads`` on a worker: a scheduler, which passes bytes on, needs no motorfit for it."""
+    return pickle.dumps(Call(function, arguments))
 
 
 def mark(path: str | os.PathLike[str]) -> Mark:

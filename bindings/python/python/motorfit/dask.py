@@ -5,14 +5,17 @@
 >>> with LocalCluster() as cluster, Client(cluster) as client:   # doctest: +SKIP
 ...     summary = motorfit.dask.sweep(client, "study.toml")
 
-Needs ``pip install motorfit[dask]`` here and the same motorfit on every worker.
+Needs ``pip install motorfit[dask]`` here and the same motorfit on every worker. A scheduler needs Dask alone.
 """
 
 from __future__ import annotations
 
 import json
+import math
+import numbers
 import os
 import pathlib
+import pickle
 import time
 import uuid
 import warnings
@@ -22,12 +25,17 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from distributed import Client, Future, KilledWorker, as_completed
-from distributed import TimeoutError as Late
+import numpy as np
+
+try:
+    from distributed import Client, Future, KilledWorker, as_completed
+    from distributed import TimeoutError as Late
+except ImportError as error:
+    raise ImportError(f"motorfit.dask needs distributed: pip install motorfit[dask] ({error})") from error
 
 from ._errors import DeviceError, MotorfitError, UsageError
 from ._motorfit import Sweep, __version__
-from ._shard import Done, Look, Task, contents, look, mark, run
+from ._shard import Done, Look, Task, contents, look, mark, parcel, run
 from ._sweep import Limits, folder_of
 
 __all__ = ["Progress", "sweep"]
@@ -38,22 +46,36 @@ PER_SLOT = 4
 WINDOW = 16
 # Recordings that are looked at to tell whether a worker sees the same folder.
 LOOKED_AT = 16
+SHARDS_MAX = 1_000_000
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a sweep over workers is."""
+    """How far a sweep over workers is: all that :class:`motorfit.SweepProgress` has, of all runs, and the shards."""
 
-    #: Shards that are finished, and all.
+    #: Runs that are finished, those of earlier times included.
     done: int
-    shards: int
-    #: Runs that are finished, those of earlier times included, and all.
-    runs_done: int
-    runs: int
-    #: Runs without a result, of the shards of this call.
+    #: Runs of the sweep.
+    total: int
+    #: Runs that were finished before.
+    before: int
+    #: Runs without a result.
     failed: int
     #: Seconds since the call.
     seconds: float
+    #: Shards that are finished, and all.
+    shards_done: int
+    shards: int
+
+    @property
+    def rate(self) -> float | None:
+        """Runs a second, those of this call; ``None`` before there is any."""
+        return (self.done - self.before) / self.seconds if self.done > self.before and self.seconds > 0 else None
+
+    @property
+    def remaining(self) -> float | None:
+        """Seconds that are left at this rate."""
+        return (self.total - self.done) / self.rate if self.rate else None
 
 
 @dataclass(frozen=True)
@@ -100,22 +122,70 @@ def sweep(
         threads: Threads of a shard, at most those of its worker; by default the worker's threads divided by the shards
             that it does at the same time.
         wait: Seconds to wait for a first worker that can take a shard; by default as long as it takes.
-        progress: Called with a :class:`Progress` at the beginning and after each shard; its answer ``False`` ends the
-            sweep, and what is finished is merged.
+        progress: Called with a :class:`Progress` at the beginning and after each shard, unless nothing is left to do; its
+            answer ``False`` ends the sweep, and what is finished is merged. What is written for :func:`motorfit.sweep`
+            works here too: ``done``, ``total``, ``rate`` and ``remaining`` count runs.
         limits: Those that parameters of a motor must keep, in SI units, as ``{"R": (0.8, 1.0)}``.
     """
-    if getattr(client, "asynchronous", False):
-        raise UsageError("the client is asynchronous", "Give a Client that was made without asynchronous=True.")
-    if retries < 0:
-        raise UsageError(f"retries is {retries}", "Give 0 or more.")
-    if threads is not None and threads < 1:
-        raise UsageError(f"threads is {threads}", "Give at least 1, or leave it out.")
+    _check_client(client)
+    count = None if shards is None else _integer("shards", shards, 1, SHARDS_MAX)
+    options = _Options(
+        resources=_needs(resources),
+        retries=_integer("retries", retries, 0),
+        threads=None if threads is None else _integer("threads", threads, 1),
+        wait=None if wait is None else _seconds("wait", wait),
+        progress=progress,
+    )
+    if not (shared is None or isinstance(shared, (bool, np.bool_))):
+        raise UsageError(f"shared is {shared!r}", "Give True or False; without it, it is found out.")
+    if not (progress is None or callable(progress)):
+        raise UsageError(f"progress is {progress!r}", "Give a function of one argument.")
     Sweep._check_limits(limits)
     plan = Sweep.plan(study, folder_of(study, out).absolute())
-    options = _Options(dict(resources or {}), retries, threads, wait, progress)
-    _Sweeping(client, plan, options).run(shards, shared)
+    _Sweeping(client, plan, options).run(count, None if shared is None else bool(shared))
     _check_instructions(plan.folder)
     return plan.merge(limits=limits)
+
+
+def _check_client(client: object) -> None:
+    if isinstance(client, str):
+        raise UsageError(f"the client is an address, {client!r}", f"Give a client of it: Client({client!r}).")
+    if not isinstance(client, Client):
+        message = f"the client is of the kind {type(client).__name__}"
+        raise UsageError(message, "Give a Client of distributed; of a cluster it is Client(cluster).")
+    if client.asynchronous:
+        raise UsageError("the client is asynchronous", "Give a Client that was made without asynchronous=True.")
+    if client.status in ("closing", "closed"):
+        raise UsageError("the client is closed", "Give one that is open.")
+
+
+def _is_number(value: object, kind: type) -> bool:
+    return isinstance(value, kind) and not isinstance(value, bool)
+
+
+def _integer(name: str, value: Any, least: int, most: int | None = None) -> int:
+    if _is_number(value, numbers.Integral) and value >= least and (most is None or value <= most):
+        return int(value)
+    bounds = f"of {least} or more" if most is None else f"from {least} to {most}"
+    raise UsageError(f"{name} is {value!r}", f"Give an integer {bounds}.")
+
+
+def _seconds(name: str, value: Any) -> float:
+    if _is_number(value, numbers.Real) and 0 <= value < math.inf:
+        return float(value)
+    raise UsageError(f"{name} is {value!r}", "Give a number of seconds; without it there is no end.")
+
+
+def _needs(resources: Any) -> dict[str, float]:
+    remedy = "Give what a task needs of a worker, as {'GPU': 1}."
+    if resources is None:
+        return {}
+    if not isinstance(resources, Mapping):
+        raise UsageError(f"resources is {resources!r}", remedy)
+    for name, need in resources.items():
+        if not (isinstance(name, str) and _is_number(need, numbers.Real) and 0 < need < math.inf):
+            raise UsageError(f"resources has {name!r}: {need!r}", remedy)
+    return {name: float(need) for name, need in resources.items()}
 
 
 class _Sweeping:
@@ -127,7 +197,11 @@ class _Sweeping:
         self.token = uuid.uuid4().hex
         self.manifest = (plan.folder / "manifest.json").read_bytes()
         self.count, self.slots, self.is_shared = 1, 1, False
-        self.done = self.runs_done = self.failed = 0
+        # Runs that each shard has left; what was finished before, and failed now and before.
+        self.left: list[int] = []
+        self.before = self.failed = self.failed_before = self.shards_done = 0
+        # Runs without a result of each shard that was submitted: those that `failed` has already.
+        self.failed_of: dict[int, int] = {}
         # Shards that wait, each with the number of its try, and futures by their keys.
         self.waiting: deque[tuple[int, int]] = deque()
         self.pending: dict[str, tuple[Future[Any], int, int]] = {}
@@ -139,10 +213,13 @@ class _Sweeping:
             return
         self._look_at_workers(shared)
         self.count = shards if shards is not None else self._count()
-        left = self.plan.left(self.count)
-        self.runs_done = self.plan.runs - sum(left)
-        self.waiting.extend((index, 1) for index, runs in enumerate(left, 1) if runs)
-        self.done = self.count - len(self.waiting)
+        self.left = self.plan.left(self.count)
+        self.before = self.plan.runs - sum(self.left)
+        status = self.plan.status()
+        # What has a line and is left all the same has failed and is tried again.
+        self.failed = self.failed_before = max(0, status["failed"] - (status["done"] - self.before))
+        self.waiting.extend((index, 1) for index, runs in enumerate(self.left, 1) if runs)
+        self.shards_done = self.count - len(self.waiting)
         if not self.is_shared:
             self._check_paths()
         ended = as_completed(loop=self.client.loop)
@@ -182,9 +259,9 @@ class _Sweeping:
     def _first_look(self, paths: list[str]) -> Look:
         options = self.options
         key = f"motorfit-look-{self.token}"
-        future = self.client.submit(
-            look, paths, options.resources, key=key, pure=False, resources=options.resources or None, retries=2
-        )
+        call = parcel(look, paths, options.resources)
+        needed = options.resources or None
+        future = self.client.submit(pickle.loads, call, key=key, pure=False, resources=needed, retries=2)
         try:
             return future.result(timeout=options.wait)
         except Late:
@@ -193,8 +270,7 @@ class _Sweeping:
             remedy = "Start workers that have them, as in dask worker --resources GPU=1, or give a longer wait."
             raise DeviceError(message, remedy) from None
         except ImportError as error:
-            remedy = f"Install motorfit {__version__} on every worker."
-            raise UsageError(f"a worker cannot import motorfit: {error}", remedy) from error
+            raise _missing(error) from error
         finally:
             with suppress(Exception):
                 self.client.cancel([future])
@@ -206,7 +282,7 @@ class _Sweeping:
         if self.slots <= whole:
             count = min(count, whole)
         known = max((shard["count"] for shard in self.plan.status()["shards"]), default=1)
-        return min(max(count, known), self.plan.runs, 1_000_000)
+        return min(max(count, known), self.plan.runs, SHARDS_MAX)
 
     def _check_paths(self) -> None:
         for path in self.plan.recordings((1, 1)):
@@ -218,10 +294,12 @@ class _Sweeping:
     def _task(self, index: int) -> Task:
         shard, options = (index, self.count), self.options
         common = (shard, __version__, options.threads, options.resources)
+        results = {} if self.is_shared and not self.failed_before else self.plan.finished(shard)
+        self.failed_of.setdefault(index, _failed(results) if self.failed_before else 0)
         if self.is_shared:
             return Task(*common, folders=(str(self.plan.folder), str(self.plan.origin)))
         recordings = {path: contents(self.plan.origin / path) for path in self.plan.recordings(shard)}
-        return Task(*common, manifest=self.manifest, recordings=recordings, results=self.plan.finished(shard))
+        return Task(*common, manifest=self.manifest, recordings=recordings, results=results)
 
     def _fill(self, ended: as_completed) -> None:
         """Submits as many shards as keep the workers busy."""
@@ -235,8 +313,8 @@ class _Sweeping:
                 # What travels is needed once, and by one worker: to scatter it would lose it with that worker.
                 warnings.filterwarnings("ignore", message="(?s).*large", category=UserWarning)
                 future = self.client.submit(
-                    run,
-                    self._task(index),
+                    pickle.loads,
+                    parcel(run, self._task(index)),
                     key=key,
                     pure=False,
                     retries=self.options.retries,
@@ -269,22 +347,32 @@ class _Sweeping:
             remedy = "See the workers' logs: most often memory is short. Give them more, or more shards."
             self.faults.append(MotorfitError(message, remedy))
         elif fault is not None:
-            self.faults.append(fault)
+            self.faults.append(_missing(fault) if isinstance(fault, ImportError) else fault)
         return self._tell()
 
     def _take(self, done: Done) -> None:
         if done.results is not None:
             self.plan.take(done.shard, done.results)
-        self.done += done.tally["stop"] == "done"
-        self.runs_done += done.tally["finished"]
-        self.failed += done.tally["failed"]
+        index, tally = done.shard[0], done.tally
+        self.shards_done += tally["stop"] == "done"
+        self.left[index - 1] = tally["runs"] - tally["before"] - tally["finished"]
+        self.failed += tally["failed"] - self.failed_of[index]
+        self.failed_of[index] = tally["failed"]
 
     def _tell(self) -> bool:
         if self.options.progress is None:
             return True
-        seconds = time.monotonic() - self.begun
-        state = Progress(self.done, self.count, self.runs_done, self.plan.runs, self.failed, seconds)
-        return self.options.progress(state) is not False
+        state = Progress(
+            done=self.plan.runs - sum(self.left),
+            total=self.plan.runs,
+            before=self.before,
+            failed=self.failed,
+            seconds=time.monotonic() - self.begun,
+            shards_done=self.shards_done,
+            shards=self.count,
+        )
+        answer = self.options.progress(state)
+        return not isinstance(answer, (bool, np.bool_)) or bool(answer)
 
     def _give_up(self) -> None:
         """Keeps what is finished and not yet taken, and ends the rest."""
@@ -295,6 +383,17 @@ class _Sweeping:
         if self.pending:
             with suppress(Exception):
                 self.client.cancel([future for future, _, _ in self.pending.values()])
+
+
+def _missing(error: ImportError) -> UsageError:
+    """What a worker without motorfit comes to."""
+    return UsageError(f"a worker cannot import motorfit: {error}", f"Install motorfit {__version__} on every worker.")
+
+
+def _failed(results: Mapping[str, bytes]) -> int:
+    """How many runs of results files have no result."""
+    lines = (line for content in results.values() for line in content.splitlines() if b'"stop":"failed"' in line)
+    return len({json.loads(line)["id"] for line in lines})
 
 
 def _check_instructions(folder: pathlib.Path) -> None:
