@@ -40,7 +40,9 @@ def test_everything_public_is_documented():
 
 def test_stubs_are_what_is_there(tmp_path):
     """Names, signatures and defaults, by mypy's comparison of stubs with what runs."""
-    command = [sys.executable, "-m", "mypy.stubtest", "motorfit"]
+    # What the compiler lists by itself, and the name of a caught exception.
+    (tmp_path / "allowed").write_text("motorfit._motorfit.__all__\nmotorfit.dask.error\n")
+    command = [sys.executable, "-m", "mypy.stubtest", "motorfit", "--allowlist", "allowed"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
 

@@ -168,13 +168,13 @@ def run(task: Task) -> Done:
         return Done(task.shard, None, work(sweep, origin))
     with tempfile.TemporaryDirectory(prefix="motorfit-", dir=worker.local_directory) as place:
         root = pathlib.Path(place).resolve()
-        folder = root / "sweep"
-        folder.mkdir()
+        planned = root / "sweep"
+        planned.mkdir()
         for name, content in {"manifest.json": task.manifest, **task.results}.items():
-            (folder / name).write_bytes(content)
-        tally = work(Sweep.open(folder), lay(task.recordings, root))
+            (planned / name).write_bytes(content)
+        tally = work(Sweep.open(planned), lay(task.recordings, root))
         index, count = task.shard
-        return Done(task.shard, (folder / f"results-{index}-of-{count}.jsonl").read_bytes(), tally)
+        return Done(task.shard, (planned / f"results-{index}-of-{count}.jsonl").read_bytes(), tally)
 
 
 def wait_for_lock(sweep: Sweep, shard: tuple[int, int]) -> None:
