@@ -1,236 +1,16 @@
 //! Methods side by side.
 
-use crate::arrays::{array, rows};
+use crate::comparison::Comparison;
 use crate::errors::Raise as _;
-use crate::figure::Svg;
 use crate::progress::{Watch, watched};
 use crate::record::several;
 use crate::spec::{self, Keywords};
 use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::{Method, with_threads};
-use motorfit::motor::Parameter;
-use motorfit::report::compare::{CompareDocument, setting_name};
-use motorfit::report::{figures, json};
-use motorfit::study::compare::{Asked, CompareSpec, Comparison as Compared, Contest, Subject};
+use motorfit::study::compare::{Asked, CompareSpec, Comparison as Compared, Subject};
 use motorfit::{Error, Result};
-use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::sync::Arc;
-
-/// Methods that were compared, a block for each setting.
-#[pyclass(frozen, module = "motorfit")]
-pub struct Comparison {
-    compared: Arc<Compared>,
-    text: String,
-}
-
-/// All methods under one setting: a criterion, a population, a number of generations.
-#[pyclass(frozen, module = "motorfit")]
-pub struct ComparisonBlock {
-    compared: Arc<Compared>,
-    number: usize,
-}
-
-#[pymethods]
-impl Comparison {
-    /// A block for each setting.
-    #[getter]
-    fn blocks(&self) -> Vec<ComparisonBlock> {
-        let block = |number| ComparisonBlock { compared: self.compared.clone(), number };
-        (0..self.compared.blocks.len()).map(block).collect()
-    }
-
-    /// What errors are relative to, in SI units: the true parameters of the simulated motor, else the refined estimate;
-    /// `None` without either.
-    #[getter]
-    fn expected<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let expected = self.compared.expected();
-        expected.map(|motor| by_parameter(py, |p| motor.get(p))).transpose()
-    }
-
-    /// The Steiglitz–McBride estimate beside the searches, in SI units; `None` where it was not asked for or failed.
-    #[getter]
-    fn steiglitz_mcbride<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let found = self.compared.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok());
-        found.map(|motor| by_parameter(py, |p| motor.get(p))).transpose()
-    }
-
-    /// What evaluated: cpu or gpu, its name, its numbers.
-    #[getter]
-    fn device(&self) -> (&str, &str, &str) {
-        let (kind, name, precision) = &self.compared.device;
-        (kind, name, precision)
-    }
-
-    /// Candidates evaluated.
-    #[getter]
-    fn evaluations(&self) -> u64 {
-        self.compared.evaluations
-    }
-
-    /// Seconds that all runs took, as one batch.
-    #[getter]
-    fn seconds(&self) -> f64 {
-        self.compared.batch_seconds
-    }
-
-    /// Whether the callback ended it early.
-    #[getter]
-    fn interrupted(&self) -> bool {
-        self.compared.interrupted
-    }
-
-    /// What the reader should know: texts.
-    #[getter]
-    fn warnings(&self) -> Vec<String> {
-        self.compared.warnings.iter().map(motorfit::identify::Warning::text).collect()
-    }
-
-    /// All of it, as `motorfit compare --json` prints it.
-    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        py.import("json")?.call_method1("loads", (&self.text,))
-    }
-
-    /// The same as text.
-    fn to_json(&self) -> &str {
-        &self.text
-    }
-
-    fn __reduce__(&self) -> PyResult<()> {
-        let message = "a Comparison does not leave its process; send what is needed of it: to_dict(), costs, ...";
-        Err(pyo3::exceptions::PyTypeError::new_err(message))
-    }
-
-    fn __repr__(&self) -> String {
-        let answer = |block: &motorfit::study::compare::Block| {
-            let order = block.ranking().order.into_iter().map(|n| block.contests[n].method.name());
-            format!("{}: {}", setting_name(&block.setting), order.collect::<Vec<_>>().join(" < "))
-        };
-        let blocks: Vec<String> = self.compared.blocks.iter().map(answer).collect();
-        format!("<Comparison {}>", blocks.join("; "))
-    }
-}
-
-impl ComparisonBlock {
-    fn block(&self) -> &motorfit::study::compare::Block {
-        &self.compared.blocks[self.number]
-    }
-
-    fn by_method<'py, T: IntoPyObject<'py>>(
-        &self,
-        py: Python<'py>,
-        of: impl Fn(&Contest) -> PyResult<T>,
-    ) -> PyResult<Bound<'py, PyDict>> {
-        let all = PyDict::new(py);
-        for contest in &self.block().contests {
-            all.set_item(contest.method.name(), of(contest)?)?;
-        }
-        Ok(all)
-    }
-
-    fn id(&self) -> String {
-        format!("block{}", self.number + 1)
-    }
-}
-
-#[pymethods]
-impl ComparisonBlock {
-    /// The setting in words.
-    #[getter]
-    fn setting(&self) -> String {
-        setting_name(&self.block().setting)
-    }
-
-    /// The methods, in the order that they were named in.
-    #[getter]
-    fn methods(&self) -> Vec<&str> {
-        self.block().contests.iter().map(|contest| contest.method.name()).collect()
-    }
-
-    /// The methods, the lowest median cost first.
-    #[getter]
-    fn ranking(&self) -> Vec<&str> {
-        let contests = &self.block().contests;
-        self.block().ranking().order.into_iter().map(|n| contests[n].method.name()).collect()
-    }
-
-    /// By method the final cost of each run, shape (runs,); inf where every candidate diverged.
-    #[getter]
-    fn costs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        self.by_method(py, |contest| Ok(array(py, contest.costs())))
-    }
-
-    /// By method what each run found, shape (runs, 5): R, L, K, B, J in SI units; nan where every candidate diverged.
-    #[getter]
-    fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        self.by_method(py, |contest| {
-            let of = |run: &motorfit::study::compare::Outcome| run.parameters.map_or([f64::NAN; 5], |p| p.to_array());
-            let values: Vec<f64> = contest.runs.iter().flat_map(of).collect();
-            rows(py, values, 5)
-        })
-    }
-
-    /// By method the lowest cost after each generation of each run, shape (runs, generations); nan after an early end.
-    #[getter]
-    fn histories<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        self.by_method(py, |contest| -> PyResult<Bound<'py, PyArray2<f64>>> {
-            let longest = contest.runs.iter().map(|run| run.history.len()).max().unwrap_or(0);
-            let padded = |run: &motorfit::study::compare::Outcome| {
-                let missing = longest - run.history.len();
-                run.history.iter().copied().chain(std::iter::repeat_n(f64::NAN, missing)).collect::<Vec<f64>>()
-            };
-            rows(py, contest.runs.iter().flat_map(padded).collect(), longest)
-        })
-    }
-
-    /// By method the candidates that each run evaluated, shape (runs,).
-    #[getter]
-    fn evaluations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        self.by_method(py, |contest| {
-            let counts: Vec<u64> = contest.runs.iter().map(|run| run.evaluations).collect();
-            Ok(PyArray1::from_vec(py, counts))
-        })
-    }
-
-    /// By method the seconds of one run by itself; `None` after an early end.
-    #[getter]
-    fn seconds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        self.by_method(py, |contest| Ok(contest.seconds))
-    }
-
-    /// Lowest cost by generation: median and quartiles over runs.
-    fn plot_convergence(&self) -> Svg {
-        figures::convergence(&self.id(), self.block()).into()
-    }
-
-    /// Relative errors of the parameters over runs; `None` where nothing is known that they could be errors of.
-    fn plot_errors(&self) -> Option<Svg> {
-        figures::errors(&self.id(), &self.compared, self.block()).map(Svg::from)
-    }
-
-    /// Distributions of final costs, and of targets reached by evaluations and by time.
-    fn plot_distributions(&self) -> Svg {
-        figures::distributions(&self.id(), &self.compared, self.block()).into()
-    }
-
-    /// Final costs of all runs in order.
-    fn plot_waterfall(&self) -> Svg {
-        figures::waterfall(&self.id(), self.block()).into()
-    }
-
-    fn __repr__(&self) -> String {
-        format!("<ComparisonBlock {}: {}>", self.setting(), self.ranking().join(" < "))
-    }
-}
-
-fn by_parameter<'py>(py: Python<'py>, of: impl Fn(Parameter) -> f64) -> PyResult<Bound<'py, PyDict>> {
-    let all = PyDict::new(py);
-    for parameter in Parameter::ALL {
-        all.set_item(parameter.symbol(), of(parameter))?;
-    }
-    Ok(all)
-}
 
 /// The settings of a comparison.
 const COMPARE: [&str; 16] = [
@@ -315,8 +95,7 @@ pub fn compare(
     let steiglitz_mcbride = asked.methods.contains(&Method::SteiglitzMcBride);
     let (threads, spec) = (spec.0, CompareSpec { settings, steiglitz_mcbride, ..spec.1 });
     let compared = watched(py, progress, move |watch| run(subject, &asked, spec, (threads, watch)))?.raise(py)?;
-    let text = json(&CompareDocument::of(&compared, paper));
-    Ok(Comparison { compared: Arc::new(compared), text })
+    Ok(Comparison::new(compared, paper))
 }
 
 fn run(subject: Subject, asked: &Asked, spec: CompareSpec, on: (Option<usize>, &Watch)) -> Result<Compared> {

@@ -2,7 +2,7 @@
 
 use crate::arrays::{array, read};
 use crate::errors::Raise as _;
-use crate::identify::name;
+use crate::identification::name;
 use crate::pool::{Pool, on_all};
 use crate::record::several;
 use crate::seat::Seat;

@@ -1,9 +1,10 @@
 //! Drawings.
 
+use crate::answers::reduced;
 use motorfit::report::Figure;
 use pyo3::prelude::*;
 
-/// A drawing: `str(drawing)` is its SVG, `save(path)` writes it, a notebook shows it.
+/// A drawing: `str(drawing)` is its SVG, `save(path)` writes it, a notebook shows it. It pickles.
 #[pyclass(frozen, module = "motorfit")]
 pub struct Svg {
     svg: String,
@@ -24,6 +25,15 @@ impl Svg {
 
     fn __repr__(&self) -> String {
         format!("<Svg {}>", self.caption)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, ((String, String),))> {
+        reduced(slf, (slf.get().svg.clone(), slf.get().caption.clone()))
+    }
+
+    #[staticmethod]
+    fn _restore((svg, caption): (String, String)) -> Self {
+        Self { svg, caption }
     }
 
     /// Writes the SVG to a file.

@@ -2,12 +2,15 @@
 //!
 //! Nothing is computed here. Work runs without the interpreter's lock, and can be interrupted.
 
+mod answers;
 mod arrays;
 mod compare;
+mod comparison;
 mod errors;
 mod evaluator;
 mod figure;
 mod frame;
+mod identification;
 mod identify;
 mod optimizer;
 mod paces;
@@ -25,13 +28,17 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _motorfit {
     #[pymodule_export]
-    use super::compare::{Comparison, ComparisonBlock, compare};
+    use super::compare::compare;
+    #[pymodule_export]
+    use super::comparison::{Comparison, ComparisonBlock};
     #[pymodule_export]
     use super::evaluator::Evaluator;
     #[pymodule_export]
     use super::figure::Svg;
     #[pymodule_export]
-    use super::identify::{Identification, identify};
+    use super::identification::Identification;
+    #[pymodule_export]
+    use super::identify::identify;
     #[pymodule_export]
     use super::optimizer::Optimizer;
     #[pymodule_export]

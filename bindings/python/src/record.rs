@@ -196,6 +196,16 @@ impl Record {
         format!("<Record {path}{} samples every {:.6} s: {}>", self.0.len(), self.0.period_s(), signals.join(", "))
     }
 
+    /// The same: nothing can change it.
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    /// The same: nothing can change it.
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let py = slf.py();
         let stored = slf.get().0.to_stored().raise(py)?;

@@ -391,6 +391,13 @@ def threads():
         yield client
 
 
+def test_the_main_job_is_a_task_like_any_other(client):
+    records = [step(seed=seed) for seed in range(1, 5)]
+    found = client.gather(client.map(motorfit.identify, records, threads=1))
+    for one, record in zip(found, records, strict=True):
+        assert one.parameters == motorfit.identify(record, threads=1).parameters
+
+
 def test_threads_of_one_process_are_a_cluster_too(study, expected, tmp_path):
     with threads() as client:
         check(dask.sweep(client, study, tmp_path / "out", shared=False), expected)

@@ -1,7 +1,6 @@
-"""Forked and spawned processes: work that was begun before a fork does not keep the child waiting."""
+"""Forked and spawned processes: work that was begun before a fork does not keep the child waiting; results come back."""
 
 import multiprocessing
-import pickle
 
 import numpy as np
 import pytest
@@ -68,6 +67,13 @@ def inherited(table):
     return INHERITED["costs"](table)
 
 
+@pytest.mark.parametrize("how", ["fork", "spawn"])
+def test_whole_results_come_back(record, how):
+    found = in_process(how, motorfit.identify, record)
+    assert found.parameters == fit(record)
+    assert str(found.plot_response()) == str(motorfit.identify(record).plot_response())
+
+
 def test_an_evaluator_that_was_forked_with_its_process_works(record):
     table = np.repeat([list(M2.values())], 5000, axis=0)
     for threads in (None, 1, 2):
@@ -81,9 +87,3 @@ def test_a_sweep_runs_in_a_fork(record, tmp_path):
     assert motorfit.sweep(tmp_path / "study.toml", tmp_path / "here")["runs"] == 4
     assert in_process("fork", study, tmp_path) == 4
     assert (tmp_path / "forked" / "results.jsonl").read_bytes() == (tmp_path / "here" / "results.jsonl").read_bytes()
-
-
-def test_what_does_not_leave_its_process_says_what_does(record):
-    for thing in (motorfit.identify(record), motorfit.compare(runs=1, generations=2, population=8)):
-        with pytest.raises(TypeError, match="to_dict"):
-            pickle.dumps(thing)

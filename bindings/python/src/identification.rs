@@ -1,0 +1,270 @@
+//! What the main job found.
+
+use crate::answers::{self, Any, Table, given};
+use crate::arrays::{array, rows};
+use crate::errors::Raise as _;
+use crate::figure::Svg;
+use motorfit::identify::{Estimated, IdentifySpec};
+use motorfit::motor::{Parameter, Scope};
+use motorfit::record::Record;
+use motorfit::report::figures::{self, Modelled};
+use motorfit::report::{IdentifyDocument, json};
+use motorfit::text::significant;
+use pyo3::exceptions::PyIndexError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+/// What was found. Values in SI units: R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m². It pickles.
+#[pyclass(frozen, module = "motorfit")]
+pub struct Identification(answers::Result<Found>);
+
+/// A result where it was found.
+struct Found {
+    records: Vec<Record>,
+    spec: IdentifySpec,
+    found: motorfit::identify::Identification,
+    text: String,
+}
+
+const ANSWERS: Table<Found> = &[
+    ("records", |of, py| given(py, of.records.iter().cloned().map(crate::record::Record).collect::<Vec<_>>())),
+    ("parameters", |of, py| of.by_name(py, |e| e.value)),
+    ("std_errors", |of, py| of.by_name(py, |e| e.std_error)),
+    ("ci95", |of, py| of.by_name(py, |e| e.ci95.map(|[low, high]| (low, high)))),
+    ("free", |of, py| {
+        given(py, of.found.space.free().iter().map(|axis| name(axis.parameter, axis.scope)).collect::<Vec<_>>())
+    }),
+    ("correlation", |of, py| of.table(py, |_, _| 1.0)),
+    ("covariance", |of, py| of.table(py, |a, b| a * b)),
+    ("history", |of, py| given(py, array(py, of.found.history.clone()))),
+    ("cost", |of, py| given(py, of.found.cost)),
+    ("fit_percent", Found::fit_percent),
+    ("warnings", |of, py| {
+        given(py, of.found.warnings.iter().map(motorfit::identify::Warning::text).collect::<Vec<_>>())
+    }),
+    ("modelled", Found::modelled),
+    ("text", |of, py| given(py, of.text.as_str())),
+    ("correlation plot", |of, py| given(py, figures::correlations(&of.found).map(Svg::from))),
+    ("history plot", |of, py| given(py, figures::history(&of.found, &of.spec).map(Svg::from))),
+    ("repr", |of, py| given(py, of.repr())),
+    ("html", |of, py| given(py, of.html())),
+];
+
+#[pymethods]
+impl Identification {
+    /// Value of each parameter, by its symbol; `None` where the recordings do not tell it.
+    #[getter]
+    fn parameters<'py>(&self, py: Python<'py>) -> Any<'py> {
+        self.answer(py, "parameters")
+    }
+
+    /// Standard error of each parameter; `None` where there is none: held, at a bound, without a polish.
+    #[getter]
+    fn std_errors<'py>(&self, py: Python<'py>) -> Any<'py> {
+        self.answer(py, "std_errors")
+    }
+
+    /// 95 % interval of each parameter.
+    #[getter]
+    fn ci95<'py>(&self, py: Python<'py>) -> Any<'py> {
+        self.answer(py, "ci95")
+    }
+
+    /// The names of the free parameters: the order of `covariance` and `correlation`.
+    #[getter]
+    fn free<'py>(&self, py: Python<'py>) -> Any<'py> {
+        self.answer(py, "free")
+    }
+
+    /// Correlations of the free parameters, shape (p, p); nan where there are none. `None` without a polish.
+    #[getter]
+    fn correlation<'py>(&self, py: Python<'py>) -> Any<'py> {
+        self.answer(py, "correlation")
+    }
+
+    /// Covariance of the free parameters, shape (p, p), in their units; nan where there is none. `None` without a polish.
+    #[getter]
+    fn covariance<'py>(&self, py: Python<'py>) -> Any<'py> {
+        self.answer(py, "covariance")
+    }
+
+    /// Lowest cost after each generation, shape (generations,); empty without a population.
+    #[getter]
+    fn history<'py>(&self, py: Python<'py>) -> Any<'py> {
+        self.answer(py, "history")
+    }
+
+    /// The cost of the parameters in the chosen criterion.
+    #[getter]
+    fn cost<'py>(&self, py: Python<'py>) -> Any<'py> {
+        self.answer(py, "cost")
+    }
+
+    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of the current and of the speed.
+    #[getter]
+    fn fit_percent<'py>(&self, py: Python<'py>) -> Any<'py> {
+        self.answer(py, "fit_percent")
+    }
+
+    /// What the reader should know: texts.
+    #[getter]
+    fn warnings<'py>(&self, py: Python<'py>) -> Any<'py> {
+        self.answer(py, "warnings")
+    }
+
+    /// The recordings that it was fitted to.
+    #[getter]
+    fn records<'py>(&self, py: Python<'py>) -> Any<'py> {
+        self.answer(py, "records")
+    }
+
+    /// Current ("current_A", A) and speed ("speed_rad_s", rad/s) of the model at the samples of each recording: a list of
+    /// mappings of arrays of shape (samples,).
+    fn modelled<'py>(&self, py: Python<'py>) -> Any<'py> {
+        self.answer(py, "modelled")
+    }
+
+    /// All of it, as `motorfit identify --json` prints it.
+    fn to_dict<'py>(&self, py: Python<'py>) -> Any<'py> {
+        py.import("json")?.call_method1("loads", (self.answer(py, "text")?,))
+    }
+
+    /// The same as text.
+    fn to_json<'py>(&self, py: Python<'py>) -> Any<'py> {
+        self.answer(py, "text")
+    }
+
+    /// Measured signals against the model, of one recording.
+    #[pyo3(signature = (recording=0))]
+    fn plot_response(&self, py: Python<'_>, recording: isize) -> PyResult<Svg> {
+        let (records, modelled) = (self.answer(py, "records")?, self.answer(py, "modelled")?);
+        let count = records.len()?;
+        let at = if recording < 0 { count.checked_add_signed(recording) } else { Some(recording.cast_unsigned()) };
+        let Some(at) = at.filter(|at| *at < count) else {
+            return Err(PyIndexError::new_err(format!("there are {count} recordings, the first is 0")));
+        };
+        let signals = modelled.get_item(at)?;
+        let signal = |of: &str| crate::arrays::signal(&signals.get_item(of)?, of);
+        let signals = [signal("current_A")?, signal("speed_rad_s")?];
+        let record = records.get_item(at)?.cast_into::<crate::record::Record>().map_err(PyErr::from)?;
+        Ok(figures::responses("response", &record.get().0, &[Modelled { name: "model".to_owned(), signals }]).into())
+    }
+
+    /// Correlations of the estimates; `None` without a polish.
+    fn plot_correlation<'py>(&self, py: Python<'py>) -> Any<'py> {
+        self.answer(py, "correlation plot")
+    }
+
+    /// Lowest cost after each generation; `None` without a population.
+    fn plot_history<'py>(&self, py: Python<'py>) -> Any<'py> {
+        self.answer(py, "history plot")
+    }
+
+    fn __repr__<'py>(&self, py: Python<'py>) -> Any<'py> {
+        self.answer(py, "repr")
+    }
+
+    /// A table for notebooks.
+    fn _repr_html_<'py>(&self, py: Python<'py>) -> Any<'py> {
+        self.answer(py, "html")
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyDict>,))> {
+        answers::reduced(slf, slf.get().0.answers(slf.py(), ANSWERS)?)
+    }
+
+    #[staticmethod]
+    fn _restore(answers: Py<PyDict>) -> Self {
+        Self(answers::Result::Sent(answers))
+    }
+}
+
+impl Identification {
+    /// A result that was found here.
+    pub fn new(records: Vec<Record>, spec: IdentifySpec, found: motorfit::identify::Identification) -> Self {
+        let text = json(&IdentifyDocument::of(&records, &spec, &found));
+        Self(answers::Result::Here(Found { records, spec, found, text }))
+    }
+
+    fn answer<'py>(&self, py: Python<'py>, name: &str) -> Any<'py> {
+        self.0.answer(py, ANSWERS, name)
+    }
+}
+
+impl Found {
+    fn by_name<'py, T: IntoPyObject<'py>>(&self, py: Python<'py>, of: impl Fn(&Estimated) -> T) -> Any<'py> {
+        let values = PyDict::new(py);
+        for estimated in self.found.estimates() {
+            values.set_item(name_of(&estimated), of(&estimated))?;
+        }
+        Ok(values.into_any())
+    }
+
+    /// Correlations, each times what `by` makes of the two standard errors.
+    fn table<'py>(&self, py: Python<'py>, by: impl Fn(f64, f64) -> f64) -> Any<'py> {
+        let Some(of) = &self.found.uncertainty else { return given(py, py.None()) };
+        let error = |n: usize| of.std_error.get(n).copied().flatten().unwrap_or(f64::NAN);
+        let mut values = Vec::new();
+        for (a, row) in of.correlation.iter().enumerate() {
+            values.extend(row.iter().enumerate().map(|(b, v)| v.unwrap_or(f64::NAN) * by(error(a), error(b))));
+        }
+        given(py, rows(py, values, of.correlation.len())?)
+    }
+
+    fn fit_percent<'py>(&self, py: Python<'py>) -> Any<'py> {
+        let fit = PyDict::new(py);
+        fit.set_item("current", self.found.fit_percent[0])?;
+        fit.set_item("speed", self.found.fit_percent[1])?;
+        Ok(fit.into_any())
+    }
+
+    fn modelled<'py>(&self, py: Python<'py>) -> Any<'py> {
+        let list = PyList::empty(py);
+        for [current, speed] in self.found.modelled(&self.records, &self.spec).raise(py)? {
+            let signals = PyDict::new(py);
+            signals.set_item("current_A", array(py, current))?;
+            signals.set_item("speed_rad_s", array(py, speed))?;
+            list.append(signals)?;
+        }
+        Ok(list.into_any())
+    }
+
+    fn repr(&self) -> String {
+        let one = |e: Estimated| {
+            let Some(value) = e.value else { return format!("{} not identified", name_of(&e)) };
+            let error = e.std_error.map_or(String::new(), |s| format!(" ± {}", significant(s, 2)));
+            format!("{} = {}{error} {}", name_of(&e), significant(value, 6), e.parameter.unit())
+        };
+        let list: Vec<String> = self.found.estimates().into_iter().map(one).collect();
+        format!("<Identification {}>", list.join(", "))
+    }
+
+    fn html(&self) -> String {
+        let row = |e: Estimated| {
+            let value = e.value.map_or_else(|| "not identified".to_owned(), |value| significant(value, 6));
+            let error = e.std_error.map_or(String::new(), |error| significant(error, 2));
+            let interval = |[low, high]: [f64; 2]| format!("{} … {}", significant(low, 6), significant(high, 6));
+            let interval = e.ci95.map_or(String::new(), interval);
+            let (name, unit, what) = (name_of(&e), e.parameter.unit(), e.parameter.name());
+            format!(
+                "<tr><th>{name}</th><td>{value}</td><td>{error}</td><td>{interval}</td><td>{unit}</td><td>{what}</td></tr>"
+            )
+        };
+        let rows: String = self.found.estimates().into_iter().map(row).collect();
+        let heads =
+            "<tr><th></th><th>value</th><th>standard error</th><th>95 % interval</th><th>unit</th><th></th></tr>";
+        format!("<table><thead>{heads}</thead><tbody>{rows}</tbody></table>")
+    }
+}
+
+fn name_of(estimated: &Estimated) -> String {
+    name(estimated.parameter, estimated.scope)
+}
+
+/// The name of a parameter: its symbol, with the number of the recording where it belongs to one.
+pub fn name(parameter: Parameter, scope: Scope) -> String {
+    match scope {
+        Scope::Shared => parameter.symbol().to_owned(),
+        Scope::Recording(n) => format!("{}[{n}]", parameter.symbol()),
+    }
+}

@@ -1,0 +1,98 @@
+"""Results through pickle: what they answer is the same, to the last bit."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import motorfit
+from conftest import M2, step
+
+
+def answers(thing):
+    """All that an object answers: properties, what it says of itself, and methods that need nothing."""
+    found = {"repr": repr(thing)}
+    for name in dir(thing):
+        if name.startswith("__") or name in ("_restore", "save"):
+            continue
+        value = getattr(thing, name)
+        found[name] = value() if callable(value) else value
+    return found
+
+
+def same(a, b):
+    """Whether two answers are equal: arrays with their nan, drawings by their SVG."""
+    if isinstance(a, (motorfit.Svg, motorfit.Record)):
+        text = str if isinstance(a, motorfit.Svg) else motorfit.Record.to_csv
+        assert type(a) is type(b) and text(a) == text(b)
+    elif isinstance(a, motorfit.ComparisonBlock):
+        same(answers(a), answers(b))
+    elif isinstance(a, dict):
+        assert list(a) == list(b)
+        for key in a:
+            same(a[key], b[key])
+    elif isinstance(a, (list, tuple)):
+        assert type(a) is type(b) and len(a) == len(b)
+        for one, other in zip(a, b, strict=True):
+            same(one, other)
+    elif isinstance(a, np.ndarray):
+        assert a.dtype == b.dtype
+        np.testing.assert_array_equal(a, b)
+    else:
+        assert type(a) is type(b) and (a == b or a != a)
+
+
+def results():
+    record = step()
+    other = step(seed=2, duration=0.8)
+    speed = motorfit.Record.from_columns({"time_s": record.time, "voltage_V": record.voltage, "speed_rad_s": record.speed})
+    return {
+        "step": motorfit.identify(record),
+        "search without polish": motorfit.identify(record, method="gwo", polish="none", generations=5, population=10),
+        "joint": motorfit.identify([record, other], per_recording="R", fix={"K": M2["K"]}),
+        "not told": motorfit.identify(speed),
+        "held out": motorfit.identify(record, validate=other),
+        "compared": motorfit.compare(runs=3, generations=4, population=8, criteria="nrmse:std,iae:peak"),
+        "nothing known": motorfit.compare(record, methods="gwo", runs=2, generations=3, population=8),
+        "drawing": motorfit.identify(record).plot_correlation(),
+    }
+
+
+RESULTS = results()
+
+
+@pytest.mark.parametrize("kind", RESULTS)
+@pytest.mark.parametrize("way", [lambda x: pickle.loads(pickle.dumps(x)), copy.copy, copy.deepcopy], ids=["pickle", "copy", "deepcopy"])
+def test_results_answer_the_same(kind, way):
+    made = RESULTS[kind]
+    again = way(made)
+    assert type(again) is type(made)
+    same(answers(made), answers(again))
+    same(answers(made), answers(pickle.loads(pickle.dumps(again))))
+
+
+def test_every_answer_is_compared():
+    assert {"parameters", "covariance", "history", "modelled", "plot_response", "to_dict", "_repr_html_"} <= set(answers(RESULTS["step"]))
+    assert {"blocks", "expected", "to_json"} <= set(answers(RESULTS["compared"]))
+    assert {"costs", "histories", "plot_waterfall"} <= set(answers(RESULTS["compared"].blocks[0]))
+
+
+def test_what_was_sent_cannot_be_changed():
+    again = pickle.loads(pickle.dumps(RESULTS["step"]))
+    again.parameters["R"] = 0.0
+    again.covariance[:] = 0.0
+    again.modelled()[0]["current_A"][:] = 0.0
+    same(answers(RESULTS["step"]), answers(again))
+
+
+def test_recordings_are_their_own_copies():
+    record = step()
+    assert copy.copy(record) is record and copy.deepcopy([record])[0] is record
+
+
+def test_another_version_is_said():
+    restore, (state,) = RESULTS["step"].__reduce__()
+    del state["cost"]
+    with pytest.raises(ValueError, match="another version of motorfit .* without cost"):
+        restore(state).cost
