@@ -1,7 +1,7 @@
 //! One self-contained page: no script, nothing from outside, light and dark, for screen and print.
 
 use super::Table;
-use crate::text::printable;
+use crate::text::{hexadecimal, printable};
 use base64::Engine as _;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use sha2::{Digest as _, Sha256};
@@ -193,19 +193,58 @@ impl Figure {
         let name = html! { title { (printable(&self.alternative)) } }.into_string();
         let head =
             head.replacen("<svg ", &format!("<svg {attributes} role=\"img\" viewBox=\"0 0 {width} {height}\" "), 1);
-        format!("{head}>{name}{rest}")
+        named(&format!("{head}>{name}{rest}"))
     }
 }
 
-/// A drawing within a page, with names of its own.
+/// What kuva calls the places that it clips to, before a number that goes on from drawing to drawing.
+const CLIP: &str = "kuva-clip-";
+
+/// A drawing whose own names follow from what it draws: the same drawing is the same text, and two on one page do not
+/// take each other's.
+fn named(svg: &str) -> String {
+    let mut known = Vec::new();
+    let mut parts = svg.split(CLIP);
+    let mut counted = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let end = part.find(|c: char| !c.is_ascii_digit()).unwrap_or(part.len());
+        let (number, rest) = part.split_at(end);
+        let at = known.iter().position(|one| *one == number).unwrap_or(known.len());
+        if at == known.len() {
+            known.push(number);
+        }
+        counted += &format!("{CLIP}{at}{rest}");
+    }
+    let digest = hexadecimal(&Sha256::digest(&counted));
+    counted.replace(CLIP, &format!("clip-{}-", &digest[..12]))
+}
+
+/// A drawing within a page.
 fn embedded(figure: &Figure) -> String {
     let class = if figure.map { "plot map" } else { "plot" };
-    figure.scaled(&format!("class=\"{class}\"")).replace("kuva-clip-", &format!("{}-clip-", figure.id))
+    figure.scaled(&format!("class=\"{class}\""))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn drawings_have_names_of_their_own() {
+        let drawn = |first: u32, width: u32| {
+            let (a, b) = (first, first + 1);
+            named(&format!(
+                "<svg><g id=\"kuva-clip-{a}\"/><g id=\"kuva-clip-{b}\" width=\"{width}\"/><p clip-path=\"url(#kuva-clip-{a})\"/></svg>"
+            ))
+        };
+        // Whichever drawing of the process it is; also where a number is the beginning of another.
+        assert_eq!(drawn(0, 5), drawn(9, 5));
+        let (here, other) = (drawn(0, 5), drawn(0, 6));
+        let name = |svg: &str| svg.split('"').nth(1).unwrap().to_owned();
+        assert_ne!(name(&here), name(&other));
+        assert!(here.contains(&format!("url(#{})", name(&here))) && !here.contains("kuva"), "{here}");
+        assert_eq!(named("<svg/>"), "<svg/>");
+    }
 
     #[test]
     fn text_does_no_harm_and_the_policy_fits_the_style() {
@@ -228,7 +267,7 @@ mod tests {
         let page = Page { title: evil.to_owned(), answer: evil.to_owned(), sections }.html();
         assert!(!page.contains("<script") && !page.contains('\u{1b}') && !page.contains('\u{202e}'), "{page}");
         assert!(page.contains("&lt;script&gt;"));
-        assert!(page.contains("viewBox=\"0 0 10 20\"") && page.contains("id=\"f-clip-0\""));
+        assert!(page.contains("viewBox=\"0 0 10 20\"") && page.contains("<g id=\"clip-"));
         // The digest in the policy is that of what stands between the tags.
         let (_, rest) = page.split_once("<style>").unwrap();
         let (style, _) = rest.split_once("</style>").unwrap();

@@ -47,7 +47,10 @@ pub fn given<'py>(py: Python<'py>, answer: impl IntoPyObject<'py>) -> Any<'py> {
     answer.into_bound_py_any(py)
 }
 
-/// How pickle makes an object of `class` again: `class._restore(state)`.
-pub fn reduced<'py, S>(of: &Bound<'py, impl PyTypeInfo>, state: S) -> PyResult<(Bound<'py, PyAny>, (S,))> {
-    Ok((of.get_type().getattr("_restore")?, (state,)))
+/// What pickle makes an object of again: a function, and what it is called with.
+pub type Reduced<'py, S> = PyResult<(Bound<'py, PyAny>, (S,))>;
+
+/// How pickle makes an object again: by `_restore(state)` of its class.
+pub fn reduced<'py, T, S>(of: &Bound<'py, T>, state: S) -> Reduced<'py, S> {
+    Ok((of.as_any().get_type().getattr("_restore")?, (state,)))
 }

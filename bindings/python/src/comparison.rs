@@ -1,6 +1,6 @@
 //! What a comparison of methods found.
 
-use crate::answers::{self, Any, Table, given};
+use crate::answers::{self, Any, Reduced, Table, given};
 use crate::arrays::{array, rows};
 use crate::figure::Svg;
 use motorfit::identify::Warning;
@@ -35,9 +35,7 @@ struct FoundBlock {
 const ANSWERS: Table<Found> = &[
     ("blocks", |of, py| given(py, of.blocks())),
     ("expected", |of, py| motor(py, of.compared.expected().as_ref())),
-    ("steiglitz_mcbride", |of, py| {
-        motor(py, of.compared.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok()))
-    }),
+    ("steiglitz_mcbride", |of, py| motor(py, of.compared.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok()))),
     ("device", |of, py| given(py, of.compared.device.clone())),
     ("evaluations", |of, py| given(py, of.compared.evaluations)),
     ("seconds", |of, py| given(py, of.compared.batch_seconds)),
@@ -130,7 +128,7 @@ impl Comparison {
         self.answer(py, "repr")
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyDict>,))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py, Bound<'py, PyDict>> {
         answers::reduced(slf, slf.get().0.answers(slf.py(), ANSWERS)?)
     }
 
@@ -215,7 +213,7 @@ impl ComparisonBlock {
         Ok(format!("<ComparisonBlock {}: {}>", self.answer(py, "setting")?, ranking.join(" < ")))
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyDict>,))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py, Bound<'py, PyDict>> {
         answers::reduced(slf, slf.get().0.answers(slf.py(), OF_BLOCK)?)
     }
 

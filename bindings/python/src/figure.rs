@@ -1,6 +1,6 @@
 //! Drawings.
 
-use crate::answers::reduced;
+use crate::answers::{Reduced, reduced};
 use motorfit::report::Figure;
 use pyo3::prelude::*;
 
@@ -27,12 +27,13 @@ impl Svg {
         format!("<Svg {}>", self.caption)
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, ((String, String),))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py, (String, String)> {
         reduced(slf, (slf.get().svg.clone(), slf.get().caption.clone()))
     }
 
     #[staticmethod]
-    fn _restore((svg, caption): (String, String)) -> Self {
+    fn _restore(parts: (String, String)) -> Self {
+        let (svg, caption) = parts;
         Self { svg, caption }
     }
 

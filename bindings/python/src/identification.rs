@@ -1,6 +1,6 @@
 //! What the main job found.
 
-use crate::answers::{self, Any, Table, given};
+use crate::answers::{self, Any, Reduced, Table, given};
 use crate::arrays::{array, rows};
 use crate::errors::Raise as _;
 use crate::figure::Svg;
@@ -169,7 +169,7 @@ impl Identification {
         self.answer(py, "html")
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyDict>,))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py, Bound<'py, PyDict>> {
         answers::reduced(slf, slf.get().0.answers(slf.py(), ANSWERS)?)
     }
 

@@ -1,5 +1,6 @@
 //! Recordings.
 
+use crate::answers::{Reduced, reduced};
 use crate::arrays::{array, signal};
 use crate::errors::Raise as _;
 use crate::frame::Frame;
@@ -13,7 +14,7 @@ use motorfit::record::{
 use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyBytes, PyDict};
 use std::path::PathBuf;
 
 /// A recording of one motor, checked: time in s, voltage in V, current in A, speed in rad/s, load torque in N·m.
@@ -206,11 +207,9 @@ impl Record {
         slf
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let py = slf.py();
-        let stored = slf.get().0.to_stored().raise(py)?;
-        let restore = slf.get_type().getattr("_restore")?;
-        Ok((restore, PyTuple::new(py, [pyo3::types::PyBytes::new(py, &stored)])?))
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py, Bound<'py, PyBytes>> {
+        let stored = slf.get().0.to_stored().raise(slf.py())?;
+        reduced(slf, PyBytes::new(slf.py(), &stored))
     }
 
     #[staticmethod]
