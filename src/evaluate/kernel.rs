@@ -169,6 +169,8 @@ fn run_stretch<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIG
     samples: Samples<'_>,
     inputs: impl Iterator<Item = [f64; 3]>,
 ) {
+    // Through memory: carried in registers from stretch to stretch, lanes would be taken apart into single numbers.
+    let lanes = std::hint::black_box(lanes);
     let Lanes { mut x, mut sums, phi, gain: mut drive } = *lanes;
     for (n, (measured, inputs)) in samples.measured.iter().zip(inputs).enumerate() {
         let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
