@@ -9,7 +9,9 @@ mod support;
 
 use motorfit::evaluate::Model;
 use motorfit::experiment::{Excitation, simulated, with_noise};
-use motorfit::identify::{Identification, IdentifySpec, Residuals, identify, input_test, repeatability, validate};
+use motorfit::identify::{
+    Identification, IdentifySpec, Regressors, Residuals, identify, input_test, repeatability, validate,
+};
 use motorfit::motor::{Discretization, Parameters};
 use motorfit::record::Record;
 use program::{Folder, json, ok};
@@ -63,7 +65,8 @@ fn residuals_without_the_voltage_in_them_pass() {
                 let mut numbers = Numbers::seed_from_u64(1000 * seed + sort as u64);
                 let values = residuals(&mut numbers, 600, correlation);
                 let voltage = voltage(&mut numbers, sort, 600);
-                let of = Residuals { values: &values, voltage: &voltage, counting: &[], moves: &[] };
+                let of =
+                    Residuals { values: &values, regressors: &Regressors::new(&voltage), counting: &[], moves: &[] };
                 let test = input_test(&of);
                 alarms += u32::from(test.is_some_and(|test| !test.is_independent));
                 if sort == 1 {
@@ -102,7 +105,7 @@ fn residuals_with_the_voltage_in_them_do_not() {
                     *value += if sort == 0 { 6.0 } else { 0.8 } * change * 0.8f64.powi(later as i32);
                 }
             }
-            let of = Residuals { values: &values, voltage: &voltage, counting: &[], moves: &[] };
+            let of = Residuals { values: &values, regressors: &Regressors::new(&voltage), counting: &[], moves: &[] };
             seen += u32::from(input_test(&of).is_some_and(|test| !test.is_independent));
         }
         // The least of them, one step of 6 σ that decays by a fifth a sample, adds 100 to a mean of 38 with a deviation of
@@ -122,11 +125,12 @@ fn what_does_not_count_does_not_count() {
         counting[n] = false;
     }
     let of = |counting: &[bool]| {
-        input_test(&Residuals { values: &values, voltage: &voltage, counting, moves: &[] }).unwrap()
+        input_test(&Residuals { values: &values, regressors: &Regressors::new(&voltage), counting, moves: &[] })
+            .unwrap()
     };
     assert!(of(&counting).is_independent && !of(&[]).is_independent);
     let constant = vec![1.0; 1000];
-    let none = Residuals { values: &values, voltage: &constant, counting: &counting, moves: &[] };
+    let none = Residuals { values: &values, regressors: &Regressors::new(&constant), counting: &counting, moves: &[] };
     assert_eq!(input_test(&none), None, "a voltage that does not change tells nothing");
 }
 

@@ -8,7 +8,9 @@
 //! of X where nothing is missed. `H = Xᵀ D` is what the standard errors of the parameters explain: the columns of D are
 //! how the output moves with each of their principal errors.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use crate::evaluate::Level;
+use multiversion::multiversion;
+use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
 
 /// The test of residuals against the voltage.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,23 +47,45 @@ const Z: f64 = 3.719;
 pub struct Residuals<'a> {
     /// What was measured less what was simulated; any value where it does not count.
     pub values: &'a [f64],
-    /// Voltage \[V\].
-    pub voltage: &'a [f64],
+    /// The voltage.
+    pub regressors: &'a Regressors,
     /// Which samples count; empty when all do.
     pub counting: &'a [bool],
     /// How the output moves with the errors of the parameters, one signal for each independent error.
     pub moves: &'a [Vec<f64>],
 }
 
+/// A voltage \[V\] as residuals of both channels are regressed on it.
+#[derive(Debug, Clone)]
+pub struct Regressors {
+    /// From the first sample on.
+    voltage: Vec<f64>,
+    /// Its columns, each less its mean.
+    columns: Vec<Vec<f64>>,
+    normal: Normal,
+}
+
+impl Regressors {
+    /// Of the voltage of a recording, or of the current where that is the input.
+    #[must_use]
+    pub fn new(voltage: &[f64]) -> Self {
+        let size = voltage.len().min(SAMPLES_MAX);
+        let voltage: Vec<f64> = voltage[..size].iter().map(|v| v - voltage[0]).collect();
+        let all: Vec<usize> = (0..size).collect();
+        let columns: Vec<Vec<f64>> = columns(&voltage).iter().map(|column| centred(column, &all)).collect();
+        Self { voltage, normal: Normal::new(&products(&columns)), columns }
+    }
+}
+
 /// Tests residuals against the voltage; `None` for too few samples, a voltage that does not change, or residuals so
 /// correlated that nothing shows whether the voltage or noise made them.
 #[must_use]
 pub fn input_test(residuals: &Residuals<'_>) -> Option<InputTest> {
-    let size = residuals.values.len().min(SAMPLES_MAX);
+    let Regressors { voltage, columns: unfiltered, .. } = residuals.regressors;
+    let size = residuals.values.len().min(voltage.len());
     let counts = |n: usize| residuals.counting.get(n).copied().unwrap_or(true);
     let values: Vec<f64> = (0..size).map(|n| if counts(n) { residuals.values[n] } else { 0.0 }).collect();
-    let voltage = columns(&residuals.voltage[..size]);
-    let Noise { filter, is_told } = noise(&values, &voltage);
+    let Noise { filter, is_told } = noise(&values, residuals.regressors);
     let reach = filter.len();
     let mut run = 0;
     let rows: Vec<usize> = (0..size)
@@ -70,18 +94,20 @@ pub fn input_test(residuals: &Residuals<'_>) -> Option<InputTest> {
             n >= LAGS + reach && run > reach
         })
         .collect();
-    if count(rows.len()) < SAMPLES_PER_COLUMN * count(voltage.len()) {
+    if count(rows.len()) < SAMPLES_PER_COLUMN * count(unfiltered.len()) {
         return None;
     }
     let ready = |signal: &[f64]| centred(&filtered(&signal[..size], &filter), &rows);
     let error = ready(&values);
-    let voltage: Vec<Vec<f64>> = voltage.iter().map(|column| ready(column)).collect();
+    // The columns of what is filtered are the filtered columns.
+    let voltage: Vec<Vec<f64>> =
+        columns(&filtered(&voltage[..size], &filter)).iter().map(|column| centred(column, &rows)).collect();
     let moves: Vec<Vec<f64>> = residuals.moves.iter().map(|signal| ready(signal)).collect();
     let variance = dot(&error, &error) / count(rows.len());
     let allowed = DMatrix::from_fn(voltage.len(), moves.len(), |a, m| dot(&voltage[a], &moves[m]));
     let matrix = products(&voltage) * variance + &allowed * allowed.transpose();
     let z = against(&voltage, &error);
-    let (solution, rank) = solve(&matrix, &z)?;
+    let (solution, rank) = Normal::new(&matrix).solve(&z)?;
     let (statistic, threshold) = (z.dot(&solution), chi2(rank));
     let explained = 100.0 * ((statistic - count(rank)) / count(rows.len())).clamp(0.0, 1.0);
     let is_independent = statistic <= threshold;
@@ -93,22 +119,31 @@ pub fn input_test(residuals: &Residuals<'_>) -> Option<InputTest> {
     })
 }
 
-/// The voltage at each lag, and its means over longer and longer stretches before; before the start it was as there.
-fn columns(voltage: &[f64]) -> Vec<Vec<f64>> {
-    let mut stretches: Vec<[usize; 2]> = (0..=LAGS).map(|lag| [lag, lag + 1]).collect();
-    let mut from = LAGS + 1;
-    while from * 5 / 4 <= LAG_MAX.min(voltage.len() / PART_MAX) {
-        stretches.push([from, from * 5 / 4]);
-        from = from * 5 / 4;
-    }
-    let mut sums = vec![0.0];
-    for v in voltage {
-        sums.push(sums[sums.len() - 1] + v - voltage[0]);
-    }
-    let mean = |n: usize, [from, to]: [usize; 2]| {
-        (sums[(n + 1).saturating_sub(from)] - sums[(n + 1).saturating_sub(to)]) / count(to - from)
+/// A signal at each lag, and its means over longer and longer stretches before; before the start it was zero.
+fn columns(signal: &[f64]) -> Vec<Vec<f64>> {
+    let size = signal.len();
+    let lag = |lag: usize| {
+        let mut column = vec![0.0; lag.min(size)];
+        column.extend_from_slice(&signal[..size - column.len()]);
+        column
     };
-    stretches.into_iter().map(|stretch| (0..voltage.len()).map(|n| mean(n, stretch)).collect()).collect()
+    let mut columns: Vec<Vec<f64>> = (0..=LAGS).map(lag).collect();
+    // sums[n] is that of the first n.
+    let mut sums = vec![0.0];
+    for value in signal {
+        sums.push(sums[sums.len() - 1] + value);
+    }
+    let mut from = LAGS + 1;
+    while from * 5 / 4 <= LAG_MAX.min(size / PART_MAX) {
+        let to = from * 5 / 4;
+        let early = sums[1..=to - from].iter().map(|sum| sum / count(to - from));
+        let late = sums[to - from + 1..].iter().zip(&sums[1..]);
+        let mut column = vec![0.0; from];
+        column.extend(early.chain(late.map(|(sum, before)| (sum - before) / count(to - from))).take(size - from));
+        columns.push(column);
+        from = to;
+    }
+    columns
 }
 
 /// What makes the noise white.
@@ -120,11 +155,11 @@ struct Noise {
 
 /// The autoregression of the noise: of what the columns do not explain, or, where independent samples are so few that the
 /// columns would explain noise, of all.
-fn noise(values: &[f64], columns: &[Vec<f64>]) -> Noise {
+fn noise(values: &[f64], regressors: &Regressors) -> Noise {
+    let Regressors { columns, normal, .. } = regressors;
     let all: Vec<usize> = (0..values.len()).collect();
-    let columns: Vec<Vec<f64>> = columns.iter().map(|column| centred(column, &all)).collect();
     let mut rest = centred(values, &all);
-    let Some((solution, _)) = solve(&products(&columns), &against(&columns, &rest)) else {
+    let Some((solution, _)) = normal.solve(&against(columns, &rest)) else {
         return Noise { filter: autoregression(values), is_told: false };
     };
     for (column, factor) in columns.iter().zip(solution.iter()) {
@@ -136,19 +171,35 @@ fn noise(values: &[f64], columns: &[Vec<f64>]) -> Noise {
     Noise { filter: autoregression(if enough { &rest } else { values }), is_told: enough }
 }
 
-/// `M⁻¹ z` over the directions that `M` has, and how many these are; `None` without any.
-fn solve(matrix: &DMatrix<f64>, z: &DVector<f64>) -> Option<(DVector<f64>, usize)> {
-    let scale = matrix.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 0.0 });
-    let scaled = DMatrix::from_fn(z.len(), z.len(), |a, b| matrix[(a, b)] * scale[a] * scale[b]);
-    let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(scaled);
-    let z = z.component_mul(&scale);
-    let least = EIGENVALUE_MIN * eigenvalues.max();
-    let (mut solution, mut rank) = (DVector::zeros(z.len()), 0);
-    for (direction, value) in eigenvectors.column_iter().zip(eigenvalues.iter()).filter(|(_, value)| **value > least) {
-        solution += direction * (direction.dot(&z) / value);
-        rank += 1;
+/// A symmetric matrix, to be solved over the directions that it has.
+#[derive(Debug, Clone)]
+struct Normal {
+    /// What makes its diagonal ones.
+    scale: DVector<f64>,
+    /// Of the scaled matrix.
+    eigen: SymmetricEigen<f64, Dyn>,
+}
+
+impl Normal {
+    fn new(matrix: &DMatrix<f64>) -> Self {
+        let scale = matrix.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 0.0 });
+        let size = scale.len();
+        let scaled = DMatrix::from_fn(size, size, |a, b| matrix[(a, b)] * scale[a] * scale[b]);
+        Self { eigen: SymmetricEigen::new(scaled), scale }
     }
-    (rank > 0).then(|| (solution.component_mul(&scale), rank))
+
+    /// `M⁻¹ z` over the directions that `M` has, and how many these are; `None` without any.
+    fn solve(&self, z: &DVector<f64>) -> Option<(DVector<f64>, usize)> {
+        let SymmetricEigen { eigenvalues, eigenvectors } = &self.eigen;
+        let z = z.component_mul(&self.scale);
+        let least = EIGENVALUE_MIN * eigenvalues.max();
+        let (mut solution, mut rank) = (DVector::zeros(z.len()), 0);
+        for (direction, value) in eigenvectors.column_iter().zip(eigenvalues.iter()).filter(|(_, v)| **v > least) {
+            solution += direction * (direction.dot(&z) / value);
+            rank += 1;
+        }
+        (rank > 0).then(|| (solution.component_mul(&self.scale), rank))
+    }
 }
 
 /// The coefficients `a` of `e[n] ≈ Σ a[k] e[n−1−k]`, by J. P. Burg (1967), which is exact also for what dies away slowly,
@@ -189,24 +240,45 @@ fn filtered(signal: &[f64], filter: &[f64]) -> Vec<f64> {
 
 /// The rows of a signal less their mean.
 fn centred(signal: &[f64], rows: &[usize]) -> Vec<f64> {
-    let mean = sum(rows, |n| signal[n]) / count(rows.len());
-    rows.iter().map(|n| signal[*n] - mean).collect()
+    let mut values: Vec<f64> = match (rows.first(), rows.last()) {
+        // Without a gap, as nearly always.
+        (Some(&first), Some(&last)) if last - first + 1 == rows.len() => signal[first..=last].to_vec(),
+        _ => rows.iter().map(|n| signal[*n]).collect(),
+    };
+    let mean = total(&values) / count(values.len());
+    values.iter_mut().for_each(|value| *value -= mean);
+    values
 }
 
-fn sum(rows: &[usize], term: impl Fn(usize) -> f64) -> f64 {
-    rows.iter().map(|n| term(*n)).sum()
-}
-
-/// `XᵀX`.
+/// `XᵀX`: a multiplication and an addition for each pair of columns and row.
 fn products(columns: &[Vec<f64>]) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(columns.len(), columns.len());
+    match Level::best() {
+        Level::Avx512 => products_avx512(columns, &mut matrix),
+        Level::Avx2 => products_avx2(columns, &mut matrix),
+        Level::Portable => products_of(columns, &mut matrix),
+    }
+    matrix
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
+fn products_avx512(columns: &[Vec<f64>], matrix: &mut DMatrix<f64>) {
+    products_of(columns, matrix);
+}
+
+#[multiversion(targets("x86_64+avx2+fma"))]
+fn products_avx2(columns: &[Vec<f64>], matrix: &mut DMatrix<f64>) {
+    products_of(columns, matrix);
+}
+
+#[inline(always)]
+fn products_of(columns: &[Vec<f64>], matrix: &mut DMatrix<f64>) {
     for (a, column) in columns.iter().enumerate() {
         for (b, other) in columns[..=a].iter().enumerate() {
             matrix[(a, b)] = dot(column, other);
             matrix[(b, a)] = matrix[(a, b)];
         }
     }
-    matrix
 }
 
 /// `Xᵀe`.
@@ -214,11 +286,25 @@ fn against(columns: &[Vec<f64>], error: &[f64]) -> DVector<f64> {
     DVector::from_fn(columns.len(), |a, _| dot(&columns[a], error))
 }
 
-/// A sum of products, in eight lanes, so that it vectorizes.
+/// Sums that are made side by side, so that they vectorize: the same numbers at every level.
+const LANES: usize = 32;
+
+/// A sum.
+fn total(values: &[f64]) -> f64 {
+    let (chunks, rest) = values.as_chunks::<LANES>();
+    let mut sums = [0.0; LANES];
+    for chunk in chunks {
+        sums.iter_mut().zip(chunk).for_each(|(sum, value)| *sum += value);
+    }
+    sums.iter().sum::<f64>() + rest.iter().sum::<f64>()
+}
+
+/// A sum of products.
+#[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let size = a.len().min(b.len());
-    let ((ones, rest), (others, left)) = (a[..size].as_chunks::<8>(), b[..size].as_chunks::<8>());
-    let mut sums = [0.0; 8];
+    let ((ones, rest), (others, left)) = (a[..size].as_chunks::<LANES>(), b[..size].as_chunks::<LANES>());
+    let mut sums = [0.0; LANES];
     for (a, b) in ones.iter().zip(others) {
         for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
             *sum += a * b;

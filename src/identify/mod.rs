@@ -42,7 +42,7 @@ pub use extended::{Extension, Ladder, Rung, With};
 pub use feedforward::{Regression, regression, regressions};
 pub use fit::{Fitted, check, fit, fit_on, polished, search_space};
 pub use held::{Between, between_samples, suspicions};
-pub use input_test::{InputTest, Residuals, input_test};
+pub use input_test::{InputTest, Regressors, Residuals, input_test};
 pub use lockstep::Lockstep;
 pub use mechanical::needs_voltage;
 pub use method::{Method, Polish};

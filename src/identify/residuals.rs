@@ -2,7 +2,7 @@
 //! current, where that is the input).
 
 use super::checks;
-use super::input_test::{InputTest, Residuals, input_test};
+use super::input_test::{InputTest, Regressors, Residuals, input_test};
 use super::spec::Identification;
 use super::warnings::{Warning, name_of};
 use crate::estimate::{INDEPENDENT_MIN, Uncertainty, Whiteness};
@@ -32,6 +32,7 @@ pub(super) fn tests(records: &[Record], problem: &Problem, values: &[f64], moved
         let simulated = |values: &[f64]| problem.simulate(values, recording, signals.initial());
         let model = simulated(values);
         let moved: Vec<[Vec<f64>; 2]> = moved.iter().map(|values| simulated(values)).collect();
+        let mut regressors = None;
         [0, 1].map(|channel| {
             // What a filter has passed is correlated, whatever the model misses.
             let measured = record.measured()[channel].filter(|_| signals.independent >= INDEPENDENT_MIN)?;
@@ -42,7 +43,7 @@ pub(super) fn tests(records: &[Record], problem: &Problem, values: &[f64], moved
             let less = |from: &[f64]| from.iter().zip(&model[channel]).map(|(a, b)| a - b).collect::<Vec<f64>>();
             let residuals = Residuals {
                 values: &less(measured),
-                voltage: record.input(),
+                regressors: regressors.get_or_insert_with(|| Regressors::new(record.input())),
                 counting: &counting,
                 moves: &moved.iter().map(|signals| less(&signals[channel])).collect::<Vec<_>>(),
             };
