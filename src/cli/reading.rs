@@ -1,12 +1,12 @@
 //! Recordings as every command reads them: files, what columns hold, preparation.
 
 use super::args::{GapsName, Reading};
+use motorfit::Result;
 use motorfit::motor::Discretization;
 use motorfit::record::{
     self, Gaps, Offset, Preparation, ReadOptions, Record, Source, parse_columns, parse_crop, parse_masks, parse_offset,
 };
 use motorfit::text::{engineering, printable};
-use motorfit::{Error, Result};
 use std::path::PathBuf;
 
 /// Reads and prepares all recordings; an input between samples goes on as `discretization` has it, where that is given.
@@ -24,11 +24,6 @@ pub(super) fn records(
 }
 
 fn options(args: &Reading) -> Result<ReadOptions> {
-    if let Some(rate) = args.rate
-        && !(rate.is_finite() && rate > 0.0)
-    {
-        return Err(Error::usage(format!("--rate is {rate}"), "Give samples per second, more than 0."));
-    }
     Ok(ReadOptions {
         columns: parse_columns(args.columns.columns.as_deref().unwrap_or_default())?,
         rate_hz: args.rate,
@@ -43,9 +38,6 @@ fn options(args: &Reading) -> Result<ReadOptions> {
 }
 
 fn preparation(args: &Reading, discretization: Option<Discretization>) -> Result<Preparation> {
-    if let Some(decimate @ 0) = args.decimate {
-        return Err(Error::usage(format!("--decimate is {decimate}"), "Give a whole number from 1 on."));
-    }
     Ok(Preparation {
         crop: args.crop.as_deref().map(parse_crop).transpose()?.unwrap_or_default(),
         offset: args.offset.as_deref().map_or(Ok(Offset::None), parse_offset)?,

@@ -20,6 +20,7 @@ impl Reading {
     /// # Errors
     /// As [`read`], [`read_joined`] and [`Preparation::apply`].
     pub fn records(&self, path: &Path) -> Result<Vec<Record>> {
+        self.check()?;
         let read = match joined(path) {
             Some(parts) => read_joined(&parts, &self.options)?,
             None => read(path, &self.options)?,
@@ -32,7 +33,20 @@ impl Reading {
     /// # Errors
     /// As [`read_bytes`] and [`Preparation::apply`].
     pub fn records_of(&self, bytes: &[u8]) -> Result<Vec<Record>> {
+        self.check()?;
         self.prepared(read_bytes(bytes, None, &self.options)?)
+    }
+
+    /// Numbers that are none, before anything is read.
+    fn check(&self) -> Result<()> {
+        let rates = [self.options.rate_hz, self.preparation.rate_hz];
+        if let Some(rate) = rates.into_iter().flatten().find(|rate| !(rate.is_finite() && *rate > 0.0)) {
+            return Err(Error::usage(format!("--rate is {rate}"), "Give samples per second, more than 0."));
+        }
+        if self.preparation.decimate == Some(0) {
+            return Err(Error::usage("--decimate is 0", "Give a whole number from 1 on."));
+        }
+        Ok(())
     }
 
     fn prepared(&self, read: Vec<Record>) -> Result<Vec<Record>> {

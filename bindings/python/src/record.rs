@@ -14,7 +14,7 @@ use motorfit::record::{
 use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::{PyBytes, PyDict, PyString};
 use std::path::PathBuf;
 
 /// A recording of one motor, checked: time in s, voltage in V, current in A, speed in rad/s, load torque in N·m.
@@ -283,9 +283,6 @@ fn reading(py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Read
     let keys = Keywords::new(py, options, &OPTIONS)?;
     let gaps = keys.text("gaps")?;
     let rate_hz: Option<f64> = keys.value("rate")?;
-    if rate_hz.is_some_and(|rate| !(rate.is_finite() && rate > 0.0)) {
-        return Err(motorfit::Error::usage("rate is no rate", "Give samples per second, more than 0.")).raise(py);
-    }
     let all = [("error", Gaps::Error), ("keep", Gaps::Keep), ("split", Gaps::Split)];
     let gaps = gaps.map(|text| choice("gaps", &text, &all, |(name, _)| name)).transpose().raise(py)?;
     let discretization = keys.discretization()?;
@@ -310,15 +307,33 @@ fn reading(py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Read
     })
 }
 
+/// One recording.
+pub fn single(given: &Bound<'_, PyAny>) -> PyResult<motorfit::record::Record> {
+    given.cast::<Record>().map(|record| record.get().0.clone()).map_err(|_| no_record(given, "a Record"))
+}
+
 /// One recording, or a sequence of them.
 pub fn several(given: &Bound<'_, PyAny>) -> PyResult<Vec<motorfit::record::Record>> {
-    if let Ok(record) = given.cast::<Record>() {
-        return Ok(vec![record.get().0.clone()]);
+    if let Ok(record) = single(given) {
+        return Ok(vec![record]);
     }
-    let wrong = || PyTypeError::new_err("give a Record or a sequence of them");
+    let wrong = || no_record(given, "a Record or a sequence of them");
     let mut records = Vec::new();
     for one in given.try_iter().map_err(|_| wrong())? {
-        records.push(one?.cast::<Record>().map_err(|_| wrong())?.get().0.clone());
+        records.push(single(&one?).map_err(|_| wrong())?);
     }
     if records.is_empty() { Err(wrong()) } else { Ok(records) }
+}
+
+/// What is to be given, and how it is made of what was given.
+fn no_record(given: &Bound<'_, PyAny>, wanted: &str) -> PyErr {
+    let has = |name: &str| given.hasattr(name).unwrap_or(false);
+    let how = if given.is_instance_of::<PyString>() || has("__fspath__") {
+        ": Record.from_file(path), or read(path) where a file holds several"
+    } else if has("columns") || has("keys") {
+        ": Record.from_columns(columns) makes one of them"
+    } else {
+        ""
+    };
+    PyTypeError::new_err(format!("give {wanted}{how}"))
 }

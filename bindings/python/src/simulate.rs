@@ -3,7 +3,7 @@
 use crate::arrays::signal;
 use crate::errors::Raise as _;
 use crate::pool::on_all;
-use crate::record::{Record, several};
+use crate::record::{Record, several, single};
 use crate::spec::{self, Keywords};
 use motorfit::estimate::{RefineOptions, SmOptions};
 use motorfit::evaluate::Model;
@@ -73,13 +73,13 @@ fn named<'py>(py: Python<'py>, parameters: &Parameters) -> PyResult<Bound<'py, P
 #[pyo3(signature = (record, *, discretization="zoh"))]
 pub fn steiglitz_mcbride<'py>(
     py: Python<'py>,
-    record: &Bound<'py, Record>,
+    record: &Bound<'py, PyAny>,
     discretization: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
     let discretization =
         spec::choice("discretization", discretization, &Discretization::ALL, |d| d.name()).raise(py)?;
     let options = SmOptions { model: Model { discretization, ..Model::default() }, sigma: None };
-    let record = record.get().0.clone();
+    let record = single(record)?;
     let estimate = on_all(py, || motorfit::estimate::steiglitz_mcbride(&record, &options))?.raise(py)?;
     named(py, &estimate.parameters)
 }

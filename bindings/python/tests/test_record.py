@@ -1,5 +1,6 @@
 """Recordings: from files, arrays, frames; their way through pickle; what is refused."""
 
+import pathlib
 import pickle
 
 import numpy as np
@@ -193,3 +194,23 @@ def test_signals_cannot_be_written_to(record):
         with pytest.raises(ValueError, match="read-only"):
             getattr(record, signal)[0] = 1.0
     record.to_columns()["current_A"][0] = 1.0
+
+
+@pytest.mark.parametrize("work", [motorfit.identify, motorfit.steiglitz_mcbride, motorfit.Evaluator])
+def test_what_is_no_recording_says_how_to_make_one(record, work):
+    for path in ("log.csv", pathlib.Path("log.csv")):
+        with pytest.raises(TypeError, match="Record.from_file"):
+            work(path)
+    for frame in (record.to_columns(), pandas.DataFrame(record.to_columns())):
+        with pytest.raises(TypeError, match="Record.from_columns"):
+            work(frame)
+    for wrong in ([], 3, [3], None):
+        with pytest.raises(TypeError, match="give a Record"):
+            work(wrong)
+
+
+def test_every_so_manieth_sample_is_one_or_more(record):
+    with pytest.raises(motorfit.UsageError, match="^decimate is 0"):
+        motorfit.Record.from_columns(record.to_columns(), decimate=0)
+    with pytest.raises(motorfit.UsageError, match="^decimate is 0"):
+        motorfit.read(EXAMPLE, decimate=0)
