@@ -12,5 +12,5 @@ found = motorfit.identify([motorfit.Record.from_columns(part) for part in (first
 table = pandas.DataFrame({"value": found.parameters, "std_error": found.std_errors})
 print(table.to_string())
 for record, model in zip(found.records, found.modelled()):
-    both = pandas.DataFrame(record.to_columns()).join(pandas.DataFrame(model), rsuffix="_model")
+    both = pandas.DataFrame(record.to_columns()).join(pandas.DataFrame(model).add_suffix("_model"))
     print(both.describe().loc[["mean", "std"]].to_string())

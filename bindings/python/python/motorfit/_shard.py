@@ -95,7 +95,7 @@ def slots(worker: Any, resources: Mapping[str, float]) -> int:
     """How many shards that need some resources a worker does at the same time."""
     there = worker.state.total_resources
     fit = [int(there.get(name, 0) // need) for name, need in resources.items() if need > 0]
-    return min([worker.state.nthreads, *fit])
+    return int(min([worker.state.nthreads, *fit]))
 
 
 def contents(path: str | os.PathLike[str]) -> bytes | str:

@@ -263,7 +263,8 @@ class _Sweeping:
         needed = options.resources or None
         future = self.client.submit(pickle.loads, call, key=key, pure=False, resources=needed, retries=2)
         try:
-            return future.result(timeout=options.wait)
+            found: Look = future.result(timeout=options.wait)
+            return found
         except Late:
             needs = f" with {options.resources}" if options.resources else ""
             message = f"no worker{needs} took a task within {options.wait} s"
