@@ -134,6 +134,21 @@ fn what_does_not_count_does_not_count() {
     assert_eq!(input_test(&none), None, "a voltage that does not change tells nothing");
 }
 
+#[test]
+fn signals_of_different_lengths_tell_nothing() {
+    let mut numbers = Numbers::seed_from_u64(6);
+    let (values, voltage) = (residuals(&mut numbers, 1000, 0.5), voltage(&mut numbers, 1, 1000));
+    let regressors = Regressors::new(&voltage);
+    for other in [&[][..], &values[..1], &values[1..], &[values.clone(), vec![0.0]].concat()] {
+        let of = Residuals { values: other, regressors: &regressors, counting: &[], moves: &[] };
+        assert_eq!(input_test(&of), None, "{} residuals for {} samples", other.len(), voltage.len());
+    }
+    let of = Residuals { values: &values, regressors: &regressors, counting: &[], moves: &[vec![0.0; 5]] };
+    assert_eq!(input_test(&of), None, "five samples of a move");
+    let of = Residuals { values: &[], regressors: &Regressors::new(&[]), counting: &[], moves: &[] };
+    assert_eq!(input_test(&of), None, "nothing at all");
+}
+
 /// The M2 motor, its friction times a factor, under a voltage that switches from `volts` down.
 fn lively(samples: u32, volts: f64, friction: f64) -> Record {
     let motor = Parameters { b: friction * Parameters::M2.b, ..Parameters::M2 };

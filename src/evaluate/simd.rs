@@ -43,8 +43,12 @@ impl Simd {
     /// Whether a batch of so many candidates is done by the thread that calls, where that is of no pool.
     #[must_use]
     pub fn is_small(problem: &Problem, candidates: usize) -> bool {
+        Self::default().takes_one_thread(problem, candidates)
+    }
+
+    fn takes_one_thread(self, problem: &Problem, candidates: usize) -> bool {
         let factor = if problem.extent().is_linear() { 1 } else { EXTENDED };
-        let waking = if Level::best() == Level::Avx512 { WAKING_AVX512 } else { WAKING };
+        let waking = if self.level == Level::Avx512 { WAKING_AVX512 } else { WAKING };
         candidates.saturating_mul(problem.active()).saturating_mul(factor) < waking
     }
 
@@ -98,7 +102,7 @@ impl Evaluator for Simd {
             parts.push((group, simd.lanes(group.problem), own));
             rest = others;
         }
-        let is_small = |group: &Group<'_>| Self::is_small(group.problem, group.candidates.count());
+        let is_small = |group: &Group<'_>| simd.takes_one_thread(group.problem, group.candidates.count());
         let is_outside = rayon::current_thread_index().is_none();
         if simd.threads() == 1 || is_outside && matches!(batch.groups, [one] if is_small(one)) {
             for (group, lanes, costs) in parts {

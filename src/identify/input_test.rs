@@ -77,12 +77,15 @@ impl Regressors {
     }
 }
 
-/// Tests residuals against the voltage; `None` for too few samples, a voltage that does not change, or residuals so
-/// correlated that nothing shows whether the voltage or noise made them.
+/// Tests residuals against the voltage; `None` for too few samples, signals of different lengths, a voltage that does not
+/// change, or residuals so correlated that nothing shows whether the voltage or noise made them.
 #[must_use]
 pub fn input_test(residuals: &Residuals<'_>) -> Option<InputTest> {
     let Regressors { voltage, columns: unfiltered, .. } = residuals.regressors;
-    let size = residuals.values.len().min(voltage.len());
+    let size = residuals.values.len().min(SAMPLES_MAX);
+    if size < 2 || voltage.len() != size || residuals.moves.iter().any(|signal| signal.len() < size) {
+        return None;
+    }
     let counts = |n: usize| residuals.counting.get(n).copied().unwrap_or(true);
     let values: Vec<f64> = (0..size).map(|n| if counts(n) { residuals.values[n] } else { 0.0 }).collect();
     let Noise { filter, is_told } = noise(&values, residuals.regressors);

@@ -41,24 +41,25 @@ pub(super) fn tests(records: &[Record], problem: &Problem, values: &[f64], moved
                 false => (0..record.len()).map(|n| signals.counts(channel, n)).collect(),
             };
             let less = |from: &[f64]| from.iter().zip(&model[channel]).map(|(a, b)| a - b).collect::<Vec<f64>>();
+            let values = less(measured);
+            // Where that test has nothing to say, neither has the other.
+            let whiteness = Whiteness::of(&kept(&values, &counting), signals.rms(channel))?;
             let residuals = Residuals {
-                values: &less(measured),
+                values: &values,
                 regressors: regressors.get_or_insert_with(|| Regressors::new(record.input())),
                 counting: &counting,
                 moves: &moved.iter().map(|signals| less(&signals[channel])).collect::<Vec<_>>(),
             };
-            of_channel(&residuals, signals.rms(channel))
+            Some(ResidualTest { whiteness, voltage: input_test(&residuals) })
         })
     };
     records.iter().enumerate().map(of).collect()
 }
 
-fn of_channel(residuals: &Residuals<'_>, size: f64) -> Option<ResidualTest> {
-    let counts = |n: usize| residuals.counting.get(n).copied().unwrap_or(true);
-    let kept: Vec<f64> = residuals.values.iter().enumerate().filter(|(n, _)| counts(*n)).map(|(_, e)| *e).collect();
-    // Where that test has nothing to say, neither has the other.
-    let whiteness = Whiteness::of(&kept, size)?;
-    Some(ResidualTest { whiteness, voltage: input_test(residuals) })
+/// The values that count.
+fn kept(values: &[f64], counting: &[bool]) -> Vec<f64> {
+    let counts = |n: usize| counting.get(n).copied().unwrap_or(true);
+    values.iter().enumerate().filter(|(n, _)| counts(*n)).map(|(_, value)| *value).collect()
 }
 
 /// Candidates (values of what is shared) that are off by one independent error of the parameters each.

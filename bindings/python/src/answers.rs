@@ -1,35 +1,46 @@
 //! Results that leave their process: they take what they answer with them, not what they compute it from.
 
-use pyo3::prelude::*;
+use pyo3::exceptions::{PyAttributeError, PyValueError};
 use pyo3::types::PyDict;
-use pyo3::{IntoPyObjectExt as _, exceptions::PyValueError};
+use pyo3::{IntoPyObjectExt as _, prelude::*};
 
 /// An answer of any kind.
-pub type Any<'py> = PyResult<Bound<'py, PyAny>>;
+pub type Answer<'py> = PyResult<Bound<'py, PyAny>>;
 
 /// What a result of type `T` answers, by name.
-pub type Table<T> = &'static [(&'static str, for<'py> fn(&T, Python<'py>) -> Any<'py>)];
+pub type Table<T> = &'static [(&'static str, for<'py> fn(&T, Python<'py>) -> Answer<'py>)];
 
 /// A result that was found here, or the answers of one that was found in another process.
-pub enum Result<T: 'static> {
+pub enum Held<T: 'static> {
     Here(T),
     Sent(Py<PyDict>),
 }
 
-impl<T> Result<T> {
+impl<T> Held<T> {
+    /// Of what [`Self::answers`] gave in another process.
+    pub fn sent(answers: &Bound<'_, PyDict>, table: Table<T>) -> PyResult<Self> {
+        for (name, _) in table {
+            if !answers.contains(name)? {
+                let message = format!("another version of motorfit pickled this, without {name}");
+                return Err(PyValueError::new_err(message));
+            }
+        }
+        Ok(Self::Sent(answers.copy()?.unbind()))
+    }
+
     /// The answer by that name. What was sent is copied, so that nobody changes it.
-    pub fn answer<'py>(&self, py: Python<'py>, table: Table<T>, name: &str) -> Any<'py> {
-        let answer = match self {
+    pub fn answer<'py>(&self, py: Python<'py>, table: Table<T>, name: &str) -> Answer<'py> {
+        let unknown = || PyAttributeError::new_err(name.to_owned());
+        match self {
             Self::Here(found) => {
-                table.iter().find(|(known, _)| *known == name).map(|(_, answer)| answer(found, py)).transpose()?
+                let (_, answer) = table.iter().find(|(known, _)| *known == name).ok_or_else(unknown)?;
+                answer(found, py)
             }
             Self::Sent(answers) => {
-                let copied = |answer| py.import("copy")?.call_method1("deepcopy", (answer,));
-                answers.bind(py).get_item(name)?.map(copied).transpose()?
+                let answer = answers.bind(py).get_item(name)?.ok_or_else(unknown)?;
+                py.import("copy")?.call_method1("deepcopy", (answer,))
             }
-        };
-        let missing = || PyValueError::new_err(format!("another version of motorfit pickled this, without {name}"));
-        answer.ok_or_else(missing)
+        }
     }
 
     /// All answers: what is pickled.
@@ -43,7 +54,7 @@ impl<T> Result<T> {
 }
 
 /// An answer for Python.
-pub fn given<'py>(py: Python<'py>, answer: impl IntoPyObject<'py>) -> Any<'py> {
+pub fn given<'py>(py: Python<'py>, answer: impl IntoPyObject<'py>) -> Answer<'py> {
     answer.into_bound_py_any(py)
 }
 

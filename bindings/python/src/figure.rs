@@ -27,6 +27,16 @@ impl Svg {
         format!("<Svg {}>", self.caption)
     }
 
+    /// The same: nothing can change it.
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    /// The same: nothing can change it.
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py, (String, String)> {
         reduced(slf, (slf.get().svg.clone(), slf.get().caption.clone()))
     }

@@ -1,6 +1,6 @@
 //! What the main job found.
 
-use crate::answers::{self, Any, Reduced, Table, given};
+use crate::answers::{Answer, Held, Reduced, Table, given, reduced};
 use crate::arrays::{array, rows};
 use crate::errors::Raise as _;
 use crate::figure::Svg;
@@ -16,7 +16,7 @@ use pyo3::types::{PyDict, PyList};
 
 /// What was found. Values in SI units: R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m². It pickles.
 #[pyclass(frozen, module = "motorfit")]
-pub struct Identification(answers::Result<Found>);
+pub struct Identification(Held<Found>);
 
 /// A result where it was found.
 struct Found {
@@ -54,83 +54,83 @@ const ANSWERS: Table<Found> = &[
 impl Identification {
     /// Value of each parameter, by its symbol; `None` where the recordings do not tell it.
     #[getter]
-    fn parameters<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn parameters<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.answer(py, "parameters")
     }
 
     /// Standard error of each parameter; `None` where there is none: held, at a bound, without a polish.
     #[getter]
-    fn std_errors<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn std_errors<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.answer(py, "std_errors")
     }
 
     /// 95 % interval of each parameter.
     #[getter]
-    fn ci95<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn ci95<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.answer(py, "ci95")
     }
 
     /// The names of the free parameters: the order of `covariance` and `correlation`.
     #[getter]
-    fn free<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn free<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.answer(py, "free")
     }
 
     /// Correlations of the free parameters, shape (p, p); nan where there are none. `None` without a polish.
     #[getter]
-    fn correlation<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn correlation<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.answer(py, "correlation")
     }
 
     /// Covariance of the free parameters, shape (p, p), in their units; nan where there is none. `None` without a polish.
     #[getter]
-    fn covariance<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn covariance<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.answer(py, "covariance")
     }
 
     /// Lowest cost after each generation, shape (generations,); empty without a population.
     #[getter]
-    fn history<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn history<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.answer(py, "history")
     }
 
     /// The cost of the parameters in the chosen criterion.
     #[getter]
-    fn cost<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn cost<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.answer(py, "cost")
     }
 
     /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of the current and of the speed.
     #[getter]
-    fn fit_percent<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn fit_percent<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.answer(py, "fit_percent")
     }
 
     /// What the reader should know: texts.
     #[getter]
-    fn warnings<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn warnings<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.answer(py, "warnings")
     }
 
     /// The recordings that it was fitted to.
     #[getter]
-    fn records<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn records<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.answer(py, "records")
     }
 
     /// Current ("current_A", A) and speed ("speed_rad_s", rad/s) of the model at the samples of each recording: a list of
     /// mappings of arrays of shape (samples,).
-    fn modelled<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn modelled<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.answer(py, "modelled")
     }
 
     /// All of it, as `motorfit identify --json` prints it.
-    fn to_dict<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn to_dict<'py>(&self, py: Python<'py>) -> Answer<'py> {
         py.import("json")?.call_method1("loads", (self.answer(py, "text")?,))
     }
 
     /// The same as text.
-    fn to_json<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn to_json<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.answer(py, "text")
     }
 
@@ -151,31 +151,41 @@ impl Identification {
     }
 
     /// Correlations of the estimates; `None` without a polish.
-    fn plot_correlation<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn plot_correlation<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.answer(py, "correlation plot")
     }
 
     /// Lowest cost after each generation; `None` without a population.
-    fn plot_history<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn plot_history<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.answer(py, "history plot")
     }
 
-    fn __repr__<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn __repr__<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.answer(py, "repr")
     }
 
     /// A table for notebooks.
-    fn _repr_html_<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn _repr_html_<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.answer(py, "html")
     }
 
+    /// The same: nothing can change it.
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    /// The same: nothing can change it.
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py, Bound<'py, PyDict>> {
-        answers::reduced(slf, slf.get().0.answers(slf.py(), ANSWERS)?)
+        reduced(slf, slf.get().0.answers(slf.py(), ANSWERS)?)
     }
 
     #[staticmethod]
-    fn _restore(answers: Py<PyDict>) -> Self {
-        Self(answers::Result::Sent(answers))
+    fn _restore(answers: &Bound<'_, PyDict>) -> PyResult<Self> {
+        Held::sent(answers, ANSWERS).map(Self)
     }
 }
 
@@ -183,16 +193,16 @@ impl Identification {
     /// A result that was found here.
     pub fn new(records: Vec<Record>, spec: IdentifySpec, found: motorfit::identify::Identification) -> Self {
         let text = json(&IdentifyDocument::of(&records, &spec, &found));
-        Self(answers::Result::Here(Found { records, spec, found, text }))
+        Self(Held::Here(Found { records, spec, found, text }))
     }
 
-    fn answer<'py>(&self, py: Python<'py>, name: &str) -> Any<'py> {
+    fn answer<'py>(&self, py: Python<'py>, name: &str) -> Answer<'py> {
         self.0.answer(py, ANSWERS, name)
     }
 }
 
 impl Found {
-    fn by_name<'py, T: IntoPyObject<'py>>(&self, py: Python<'py>, of: impl Fn(&Estimated) -> T) -> Any<'py> {
+    fn by_name<'py, T: IntoPyObject<'py>>(&self, py: Python<'py>, of: impl Fn(&Estimated) -> T) -> Answer<'py> {
         let values = PyDict::new(py);
         for estimated in self.found.estimates() {
             values.set_item(name_of(&estimated), of(&estimated))?;
@@ -201,7 +211,7 @@ impl Found {
     }
 
     /// Correlations, each times what `by` makes of the two standard errors.
-    fn table<'py>(&self, py: Python<'py>, by: impl Fn(f64, f64) -> f64) -> Any<'py> {
+    fn table<'py>(&self, py: Python<'py>, by: impl Fn(f64, f64) -> f64) -> Answer<'py> {
         let Some(of) = &self.found.uncertainty else { return given(py, py.None()) };
         let error = |n: usize| of.std_error.get(n).copied().flatten().unwrap_or(f64::NAN);
         let mut values = Vec::new();
@@ -211,14 +221,14 @@ impl Found {
         given(py, rows(py, values, of.correlation.len())?)
     }
 
-    fn fit_percent<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn fit_percent<'py>(&self, py: Python<'py>) -> Answer<'py> {
         let fit = PyDict::new(py);
         fit.set_item("current", self.found.fit_percent[0])?;
         fit.set_item("speed", self.found.fit_percent[1])?;
         Ok(fit.into_any())
     }
 
-    fn modelled<'py>(&self, py: Python<'py>) -> Any<'py> {
+    fn modelled<'py>(&self, py: Python<'py>) -> Answer<'py> {
         let list = PyList::empty(py);
         for [current, speed] in self.found.modelled(&self.records, &self.spec).raise(py)? {
             let signals = PyDict::new(py);

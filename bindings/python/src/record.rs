@@ -314,26 +314,35 @@ pub fn single(given: &Bound<'_, PyAny>) -> PyResult<motorfit::record::Record> {
 
 /// One recording, or a sequence of them.
 pub fn several(given: &Bound<'_, PyAny>) -> PyResult<Vec<motorfit::record::Record>> {
-    if let Ok(record) = single(given) {
-        return Ok(vec![record]);
+    const WANTED: &str = "a Record or a sequence of them";
+    if let Ok(record) = given.cast::<Record>() {
+        return Ok(vec![record.get().0.clone()]);
     }
-    let wrong = || no_record(given, "a Record or a sequence of them");
+    // Their items are no recordings, but words.
+    let items = if made_of(given).is_some() { None } else { given.try_iter().ok() };
+    let Some(items) = items else { return Err(no_record(given, WANTED)) };
     let mut records = Vec::new();
-    for one in given.try_iter().map_err(|_| wrong())? {
-        records.push(single(&one?).map_err(|_| wrong())?);
+    for one in items {
+        let one = one?;
+        records.push(one.cast::<Record>().map_err(|_| no_record(&one, WANTED))?.get().0.clone());
     }
-    if records.is_empty() { Err(wrong()) } else { Ok(records) }
+    if records.is_empty() { Err(no_record(given, WANTED)) } else { Ok(records) }
 }
 
-/// What is to be given, and how it is made of what was given.
 fn no_record(given: &Bound<'_, PyAny>, wanted: &str) -> PyErr {
-    let has = |name: &str| given.hasattr(name).unwrap_or(false);
-    let how = if given.is_instance_of::<PyString>() || has("__fspath__") {
-        ": Record.from_file(path), or read(path) where a file holds several"
-    } else if has("columns") || has("keys") {
-        ": Record.from_columns(columns) makes one of them"
-    } else {
-        ""
-    };
+    let how = made_of(given).map_or(String::new(), |how| format!(": {how}"));
     PyTypeError::new_err(format!("give {wanted}{how}"))
+}
+
+/// How a recording is made of a file or a frame.
+fn made_of(given: &Bound<'_, PyAny>) -> Option<&'static str> {
+    // Of the type: a property that is asked for may do work.
+    let has = |name: &str| given.get_type().hasattr(name).unwrap_or(false);
+    if given.is_instance_of::<PyString>() || has("__fspath__") {
+        Some("Record.from_file(path), or read(path) where a file holds several")
+    } else if has("columns") || has("keys") {
+        Some("Record.from_columns(columns) makes one of columns")
+    } else {
+        None
+    }
 }

@@ -47,6 +47,8 @@ def results():
     record = step()
     other = step(seed=2, duration=0.8)
     speed = motorfit.Record.from_columns({"time_s": record.time, "voltage_V": record.voltage, "speed_rad_s": record.speed})
+    columns = record.to_columns()
+    current = motorfit.Record.from_columns({name: columns[name] for name in ("time_s", "current_A", "speed_rad_s")})
     return {
         "step": motorfit.identify(record),
         "search without polish": motorfit.identify(record, method="gwo", polish="none", generations=5, population=10),
@@ -56,6 +58,8 @@ def results():
         "compared": motorfit.compare(runs=3, generations=4, population=8, criteria="nrmse:std,iae:peak"),
         "nothing known": motorfit.compare(record, methods="gwo", runs=2, generations=3, population=8),
         "drawing": motorfit.identify(record).plot_correlation(),
+        "interrupted": motorfit.identify(record, method="gwo", progress=lambda p: p.generation < 3),
+        "by the current": motorfit.identify(current, fix={"K": M2["K"]}),
     }
 
 
@@ -63,13 +67,13 @@ RESULTS = results()
 
 
 @pytest.mark.parametrize("kind", RESULTS)
-@pytest.mark.parametrize("way", [lambda x: pickle.loads(pickle.dumps(x)), copy.copy, copy.deepcopy], ids=["pickle", "copy", "deepcopy"])
-def test_results_answer_the_same(kind, way):
+@pytest.mark.parametrize("protocol", range(pickle.HIGHEST_PROTOCOL + 1))
+def test_results_answer_the_same(kind, protocol):
     made = RESULTS[kind]
-    again = way(made)
-    assert type(again) is type(made)
+    again = pickle.loads(pickle.dumps(made, protocol))
+    assert type(again) is type(made) and again is not made
     same(answers(made), answers(again))
-    same(answers(made), answers(pickle.loads(pickle.dumps(again))))
+    same(answers(made), answers(pickle.loads(pickle.dumps(again, protocol))))
 
 
 def test_every_answer_is_compared():
@@ -86,13 +90,22 @@ def test_what_was_sent_cannot_be_changed():
     same(answers(RESULTS["step"]), answers(again))
 
 
-def test_recordings_are_their_own_copies():
-    record = step()
-    assert copy.copy(record) is record and copy.deepcopy([record])[0] is record
+@pytest.mark.parametrize("kind", RESULTS)
+def test_what_cannot_change_is_its_own_copy(kind):
+    for thing in (RESULTS[kind], pickle.loads(pickle.dumps(RESULTS[kind])), step()):
+        assert copy.copy(thing) is thing and copy.deepcopy([thing])[0] is thing
 
 
-def test_another_version_is_said():
-    restore, (state,) = RESULTS["step"].__reduce__()
-    del state["cost"]
-    with pytest.raises(ValueError, match="another version of motorfit .* without cost"):
-        restore(state).cost
+@pytest.mark.parametrize("recording", [1, -2, 2**62, -(2**63)])
+def test_a_recording_that_is_not_there_is_said(recording):
+    for made in (RESULTS["step"], pickle.loads(pickle.dumps(RESULTS["step"]))):
+        with pytest.raises(IndexError, match="there are 1 recordings"):
+            made.plot_response(recording)
+
+
+@pytest.mark.parametrize("made, name", [(RESULTS["step"], "cost"), (RESULTS["compared"], "blocks"), (RESULTS["compared"].blocks[0], "costs")])
+def test_another_version_is_said(made, name):
+    restore, (state,) = made.__reduce__()
+    del state[name]
+    with pytest.raises(ValueError, match=f"another version of motorfit .* without {name}"):
+        restore(state)

@@ -198,15 +198,18 @@ def test_signals_cannot_be_written_to(record):
 
 @pytest.mark.parametrize("work", [motorfit.identify, motorfit.steiglitz_mcbride, motorfit.Evaluator])
 def test_what_is_no_recording_says_how_to_make_one(record, work):
-    for path in ("log.csv", pathlib.Path("log.csv")):
-        with pytest.raises(TypeError, match="Record.from_file"):
-            work(path)
-    for frame in (record.to_columns(), pandas.DataFrame(record.to_columns())):
-        with pytest.raises(TypeError, match="Record.from_columns"):
-            work(frame)
-    for wrong in ([], 3, [3], None):
-        with pytest.raises(TypeError, match="give a Record"):
-            work(wrong)
+    some = [lambda wrong: wrong] if work is motorfit.steiglitz_mcbride else [lambda wrong: wrong, lambda wrong: [record, wrong]]
+    for given in some:
+        for path in ("log.csv", pathlib.Path("log.csv")):
+            with pytest.raises(TypeError, match="give a Record.*: Record.from_file"):
+                work(given(path))
+        frame = polars.DataFrame(record.to_columns())
+        for wrong in (record.to_columns(), pandas.DataFrame(record.to_columns()), frame, frame.lazy()):
+            with pytest.raises(TypeError, match="give a Record.*: Record.from_columns"):
+                work(given(wrong))
+        for wrong in ([], 3, [3], None):
+            with pytest.raises(TypeError, match="give a Record"):
+                work(given(wrong))
 
 
 def test_every_so_manieth_sample_is_one_or_more(record):
