@@ -299,6 +299,34 @@ fn evaluate_gives_costs_of_any_candidates() {
 }
 
 #[test]
+fn what_each_recording_has_for_itself_has_a_column_for_each() {
+    let folder = Folder::new();
+    let other = folder.path("other.csv");
+    ok(&[
+        "simulate",
+        "--parameters",
+        "m2",
+        "--input",
+        "step:6@0.1",
+        "--duration",
+        "1",
+        "--noise",
+        "40dB",
+        "--out",
+        &other,
+    ]);
+    let joint = ["-q", "evaluate", EXAMPLE, &other, "--per-recording", "R"];
+    let sampled = ok(&[&joint[..], &["--sample", "lhs:5"]].concat());
+    assert_eq!(sampled.lines().next(), Some("R[0],R[1],L,K,B,J,cost"));
+    let again = folder.file("joint.csv", &sampled);
+    assert_eq!(ok(&[&joint[..], &["--candidates", &again]].concat()), sampled);
+    for (heads, part) in [("R,R,L,K,B,J", "no column R[0]"), ("R[0],R[0],L,K,B,J", "several columns R[0]")] {
+        let text = format!("{heads}\n1,2,0.01,0.07,0.0007,0.0001\n");
+        fails(&[&joint[..], &["--candidates", &folder.file("heads.csv", &text)]].concat(), 3, part);
+    }
+}
+
+#[test]
 fn a_slice_is_a_map_around_the_optimum() {
     let folder = Folder::new();
     let svg = folder.path("map.svg");

@@ -276,7 +276,8 @@ pub(crate) struct EvaluateArgs {
     pub records: Vec<PathBuf>,
     #[command(flatten)]
     pub reading: Reading,
-    /// Candidates, CSV or .parquet, with a column for each free parameter (R,L,K,B,J; SI units); - reads CSV from stdin
+    /// Candidates, CSV or .parquet, with a column for each free parameter (R,L,K,B,J; SI units; with --per-recording R
+    /// R[0],R[1]); - reads CSV from stdin
     #[arg(long, value_name = "FILE", required_unless_present_any = ["sample", "slice"])]
     #[arg(conflicts_with_all = ["sample", "slice"])]
     pub candidates: Option<PathBuf>,

@@ -117,7 +117,7 @@ impl Evaluation<'_> {
         let mut interrupted = false;
         self.source.next(most, width, &mut values)?;
         if top.is_none() {
-            data(&format!("{},cost\n", self.symbols().join(",")))?;
+            data(&format!("{},cost\n", self.names().join(",")))?;
         }
         self.costs.begin(&values)?;
         while !interrupted && !values.is_empty() && is_read() {
@@ -168,14 +168,14 @@ impl Evaluation<'_> {
         } else if top.is_some() {
             let table: Vec<f64> = best.iter().flat_map(|kept| kept.values.iter().copied()).collect();
             let costs: Vec<f64> = best.iter().map(|kept| kept.cost).collect();
-            let head = format!("{},cost\n", self.symbols().join(","));
+            let head = format!("{},cost\n", self.names().join(","));
             data(&(head + &rows(Candidates::new(&table, width), &costs)))?;
         }
         Ok(if interrupted { Outcome::Interrupted } else { Outcome::Done })
     }
 
-    fn symbols(&self) -> Vec<&'static str> {
-        self.axes.iter().map(|axis| axis.parameter.symbol()).collect()
+    fn names(&self) -> Vec<String> {
+        self.axes.iter().map(|axis| axis.scope.name(axis.parameter)).collect()
     }
 }
 

@@ -18,6 +18,15 @@ impl Scope {
     pub fn covers(self, recording: u32) -> bool {
         self == Self::Shared || self == Self::Recording(recording)
     }
+
+    /// The name of a parameter in a table: its symbol, with the index of the recording that it belongs to, as `R[0]`.
+    #[must_use]
+    pub fn name(self, parameter: Parameter) -> String {
+        match self {
+            Self::Shared => parameter.symbol().to_owned(),
+            Self::Recording(n) => format!("{}[{n}]", parameter.symbol()),
+        }
+    }
 }
 
 /// A free parameter with its bounds, in SI units.

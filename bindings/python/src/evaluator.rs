@@ -2,7 +2,6 @@
 
 use crate::arrays::{array, read};
 use crate::errors::Raise as _;
-use crate::identification::name;
 use crate::pool::{Pool, on_all};
 use crate::record::several;
 use crate::seat::Seat;
@@ -71,7 +70,7 @@ impl Evaluator {
         let keywords = settings.map_or_else(|| Ok(PyDict::new(py)), |settings| settings.copy())?;
         keywords.set_item("population", population)?;
         Ok(Self {
-            names: free.iter().map(|axis| name(axis.parameter, axis.scope)).collect(),
+            names: free.iter().map(|axis| axis.scope.name(axis.parameter)).collect(),
             bounds: free.iter().map(|axis| (axis.min, axis.max)).collect(),
             steps: costs.problem().active().max(1),
             device: (kind.to_owned(), device, precision.to_owned()),

@@ -5,7 +5,6 @@ use crate::arrays::{array, rows};
 use crate::errors::Raise as _;
 use crate::figure::Svg;
 use motorfit::identify::{Estimated, IdentifySpec};
-use motorfit::motor::{Parameter, Scope};
 use motorfit::record::Record;
 use motorfit::report::figures::{self, Modelled};
 use motorfit::report::{IdentifyDocument, json};
@@ -32,7 +31,7 @@ const ANSWERS: Table<Found> = &[
     ("std_errors", |of, py| of.by_name(py, |e| e.std_error)),
     ("ci95", |of, py| of.by_name(py, |e| e.ci95.map(|[low, high]| (low, high)))),
     ("free", |of, py| {
-        given(py, of.found.space.free().iter().map(|axis| name(axis.parameter, axis.scope)).collect::<Vec<_>>())
+        given(py, of.found.space.free().iter().map(|axis| axis.scope.name(axis.parameter)).collect::<Vec<_>>())
     }),
     ("correlation", |of, py| of.table(py, |_, _| 1.0)),
     ("covariance", |of, py| of.table(py, |a, b| a * b)),
@@ -268,13 +267,5 @@ impl Found {
 }
 
 fn name_of(estimated: &Estimated) -> String {
-    name(estimated.parameter, estimated.scope)
-}
-
-/// The name of a parameter: its symbol, with the number of the recording where it belongs to one.
-pub fn name(parameter: Parameter, scope: Scope) -> String {
-    match scope {
-        Scope::Shared => parameter.symbol().to_owned(),
-        Scope::Recording(n) => format!("{}[{n}]", parameter.symbol()),
-    }
+    estimated.scope.name(estimated.parameter)
 }

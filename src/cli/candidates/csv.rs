@@ -1,7 +1,7 @@
 //! Candidates from CSV.
 
 use super::places;
-use motorfit::motor::{Axis, Parameter};
+use motorfit::motor::Axis;
 use motorfit::text::printable;
 use motorfit::{Error, Result};
 use std::io::Read;
@@ -10,7 +10,7 @@ use std::path::Path;
 pub(in crate::cli) struct Table {
     reader: csv::Reader<Capped>,
     name: String,
-    places: Vec<(Parameter, usize)>,
+    places: Vec<(String, usize)>,
 }
 
 impl Table {
@@ -35,10 +35,10 @@ impl Table {
         let mut row = csv::StringRecord::new();
         while values.len() < most * width && reader.read_record(&mut row).map_err(|e| broken(name, &e))? {
             let line = row.position().map_or(0, csv::Position::line);
-            for (parameter, place) in places.iter() {
+            for (column, place) in places.iter() {
                 let cell = row.get(*place).unwrap_or_default();
                 values.push(motorfit::record::parse_number(cell, false).map_err(|found| {
-                    let message = format!("{name}, line {line}, column {}: {found}", parameter.symbol());
+                    let message = format!("{name}, line {line}, column {column}: {found}");
                     Error::data(message, "Give a number in SI units.")
                 })?);
             }

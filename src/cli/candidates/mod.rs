@@ -5,7 +5,7 @@ mod csv;
 mod parquet;
 
 use motorfit::identify::values;
-use motorfit::motor::{Axis, Parameter};
+use motorfit::motor::Axis;
 use motorfit::optimize::{Sample, Sampling};
 use motorfit::text::excerpt;
 use motorfit::{Error, Result};
@@ -89,18 +89,26 @@ pub(super) fn sampling(text: &str) -> Result<(Sampling, u64)> {
     Ok((kind, number as u64))
 }
 
-/// The column of each axis among those of a file.
-fn places(file: &str, columns: &[&str], axes: &[Axis]) -> Result<Vec<(Parameter, usize)>> {
+/// The name of each axis, and its column among those of a file.
+fn places(file: &str, columns: &[&str], axes: &[Axis]) -> Result<Vec<(String, usize)>> {
     let place = |axis: &Axis| {
-        let symbol = axis.parameter.symbol();
-        let position = columns.iter().position(|column| *column == symbol);
-        position.map(|place| (axis.parameter, place)).ok_or_else(|| {
-            let found: Vec<String> = columns.iter().map(|column| format!("\"{}\"", excerpt(column))).collect();
-            Error::data(
-                format!("{file}: no column {symbol}; there is {}", found.join(", ")),
-                "Name a column for each free parameter (R,L,K,B,J), or hold it with --fix.",
-            )
-        })
+        let name = axis.scope.name(axis.parameter);
+        let mut found = columns.iter().enumerate().filter(|(_, column)| **column == name).map(|(place, _)| place);
+        match (found.next(), found.next()) {
+            (Some(place), None) => Ok((name, place)),
+            (Some(_), Some(_)) => Err(Error::data(
+                format!("{file}: there are several columns {name}"),
+                "Name each free parameter once; one that each recording has for itself is R[0], R[1], ...",
+            )),
+            (None, _) => {
+                let found: Vec<String> = columns.iter().map(|column| format!("\"{}\"", excerpt(column))).collect();
+                let all: Vec<String> = axes.iter().map(|axis| axis.scope.name(axis.parameter)).collect();
+                Err(Error::data(
+                    format!("{file}: no column {name}; there is {}", found.join(", ")),
+                    format!("Name a column for each free parameter ({}), or hold it with --fix.", all.join(",")),
+                ))
+            }
+        }
     };
     axes.iter().map(place).collect()
 }

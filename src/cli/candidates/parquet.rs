@@ -1,7 +1,7 @@
 //! Candidates from Parquet: columns of numbers, read page by page.
 
 use super::places;
-use motorfit::motor::{Axis, Parameter};
+use motorfit::motor::Axis;
 use motorfit::text::excerpt;
 use motorfit::{Error, Result};
 use parquet::basic::{ConvertedType, LogicalType, Type};
@@ -15,7 +15,7 @@ use std::path::Path;
 pub(in crate::cli) struct Table {
     reader: SerializedFileReader<File>,
     name: String,
-    places: Vec<(Parameter, usize)>,
+    places: Vec<(String, usize)>,
     /// The row group that is read now, and those read.
     columns: Vec<ColumnReader>,
     left: usize,
@@ -57,7 +57,7 @@ impl Table {
                 let kind = column.converted_type();
                 let found = format!("{} {kind}", column.physical_type());
                 return Err(Error::data(
-                    format!("{name}, column {}: is {}, expected numbers", parameter.symbol(), excerpt(&found)),
+                    format!("{name}, column {parameter}: is {}, expected numbers", excerpt(&found)),
                     "Write the column as DOUBLE or FLOAT, in SI units.",
                 ));
             }
@@ -90,15 +90,12 @@ impl Table {
         let first = values.len();
         values.resize(first + count * width, 0.0);
         for (n, (parameter, _)) in self.places.iter().enumerate() {
-            let column = read(&mut self.columns[n], count).map_err(|fault| {
-                let symbol = parameter.symbol();
-                match fault {
-                    Fault::Missing(row) => Error::data(
-                        format!("{}, row {}, column {symbol}: null or not finite", self.name, self.rows + row),
-                        "Give a number in SI units.",
-                    ),
-                    Fault::Broken(e) => broken(&self.name, &e),
-                }
+            let column = read(&mut self.columns[n], count).map_err(|fault| match fault {
+                Fault::Missing(row) => Error::data(
+                    format!("{}, row {}, column {parameter}: null or not finite", self.name, self.rows + row),
+                    "Give a number in SI units.",
+                ),
+                Fault::Broken(e) => broken(&self.name, &e),
             })?;
             let own = values[first..].iter_mut().skip(n).step_by(width);
             own.zip(column).for_each(|(value, read)| *value = read);
