@@ -8,7 +8,6 @@
 //! of X where nothing is missed. `H = Xᵀ D` is what the standard errors of the parameters explain: the columns of D are
 //! how the output moves with each of their principal errors.
 
-use crate::evaluate::Level;
 use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
 
@@ -254,34 +253,16 @@ fn centred(signal: &[f64], rows: &[usize]) -> Vec<f64> {
 }
 
 /// `XᵀX`: a multiplication and an addition for each pair of columns and row.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
 fn products(columns: &[Vec<f64>]) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(columns.len(), columns.len());
-    match Level::best() {
-        Level::Avx512 => products_avx512(columns, &mut matrix),
-        Level::Avx2 => products_avx2(columns, &mut matrix),
-        Level::Portable => products_of(columns, &mut matrix),
-    }
-    matrix
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
-fn products_avx512(columns: &[Vec<f64>], matrix: &mut DMatrix<f64>) {
-    products_of(columns, matrix);
-}
-
-#[multiversion(targets("x86_64+avx2+fma"))]
-fn products_avx2(columns: &[Vec<f64>], matrix: &mut DMatrix<f64>) {
-    products_of(columns, matrix);
-}
-
-#[inline(always)]
-fn products_of(columns: &[Vec<f64>], matrix: &mut DMatrix<f64>) {
     for (a, column) in columns.iter().enumerate() {
         for (b, other) in columns[..=a].iter().enumerate() {
             matrix[(a, b)] = dot(column, other);
             matrix[(b, a)] = matrix[(a, b)];
         }
     }
+    matrix
 }
 
 /// `Xᵀe`.

@@ -65,3 +65,61 @@ pub type Reduced<'py, S> = PyResult<(Bound<'py, PyAny>, (S,))>;
 pub fn reduced<'py, T, S>(of: &Bound<'py, T>, state: S) -> Reduced<'py, S> {
     Ok((of.as_any().get_type().getattr("_restore")?, (state,)))
 }
+
+/// A class of results: its properties and methods, each with what a result answers where it was found; and methods of its
+/// own. It pickles, and is its own copy, because nothing can change it.
+macro_rules! result {
+    (
+        $(#[$about:meta])*
+        $class:ident of $found:ty;
+        properties { $($(#[$of_property:meta])* $property:ident = $value:expr;)* }
+        methods { $($(#[$of_method:meta])* $method:ident = $made:expr;)* }
+        own { $($own:tt)* }
+    ) => {
+        $(#[$about])*
+        #[pyclass(frozen, module = "motorfit")]
+        pub struct $class($crate::answers::Held<$found>);
+
+        impl $class {
+            const ANSWERS: $crate::answers::Table<$found> =
+                &[$((stringify!($property), $value),)* $((stringify!($method), $made),)*];
+
+            fn answer<'py>(&self, py: Python<'py>, name: &str) -> $crate::answers::Answer<'py> {
+                self.0.answer(py, Self::ANSWERS, name)
+            }
+        }
+
+        #[pymethods]
+        impl $class {
+            $($(#[$of_property])* #[getter] fn $property<'py>(&self, py: Python<'py>) -> $crate::answers::Answer<'py> {
+                self.answer(py, stringify!($property))
+            })*
+
+            $($(#[$of_method])* fn $method<'py>(&self, py: Python<'py>) -> $crate::answers::Answer<'py> {
+                self.answer(py, stringify!($method))
+            })*
+
+            $($own)*
+
+            /// The same: nothing can change it.
+            fn __copy__(slf: Py<Self>) -> Py<Self> {
+                slf
+            }
+
+            /// The same: nothing can change it.
+            fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+                slf
+            }
+
+            fn __reduce__<'py>(slf: &Bound<'py, Self>) -> $crate::answers::Reduced<'py, Bound<'py, PyDict>> {
+                $crate::answers::reduced(slf, slf.get().0.answers(slf.py(), Self::ANSWERS)?)
+            }
+
+            #[staticmethod]
+            fn _restore(answers: &Bound<'_, PyDict>) -> PyResult<Self> {
+                $crate::answers::Held::sent(answers, Self::ANSWERS).map(Self)
+            }
+        }
+    };
+}
+pub(crate) use result;

@@ -1,10 +1,10 @@
 //! What the main job found.
 
-use crate::answers::{Answer, Held, Reduced, Table, given, reduced};
+use crate::answers::{Answer, Held, given, result};
 use crate::arrays::{array, rows};
 use crate::errors::Raise as _;
 use crate::figure::Svg;
-use motorfit::identify::{Estimated, IdentifySpec};
+use motorfit::identify::{Estimated, IdentifySpec, Warning};
 use motorfit::record::Record;
 use motorfit::report::figures::{self, Modelled};
 use motorfit::report::{IdentifyDocument, json};
@@ -12,10 +12,6 @@ use motorfit::text::significant;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-
-/// What was found. Values in SI units: R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m². It pickles.
-#[pyclass(frozen, module = "motorfit")]
-pub struct Identification(Held<Found>);
 
 /// A result where it was found.
 struct Found {
@@ -25,166 +21,68 @@ struct Found {
     text: String,
 }
 
-const ANSWERS: Table<Found> = &[
-    ("records", |of, py| given(py, of.records.iter().cloned().map(crate::record::Record).collect::<Vec<_>>())),
-    ("parameters", |of, py| of.by_name(py, |e| e.value)),
-    ("std_errors", |of, py| of.by_name(py, |e| e.std_error)),
-    ("ci95", |of, py| of.by_name(py, |e| e.ci95.map(|[low, high]| (low, high)))),
-    ("free", |of, py| {
-        given(py, of.found.space.free().iter().map(|axis| axis.scope.name(axis.parameter)).collect::<Vec<_>>())
-    }),
-    ("correlation", |of, py| of.table(py, |_, _| 1.0)),
-    ("covariance", |of, py| of.table(py, |a, b| a * b)),
-    ("history", |of, py| given(py, array(py, of.found.history.clone()))),
-    ("cost", |of, py| given(py, of.found.cost)),
-    ("fit_percent", Found::fit_percent),
-    ("warnings", |of, py| {
-        given(py, of.found.warnings.iter().map(motorfit::identify::Warning::text).collect::<Vec<_>>())
-    }),
-    ("modelled", Found::modelled),
-    ("text", |of, py| given(py, of.text.as_str())),
-    ("correlation plot", |of, py| given(py, figures::correlations(&of.found).map(Svg::from))),
-    ("history plot", |of, py| given(py, figures::history(&of.found, &of.spec).map(Svg::from))),
-    ("repr", |of, py| given(py, of.repr())),
-    ("html", |of, py| given(py, of.html())),
-];
-
-#[pymethods]
-impl Identification {
-    /// Value of each parameter, by its symbol; `None` where the recordings do not tell it.
-    #[getter]
-    fn parameters<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        self.answer(py, "parameters")
+result! {
+    /// What was found. Values in SI units: R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m². It pickles.
+    Identification of Found;
+    properties {
+        /// Value of each parameter, by its symbol; `None` where the recordings do not tell it.
+        parameters = |of, py| of.by_name(py, |e| e.value);
+        /// Standard error of each parameter; `None` where there is none: held, at a bound, without a polish.
+        std_errors = |of, py| of.by_name(py, |e| e.std_error);
+        /// 95 % interval of each parameter.
+        ci95 = |of, py| of.by_name(py, |e| e.ci95.map(|[low, high]| (low, high)));
+        /// The names of the free parameters: the order of `covariance` and `correlation`.
+        free = |of, py| given(py, of.free());
+        /// Correlations of the free parameters, shape (p, p); nan where there are none. `None` without a polish.
+        correlation = |of, py| of.table(py, |_, _| 1.0);
+        /// Covariance of the free parameters, shape (p, p), in their units; nan where there is none. `None` without a polish.
+        covariance = |of, py| of.table(py, |a, b| a * b);
+        /// Lowest cost after each generation, shape (generations,); empty without a population.
+        history = |of, py| given(py, array(py, of.found.history.clone()));
+        /// The cost of the parameters in the chosen criterion.
+        cost = |of, py| given(py, of.found.cost);
+        /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of the current and of the speed.
+        fit_percent = Found::fit_percent;
+        /// What the reader should know: texts.
+        warnings = |of, py| given(py, of.found.warnings.iter().map(Warning::text).collect::<Vec<_>>());
+        /// The recordings that it was fitted to.
+        records = |of, py| given(py, of.records.iter().cloned().map(crate::record::Record).collect::<Vec<_>>());
     }
-
-    /// Standard error of each parameter; `None` where there is none: held, at a bound, without a polish.
-    #[getter]
-    fn std_errors<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        self.answer(py, "std_errors")
+    methods {
+        /// Current ("current_A", A) and speed ("speed_rad_s", rad/s) of the model at the samples of each recording: a list of
+        /// mappings of arrays of shape (samples,).
+        modelled = Found::modelled;
+        /// The same as text.
+        to_json = |of, py| given(py, of.text.as_str());
+        /// Correlations of the estimates; `None` without a polish.
+        plot_correlation = |of, py| given(py, figures::correlations(&of.found).map(Svg::from));
+        /// Lowest cost after each generation; `None` without a population.
+        plot_history = |of, py| given(py, figures::history(&of.found, &of.spec).map(Svg::from));
+        __repr__ = |of, py| given(py, of.repr());
+        /// A table for notebooks.
+        _repr_html_ = |of, py| given(py, of.html());
     }
+    own {
+        /// All of it, as `motorfit identify --json` prints it.
+        fn to_dict<'py>(&self, py: Python<'py>) -> Answer<'py> {
+            py.import("json")?.call_method1("loads", (self.answer(py, "to_json")?,))
+        }
 
-    /// 95 % interval of each parameter.
-    #[getter]
-    fn ci95<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        self.answer(py, "ci95")
-    }
-
-    /// The names of the free parameters: the order of `covariance` and `correlation`.
-    #[getter]
-    fn free<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        self.answer(py, "free")
-    }
-
-    /// Correlations of the free parameters, shape (p, p); nan where there are none. `None` without a polish.
-    #[getter]
-    fn correlation<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        self.answer(py, "correlation")
-    }
-
-    /// Covariance of the free parameters, shape (p, p), in their units; nan where there is none. `None` without a polish.
-    #[getter]
-    fn covariance<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        self.answer(py, "covariance")
-    }
-
-    /// Lowest cost after each generation, shape (generations,); empty without a population.
-    #[getter]
-    fn history<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        self.answer(py, "history")
-    }
-
-    /// The cost of the parameters in the chosen criterion.
-    #[getter]
-    fn cost<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        self.answer(py, "cost")
-    }
-
-    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of the current and of the speed.
-    #[getter]
-    fn fit_percent<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        self.answer(py, "fit_percent")
-    }
-
-    /// What the reader should know: texts.
-    #[getter]
-    fn warnings<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        self.answer(py, "warnings")
-    }
-
-    /// The recordings that it was fitted to.
-    #[getter]
-    fn records<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        self.answer(py, "records")
-    }
-
-    /// Current ("current_A", A) and speed ("speed_rad_s", rad/s) of the model at the samples of each recording: a list of
-    /// mappings of arrays of shape (samples,).
-    fn modelled<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        self.answer(py, "modelled")
-    }
-
-    /// All of it, as `motorfit identify --json` prints it.
-    fn to_dict<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        py.import("json")?.call_method1("loads", (self.answer(py, "text")?,))
-    }
-
-    /// The same as text.
-    fn to_json<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        self.answer(py, "text")
-    }
-
-    /// Measured signals against the model, of one recording.
-    #[pyo3(signature = (recording=0))]
-    fn plot_response(&self, py: Python<'_>, recording: isize) -> PyResult<Svg> {
-        let (records, modelled) = (self.answer(py, "records")?, self.answer(py, "modelled")?);
-        let count = records.len()?;
-        let at = if recording < 0 { count.checked_add_signed(recording) } else { Some(recording.cast_unsigned()) };
-        let Some(at) = at.filter(|at| *at < count) else {
-            return Err(PyIndexError::new_err(format!("there are {count} recordings, the first is 0")));
-        };
-        let signals = modelled.get_item(at)?;
-        let signal = |of: &str| crate::arrays::signal(&signals.get_item(of)?, of);
-        let signals = [signal("current_A")?, signal("speed_rad_s")?];
-        let record = records.get_item(at)?.cast_into::<crate::record::Record>().map_err(PyErr::from)?;
-        Ok(figures::responses("response", &record.get().0, &[Modelled { name: "model".to_owned(), signals }]).into())
-    }
-
-    /// Correlations of the estimates; `None` without a polish.
-    fn plot_correlation<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        self.answer(py, "correlation plot")
-    }
-
-    /// Lowest cost after each generation; `None` without a population.
-    fn plot_history<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        self.answer(py, "history plot")
-    }
-
-    fn __repr__<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        self.answer(py, "repr")
-    }
-
-    /// A table for notebooks.
-    fn _repr_html_<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        self.answer(py, "html")
-    }
-
-    /// The same: nothing can change it.
-    fn __copy__(slf: Py<Self>) -> Py<Self> {
-        slf
-    }
-
-    /// The same: nothing can change it.
-    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
-        slf
-    }
-
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py, Bound<'py, PyDict>> {
-        reduced(slf, slf.get().0.answers(slf.py(), ANSWERS)?)
-    }
-
-    #[staticmethod]
-    fn _restore(answers: &Bound<'_, PyDict>) -> PyResult<Self> {
-        Held::sent(answers, ANSWERS).map(Self)
+        /// Measured signals against the model, of one recording.
+        #[pyo3(signature = (recording=0))]
+        fn plot_response(&self, py: Python<'_>, recording: isize) -> PyResult<Svg> {
+            let (records, modelled) = (self.answer(py, "records")?, self.answer(py, "modelled")?);
+            let count = records.len()?;
+            let at = if recording < 0 { count.checked_add_signed(recording) } else { Some(recording.cast_unsigned()) };
+            let Some(at) = at.filter(|at| *at < count) else {
+                return Err(PyIndexError::new_err(format!("there are {count} recordings, the first is 0")));
+            };
+            let signals = modelled.get_item(at)?;
+            let signal = |of: &str| crate::arrays::signal(&signals.get_item(of)?, of);
+            let signals = [signal("current_A")?, signal("speed_rad_s")?];
+            let record = records.get_item(at)?.cast_into::<crate::record::Record>().map_err(PyErr::from)?;
+            Ok(figures::responses("response", &record.get().0, &[Modelled { name: "model".to_owned(), signals }]).into())
+        }
     }
 }
 
@@ -193,10 +91,6 @@ impl Identification {
     pub fn new(records: Vec<Record>, spec: IdentifySpec, found: motorfit::identify::Identification) -> Self {
         let text = json(&IdentifyDocument::of(&records, &spec, &found));
         Self(Held::Here(Found { records, spec, found, text }))
-    }
-
-    fn answer<'py>(&self, py: Python<'py>, name: &str) -> Answer<'py> {
-        self.0.answer(py, ANSWERS, name)
     }
 }
 
@@ -207,6 +101,10 @@ impl Found {
             values.set_item(name_of(&estimated), of(&estimated))?;
         }
         Ok(values.into_any())
+    }
+
+    fn free(&self) -> Vec<String> {
+        self.found.space.free().iter().map(|axis| axis.scope.name(axis.parameter)).collect()
     }
 
     /// Correlations, each times what `by` makes of the two standard errors.
