@@ -301,21 +301,7 @@ fn evaluate_gives_costs_of_any_candidates() {
 #[test]
 fn what_each_recording_has_for_itself_has_a_column_for_each() {
     let folder = Folder::new();
-    let other = folder.path("other.csv");
-    ok(&[
-        "simulate",
-        "--parameters",
-        "m2",
-        "--input",
-        "step:6@0.1",
-        "--duration",
-        "1",
-        "--noise",
-        "40dB",
-        "--out",
-        &other,
-    ]);
-    let joint = ["-q", "evaluate", EXAMPLE, &other, "--per-recording", "R"];
+    let joint = ["-q", "evaluate", EXAMPLE, EXAMPLE, "--per-recording", "R"];
     let sampled = ok(&[&joint[..], &["--sample", "lhs:5"]].concat());
     assert_eq!(sampled.lines().next(), Some("R[0],R[1],L,K,B,J,cost"));
     let again = folder.file("joint.csv", &sampled);

@@ -91,24 +91,18 @@ pub(super) fn sampling(text: &str) -> Result<(Sampling, u64)> {
 
 /// The name of each axis, and its column among those of a file.
 fn places(file: &str, columns: &[&str], axes: &[Axis]) -> Result<Vec<(String, usize)>> {
-    let place = |axis: &Axis| {
-        let name = axis.scope.name(axis.parameter);
-        let mut found = columns.iter().enumerate().filter(|(_, column)| **column == name).map(|(place, _)| place);
-        match (found.next(), found.next()) {
-            (Some(place), None) => Ok((name, place)),
-            (Some(_), Some(_)) => Err(Error::data(
-                format!("{file}: there are several columns {name}"),
-                "Name each free parameter once; one that each recording has for itself is R[0], R[1], ...",
-            )),
-            (None, _) => {
-                let found: Vec<String> = columns.iter().map(|column| format!("\"{}\"", excerpt(column))).collect();
-                let all: Vec<String> = axes.iter().map(|axis| axis.scope.name(axis.parameter)).collect();
-                Err(Error::data(
-                    format!("{file}: no column {name}; there is {}", found.join(", ")),
-                    format!("Name a column for each free parameter ({}), or hold it with --fix.", all.join(",")),
-                ))
-            }
-        }
+    let names: Vec<String> = axes.iter().map(|axis| axis.scope.name(axis.parameter)).collect();
+    let wrong = |what: &str, name: &str| {
+        let found: Vec<String> = columns.iter().map(|column| format!("\"{}\"", excerpt(column))).collect();
+        Error::data(
+            format!("{file}: {what} {name}; there is {}", found.join(", ")),
+            format!("Name one column for each free parameter ({}), or hold it with --fix.", names.join(",")),
+        )
     };
-    axes.iter().map(place).collect()
+    let place = |name: &String| {
+        let mut found = columns.iter().enumerate().filter(|(_, column)| *column == name).map(|(place, _)| place);
+        let place = found.next().ok_or_else(|| wrong("no column", name))?;
+        if found.next().is_some() { Err(wrong("several columns", name)) } else { Ok((name.clone(), place)) }
+    };
+    names.iter().map(place).collect()
 }
