@@ -55,6 +55,11 @@ impl Error {
         Self::new(ErrorKind::Data, message, remedy)
     }
 
+    /// Data that do not determine what was asked for.
+    pub fn not_identified(message: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::new(ErrorKind::NotIdentified, message, remedy)
+    }
+
     /// The file it happened in.
     #[must_use]
     pub fn in_file(mut self, path: &Path) -> Self {

@@ -20,8 +20,10 @@
 //! # Ok::<(), motorfit::Error>(())
 //! ```
 
+pub mod analysis;
 pub mod candidates;
 pub mod criterion;
+pub mod device;
 pub mod error;
 pub mod estimate;
 pub mod evaluate;
@@ -33,5 +35,6 @@ pub mod record;
 pub mod report;
 pub mod study;
 pub mod text;
+pub mod warning;
 
 pub use error::{Error, ErrorKind, Result};

@@ -1,40 +1,37 @@
 //! Proves: a module uses only the modules that stand before it in the flow
-//! record → motor → criterion → evaluate → optimize → estimate → identify → report → cli, by its `crate::` paths.
+//! record → motor → criterion → evaluate → optimize → estimate → device → analysis → identify → study → report → cli, by
+//! its `crate::` paths; and that files of the folders named below do not use each other in a circle.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// Each module with those that it may use. Every module may use the ground: error, text, candidates.
-const ALLOWED: [(&str, &[&str]); 13] = [
-    ("error", &[]),
-    ("text", &[]),
-    ("candidates", &[]),
-    ("record", &[]),
-    ("motor", &[]),
-    ("criterion", &[]),
-    ("optimize", &[]),
-    ("experiment", &["record", "motor", "criterion"]),
-    ("evaluate", &["record", "motor", "criterion"]),
-    ("estimate", &["record", "motor", "criterion", "evaluate"]),
-    ("identify", &["record", "motor", "criterion", "evaluate", "optimize", "estimate"]),
-    ("study", &["record", "motor", "criterion", "experiment", "evaluate", "optimize", "estimate", "identify"]),
-    (
-        "report",
-        &[
-            "record",
-            "motor",
-            "criterion",
-            "experiment",
-            "evaluate",
-            "optimize",
-            "estimate",
-            "identify",
-            "study",
-            "report",
-        ],
-    ),
+/// The modules in the order of the flow. Each may use those before it, and the ground: error, text, candidates.
+const ORDER: [&str; 15] = [
+    "error",
+    "text",
+    "candidates",
+    "record",
+    "warning",
+    "motor",
+    "criterion",
+    "optimize",
+    "experiment",
+    "evaluate",
+    "estimate",
+    "device",
+    "analysis",
+    "identify",
+    "study",
+];
+/// What a module may not use although it stands before: the ground and the leaves know nothing of each other.
+const FORBIDDEN: [(&str, &[&str]); 5] = [
+    ("motor", &["record", "warning"]),
+    ("criterion", &["record", "warning", "motor"]),
+    ("optimize", &["record", "warning", "motor", "criterion"]),
+    ("evaluate", &["optimize", "experiment", "warning"]),
+    ("estimate", &["optimize", "experiment", "warning"]),
 ];
 const GROUND: [&str; 6] = ["error", "text", "candidates", "Error", "ErrorKind", "Result"];
 
@@ -71,15 +68,162 @@ fn data_flow_one_way() {
         if ["lib", "main", "cli"].contains(&module) {
             continue;
         }
-        let (_, allowed) =
-            ALLOWED.iter().find(|(name, _)| *name == module).unwrap_or_else(|| panic!("{module} is new"));
         seen.insert(module.to_owned());
+        // Reports may use everything but the program.
+        let place = ORDER.iter().position(|name| *name == module).unwrap_or(ORDER.len());
+        assert!(place < ORDER.len() || module == "report", "{module} is new");
+        let forbidden = FORBIDDEN.iter().find(|(name, _)| *name == module).map_or(&[][..], |(_, list)| list);
         for name in used(&std::fs::read_to_string(&path).unwrap()) {
-            let fine = name == module || GROUND.contains(&name.as_str()) || allowed.contains(&name.as_str());
+            let before = ORDER[..place].contains(&name.as_str()) && !forbidden.contains(&name.as_str());
+            let fine = name == module || GROUND.contains(&name.as_str()) || before;
             assert!(fine || name.is_empty(), "{} uses {name}", relative.display());
         }
     }
-    assert_eq!(seen.len(), ALLOWED.len(), "{seen:?}");
+    assert_eq!(seen.len(), ORDER.len() + 1, "{seen:?}");
+}
+
+/// The module path of a file: `identify/mod.rs` is `[identify]`.
+fn module_of(relative: &Path) -> Vec<String> {
+    let mut parts: Vec<String> = relative.iter().map(|part| part.to_str().unwrap().to_owned()).collect();
+    let last = parts.pop().unwrap();
+    if !["mod.rs", "lib.rs", "main.rs"].contains(&last.as_str()) {
+        parts.push(last.trim_end_matches(".rs").to_owned());
+    }
+    parts
+}
+
+/// The code of a file: without comments, and without the tests at its end.
+fn code(text: &str) -> String {
+    let tests = ["#[cfg(test)]\nmod tests {", "#[cfg(all(test, feature = \"gpu\"))]\nmod tests {"];
+    let end = tests.iter().filter_map(|start| text.find(start)).min().unwrap_or(text.len());
+    text[..end].lines().map(|line| line.split("//").next().unwrap_or(line).to_owned() + "\n").collect()
+}
+
+/// The paths in a piece of code that begin with `start`, braces opened, as their segments after it.
+fn paths(code: &str, start: &str) -> Vec<Vec<String>> {
+    let mut all = Vec::new();
+    for (at, _) in code.match_indices(start) {
+        let before = code[..at].chars().next_back();
+        if before.is_none_or(|c| !c.is_alphanumeric() && c != '_' && c != ':') {
+            opened(&code[at + start.len()..], &mut Vec::new(), &mut all);
+        }
+    }
+    all
+}
+
+/// Reads one path with its braces; returns how much of the text it took.
+fn opened(text: &str, head: &mut Vec<String>, all: &mut Vec<Vec<String>>) -> usize {
+    let word: String = text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+    let mut at = word.len();
+    if !word.is_empty() {
+        head.push(word.clone());
+    }
+    if text[at..].starts_with("::") && !text[at..].starts_with("::<") {
+        at += 2;
+        at += opened(&text[at..], head, all);
+    } else if word.is_empty() && text.starts_with('{') {
+        at = 1;
+        while !text[at..].starts_with('}') && at < text.len() {
+            let skipped = text[at..].find(|c: char| !c.is_whitespace() && c != ',').unwrap_or(text.len() - at);
+            at += skipped;
+            if !text[at..].starts_with('}') {
+                let depth = head.len();
+                at += opened(&text[at..], head, all).max(1);
+                head.truncate(depth);
+                // `as NAME`
+                at += text[at..].find([',', '}']).unwrap_or(0);
+            }
+        }
+        return (at + 1).min(text.len());
+    } else {
+        all.push(head.clone());
+    }
+    at
+}
+
+/// The files that each file uses, by their module paths.
+fn uses(texts: &BTreeMap<Vec<String>, String>) -> BTreeMap<Vec<String>, BTreeSet<Vec<String>>> {
+    let resolved = |path: &[String]| (0..=path.len()).rev().map(|n| path[..n].to_vec()).find(|p| texts.contains_key(p));
+    let mut all = BTreeMap::new();
+    for (module, text) in texts {
+        let code = code(text);
+        let parent = &module[..module.len().saturating_sub(1)];
+        let grandparent = &parent[..parent.len().saturating_sub(1)];
+        let mut targets = BTreeSet::new();
+        let from = |base: &[String], path: Vec<String>| resolved(&[base.to_vec(), path].concat());
+        targets.extend(paths(&code, "crate::").into_iter().filter_map(|path| from(&[], path)));
+        for path in paths(&code, "super::") {
+            let up = path.iter().take_while(|word| *word == "super").count();
+            let base = if up > 0 { grandparent } else { parent };
+            targets.extend(from(base, path[up..].to_vec()));
+        }
+        // What a module takes from its children: `use child::Item`, `child::function()`.
+        for child in texts.keys().filter(|m| m.len() == module.len() + 1 && m.starts_with(module)) {
+            let name = format!("{}::", child[child.len() - 1]);
+            if !paths(&code, &name).is_empty() {
+                targets.insert(child.clone());
+            }
+        }
+        targets.remove(module);
+        all.insert(module.clone(), targets);
+    }
+    all
+}
+
+/// A cycle of files, where there is one.
+fn cycle(uses: &BTreeMap<Vec<String>, BTreeSet<Vec<String>>>) -> Option<Vec<String>> {
+    fn visit<'a>(
+        at: &'a Vec<String>,
+        uses: &'a BTreeMap<Vec<String>, BTreeSet<Vec<String>>>,
+        way: &mut Vec<&'a Vec<String>>,
+        done: &mut BTreeSet<&'a Vec<String>>,
+    ) -> Option<Vec<String>> {
+        if let Some(start) = way.iter().position(|step| *step == at) {
+            return Some(way[start..].iter().chain([&at]).map(|step| step.join("/")).collect());
+        }
+        if done.contains(at) {
+            return None;
+        }
+        way.push(at);
+        let found = uses[at].iter().find_map(|next| visit(next, uses, way, done));
+        way.pop();
+        done.insert(at);
+        found
+    }
+    let mut done = BTreeSet::new();
+    uses.keys().find_map(|start| visit(start, uses, &mut Vec::new(), &mut done))
+}
+
+/// Folders whose files do not use each other in a circle.
+const STRAIGHT: [&str; 4] = ["identify", "analysis", "device", "estimate"];
+
+#[test]
+fn files_use_each_other_one_way() {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    for folder in STRAIGHT {
+        let read =
+            |path: &PathBuf| (module_of(path.strip_prefix(&source).unwrap()), std::fs::read_to_string(path).unwrap());
+        let texts: BTreeMap<Vec<String>, String> = files(&source.join(folder)).iter().map(read).collect();
+        assert_eq!(cycle(&uses(&texts)), None, "a circle in {folder}");
+    }
+}
+
+#[test]
+fn a_circle_of_files_is_found() {
+    let of = |texts: &[(&str, &str)]| {
+        let path = |name: &str| name.split('/').map(str::to_owned).collect();
+        cycle(&uses(&texts.iter().map(|(name, text)| (path(name), (*text).to_owned())).collect()))
+    };
+    let circle = of(&[("a", "mod b;\nmod c;"), ("a/b", "use super::c::C;"), ("a/c", "use super::{b::{B as D, E}};")]);
+    assert_eq!(circle.unwrap(), ["a/b", "a/c", "a/b"]);
+    // A name that the parent exports from another child goes through the parent.
+    assert!(of(&[("a", "pub use b::B;"), ("a/b", "use super::Item;")]).is_some());
+    assert!(
+        of(&[("a", "pub use b::B;\npub use c::C;"), ("a/b", "use crate::a::c::C; // super::Item"), ("a/c", "")])
+            .is_none()
+    );
+    let tests = "fn f() {}\n#[cfg(test)]\nmod tests {\n    use super::super::b;\n}";
+    assert!(of(&[("a", "use b::B;\nuse c::C;"), ("a/b", "crate::a::c::go();"), ("a/c", tests)]).is_none());
 }
 
 #[test]

@@ -8,7 +8,7 @@
 //! Where the current is the input, they are that current: `i = kS sgn(ω) + kG + kV ω + kA a` with `kS = Tc/K`, `kG = TL/K`,
 //! `kV = B/K`, `kA = J/K`; `kA/kV = J/B` is the mechanical time constant.
 
-use super::spec::Identification;
+use super::fitted::FittedMotor;
 use crate::motor::{Input, Parameter, Scope};
 
 /// Constants of a motor, SI units.
@@ -83,7 +83,8 @@ impl Characteristics {
 
     /// Those of what was found; none of them where it does not determine them.
     #[must_use]
-    pub fn named_of(found: &Identification) -> [Named; 6] {
+    pub fn named_of<'a>(found: impl Into<FittedMotor<'a>>) -> [Named; 6] {
+        let found = found.into();
         let mut all = Self::listed(Self::of(found).as_ref(), found.input);
         // Without a voltage friction may be too small to be told, and inertia is all the same.
         let untold =
@@ -115,7 +116,8 @@ impl Characteristics {
 
     /// The characteristics of what was found; `None` where it does not determine them.
     #[must_use]
-    pub fn of(found: &Identification) -> Option<Self> {
+    pub fn of<'a>(found: impl Into<FittedMotor<'a>>) -> Option<Self> {
+        let found = found.into();
         // What stands for motors of the same speed has their characteristics; of current it has not.
         let unknown = |parameter| found.unidentified.contains(&parameter);
         let by_speed = found.residual_sigma[1].is_some();
@@ -126,15 +128,11 @@ impl Characteristics {
             false => !unknown(Parameter::R) && !unknown(Parameter::J),
         };
         let [r, l, k, b, j] = found.parameters.to_array();
-        let one = |parameter: Parameter| {
-            let free = found.space.free().iter().zip(&found.values).map(|(a, value)| (a.parameter, a.scope, *value));
-            let mut all = free.chain(found.space.fixed().iter().copied());
-            all.find(|(of, scope, _)| *of == parameter && *scope == Scope::Shared).map(|(.., value)| value)
-        };
-        let [tc, vb, tl] = [Parameter::Coulomb, Parameter::BrushDrop, Parameter::Load].map(one);
+        let [tc, vb, tl] =
+            [Parameter::Coulomb, Parameter::BrushDrop, Parameter::Load].map(|parameter| found.shared(parameter));
         let constants = Constants { r, l, k, b, j, tc, vb, tl };
         let of = if by_current { characteristics_by_current } else { characteristics };
-        told.then(|| of(&constants, &covariance(found)))
+        told.then(|| of(&constants, &covariance(&found)))
     }
 }
 
@@ -208,14 +206,14 @@ fn error(slope: &[f64; CONSTANTS], covariance: &Covariance) -> Option<f64> {
 }
 
 /// The covariance of the parameters found, by their standard errors and correlations.
-fn covariance(found: &Identification) -> Covariance {
+fn covariance(found: &FittedMotor<'_>) -> Covariance {
     let place = |n: usize| {
         let parameter = IN_ORDER[n];
         found.space.free().iter().position(|axis| axis.parameter == parameter && axis.scope == Scope::Shared)
     };
     let entry = |a: usize, b: usize| {
         let (Some(a), Some(b)) = (place(a), place(b)) else { return Some(0.0) };
-        let known = found.uncertainty.as_ref()?;
+        let known = found.uncertainty?;
         Some(known.correlation[a][b]? * known.std_error[a]? * known.std_error[b]?)
     };
     std::array::from_fn(|a| std::array::from_fn(|b| entry(a, b)))

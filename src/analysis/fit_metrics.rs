@@ -1,12 +1,16 @@
 //! How well a simulation fits.
 
 use crate::criterion::mean;
+use crate::estimate::Refined;
 use crate::evaluate::Problem;
 use crate::record::Record;
+use crate::text::significant;
+use crate::warning::Warning;
+use std::borrow::Cow;
 
-/// Sums over samples, of current and speed.
+/// Sums over samples, of current and speed: what fits and residual deviations are made of.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Sums {
+pub(crate) struct FitMetrics {
     /// Squares of what the model leaves.
     left: [f64; 2],
     measured: [Spread; 2],
@@ -14,7 +18,7 @@ pub(super) struct Sums {
 
 /// How values spread about their mean.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Spread {
+struct Spread {
     count: f64,
     mean: f64,
     squares: f64,
@@ -22,7 +26,7 @@ pub(super) struct Spread {
 
 impl Spread {
     /// Of some values.
-    pub(super) fn of(values: &[f64]) -> Self {
+    fn of(values: &[f64]) -> Self {
         if values.is_empty() {
             return Self::default();
         }
@@ -33,7 +37,7 @@ impl Spread {
     }
 
     /// Of these and others together, about the mean of all (T. F. Chan, G. H. Golub, R. J. LeVeque 1983).
-    pub(super) fn and(self, other: Self) -> Self {
+    fn and(self, other: Self) -> Self {
         let count = self.count + other.count;
         if count == 0.0 {
             return self;
@@ -45,41 +49,26 @@ impl Spread {
     }
 
     /// 100 (1 − √(left/squares)), where there is anything.
-    pub(super) fn fit_percent(&self, left: f64) -> Option<f64> {
+    fn fit_percent(&self, left: f64) -> Option<f64> {
         let fit = 100.0 * (1.0 - (left / self.squares).sqrt());
         (self.count > 0.0 && fit.is_finite()).then_some(fit)
     }
 }
 
-impl Sums {
-    /// These and those of other recordings.
-    pub(super) fn and(self, other: Self) -> Self {
-        Self {
-            left: [0, 1].map(|c| self.left[c] + other.left[c]),
-            measured: [0, 1].map(|c| self.measured[c].and(other.measured[c])),
-        }
+impl FitMetrics {
+    /// Returns those of the recordings of a problem, simulated with a candidate.
+    pub(crate) fn of(records: &[Record], problem: &Problem, candidate: &[f64]) -> Self {
+        records
+            .iter()
+            .enumerate()
+            .map(|(n, record)| Self::of_recording(record, problem, candidate, n))
+            .fold(Self::default(), Self::and)
     }
 
-    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) per channel.
-    pub(super) fn fit_percent(&self) -> [Option<f64>; 2] {
-        [0, 1].map(|c| self.measured[c].fit_percent(self.left[c]))
-    }
-
-    /// Standard deviation of the residuals.
-    pub(super) fn residual_sigma(&self) -> [Option<f64>; 2] {
-        [0, 1].map(|c| {
-            let sigma = (self.left[c] / self.measured[c].count).sqrt();
-            (self.measured[c].count > 0.0 && sigma.is_finite()).then_some(sigma)
-        })
-    }
-}
-
-/// The sums of the recordings of a problem.
-pub(super) fn sums(records: &[Record], problem: &Problem, candidate: &[f64]) -> Sums {
-    let of = |(recording, record): (usize, &Record)| {
+    fn of_recording(record: &Record, problem: &Problem, candidate: &[f64], recording: usize) -> Self {
         let signals = &problem.signals()[recording];
         let model = problem.simulate(candidate, recording, signals.initial());
-        let mut sums = Sums::default();
+        let mut sums = Self::default();
         for (channel, (measured, simulated)) in record.measured().into_iter().zip(model).enumerate() {
             let Some(measured) = measured else { continue };
             let counting = |(n, _): &(usize, (&f64, f64))| signals.counts(channel, *n);
@@ -89,12 +78,63 @@ pub(super) fn sums(records: &[Record], problem: &Problem, candidate: &[f64]) -> 
             sums.measured[channel] = Spread::of(&pairs.iter().map(|(y, _)| *y).collect::<Vec<_>>());
         }
         sums
-    };
-    records.iter().enumerate().map(of).fold(Sums::default(), Sums::and)
+    }
+
+    /// Returns these and those of other recordings.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            left: [0, 1].map(|c| self.left[c] + other.left[c]),
+            measured: [0, 1].map(|c| self.measured[c].and(other.measured[c])),
+        }
+    }
+
+    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) per channel.
+    pub(crate) fn fit_percent(&self) -> [Option<f64>; 2] {
+        [0, 1].map(|c| self.measured[c].fit_percent(self.left[c]))
+    }
+
+    /// Standard deviation of the residuals.
+    pub(crate) fn residual_sigma(&self) -> [Option<f64>; 2] {
+        [0, 1].map(|c| {
+            let sigma = (self.left[c] / self.measured[c].count).sqrt();
+            (self.measured[c].count > 0.0 && sigma.is_finite()).then_some(sigma)
+        })
+    }
 }
 
-/// Fits and standard deviations of residuals, norms and means over all recordings.
-pub(super) fn of(records: &[Record], problem: &Problem, candidate: &[f64]) -> ([Option<f64>; 2], [Option<f64>; 2]) {
-    let sums = sums(records, problem, candidate);
-    (sums.fit_percent(), sums.residual_sigma())
+/// How much of the signals the refined motor explains, from the sums that the refinement ended with.
+pub(crate) fn fit_percent(records: &[Record], refined: &Refined) -> [Option<f64>; 2] {
+    [0, 1].map(|channel| {
+        let mut spread = Spread::default();
+        for record in records {
+            let Some(measured) = record.measured()[channel] else { continue };
+            let counting = record.counting();
+            let kept: Cow<'_, [f64]> = match counting.is_empty() {
+                true => Cow::Borrowed(measured),
+                false => {
+                    measured.iter().zip(&counting).filter(|(_, counts)| counts[channel]).map(|(y, _)| *y).collect()
+                }
+            };
+            spread = spread.and(Spread::of(&kept));
+        }
+        spread.fit_percent(refined.squares.iter().map(|squares| squares[channel]).sum())
+    })
+}
+
+/// A fit below this is none.
+const POOR_FIT_PERCENT: f64 = 50.0;
+
+/// Returns the warning for a model that does not fit.
+pub(crate) fn poor_fit(fit_percent: [Option<f64>; 2]) -> Option<Warning> {
+    let poor = |(name, fit): (&str, Option<f64>)| {
+        fit.filter(|fit| *fit < POOR_FIT_PERCENT).map(|fit| format!("{name} {} %", significant(fit, 3)))
+    };
+    let list: Vec<String> = ["current", "speed"].into_iter().zip(fit_percent).filter_map(poor).collect();
+    (!list.is_empty()).then(|| {
+        let message = format!(
+            "the model does not fit ({}): do not use these parameters; check columns, units and signs, and --bounds",
+            list.join(", ")
+        );
+        Warning::new("poor_fit", message)
+    })
 }

@@ -5,16 +5,14 @@
 //! (S. S. Wilks 1938). Residuals that are correlated from sample to sample count less: the gain is divided by
 //! `(1 + ρ)/(1 − ρ)`.
 
-use super::input_test::chi2;
-use super::residuals::inflation;
-use super::warnings::{Place, Warning, name_of};
-use super::{Attempt, Polish};
+use super::residual_input_test::chi2;
+use super::residuals::variance_inflation;
 use crate::estimate::{Refined, refine_on};
 use crate::evaluate::Problem;
-use crate::identify::IdentifySpec;
 use crate::motor::{Axis, Parameter, Scope, Space};
 use crate::record::Record;
 use crate::text::significant;
+use crate::warning::{Place, Warning, name_of};
 
 /// The parameters that are friction.
 const FRICTION: [Parameter; 2] = [Parameter::B, Parameter::Coulomb];
@@ -25,20 +23,19 @@ const RECORDINGS_MAX: u32 = 20;
 /// How far the bounds of one recording's friction reach from that of all.
 const REACH: f64 = 1e3;
 
-/// The warnings of a joint fit whose recordings have different friction. `plain` is the problem of the fit.
-pub(super) fn differs(records: &[Record], spec: &IdentifySpec, plain: &Problem, attempt: &Attempt) -> Vec<Warning> {
+/// The warnings of a joint fit whose recordings have different friction. `plain` is the problem of the fit, `shared` its refinement.
+pub(crate) fn friction_differs(records: &[Record], plain: &Problem, shared: &Refined) -> Vec<Warning> {
     let several = u32::try_from(records.len()).is_ok_and(|count| (2..=RECORDINGS_MAX).contains(&count));
-    if !several || spec.polish != Polish::LevenbergMarquardt {
+    if !several {
         return Vec::new();
     }
-    FRICTION.into_iter().filter_map(|parameter| of_parameter(records, parameter, plain, attempt)).collect()
+    FRICTION.into_iter().filter_map(|parameter| of_parameter(records, parameter, plain, shared)).collect()
 }
 
-fn of_parameter(records: &[Record], parameter: Parameter, plain: &Problem, attempt: &Attempt) -> Option<Warning> {
-    let Attempt { refined: shared, space, .. } = attempt;
-    let (space, start, first) = apart(space, &shared.values, parameter, records.len())?;
+fn of_parameter(records: &[Record], parameter: Parameter, plain: &Problem, shared: &Refined) -> Option<Warning> {
+    let (space, start, first) = apart(plain.space(), &shared.values, parameter, records.len())?;
     let own = refine_on(&plain.with_space(space), &start, None).ok()?;
-    let more = inflation(&own.uncertainty).max(inflation(&shared.uncertainty));
+    let more = variance_inflation(&own.uncertainty).max(variance_inflation(&shared.uncertainty));
     let gain = (shared.weighted(&own.sigmas) - own.weighted(&own.sigmas)) / more;
     let [low, high] = extremes(&own, first, records.len()).filter(|_| gain > chi2(records.len() - 1))?;
     let value = |n: usize| significant(own.values[first + n], 3);

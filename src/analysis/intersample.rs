@@ -3,15 +3,15 @@
 //! A drive that sets a new voltage at each sample holds it; a voltage that a sensor samples goes on in between. Taking
 //! the one for the other shifts the input by half a period. Both are tried, and the likelihood of the outputs tells.
 
-use super::Polish;
-use super::residuals::inflation;
-use super::spec::{Identification, IdentifySpec};
-use super::warnings::{Place, Warning, warnings_of_records};
+use super::fitted::FittedMotor;
+use super::recording::warnings_of_records;
+use super::residuals::variance_inflation;
 use crate::estimate::{RefineOptions, Refined, refine};
 use crate::evaluate::{Initial, Model};
 use crate::motor::{Axis, Discretization, Input, Parameter, Scope, Space};
 use crate::record::{Quantity, Record};
 use crate::text::{engineering, significant};
+use crate::warning::{Place, Warning};
 use crate::{Error, Result};
 
 /// Between samples, the voltage goes on as this rather than as that which was assumed.
@@ -52,7 +52,7 @@ fn other(method: Discretization) -> Option<Discretization> {
 /// What two fits of the same recordings say.
 fn judged(here: &Refined, there: &Refined, better: Discretization, count: usize) -> Option<Between> {
     #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-    let count = count as f64 / inflation(&there.uncertainty);
+    let count = count as f64 / variance_inflation(&there.uncertainty);
     let (mut log_likelihood, mut sigma_ratio) = (0.0, f64::INFINITY);
     for (here, there) in here.sigma.iter().zip(&there.sigma) {
         let (Some(here), Some(there)) = (here, there) else { continue };
@@ -109,14 +109,14 @@ fn by_speed(record: &Record) -> Result<(Space, Vec<f64>)> {
 }
 
 /// L, K and J of a motor with R = 1 Ω and no friction that about does what the speed shows.
-pub(super) fn guess_by_speed(record: &Record) -> Result<[f64; 3]> {
+pub(crate) fn guess_by_speed(record: &Record) -> Result<[f64; 3]> {
     let [gain, constant] = lag_by_speed(record)?;
     Ok([0.3 * record.period_s(), 1.0 / gain, constant / (gain * gain)])
 }
 
 /// Gain \[rad/s per unit of the input\] and time constant \[s\] of the first-order lag that about does what the speed
 /// shows.
-pub(super) fn lag_by_speed(record: &Record) -> Result<[f64; 2]> {
+pub(crate) fn lag_by_speed(record: &Record) -> Result<[f64; 2]> {
     let (speed, input) = (record.samples().speed.as_deref().unwrap_or_default(), record.input());
     let h = record.period_s();
     // w⁺ = a w + b v by least squares; rough, but a start.
@@ -178,7 +178,7 @@ const COARSE_LINES: f64 = 0.7;
 const COARSE_BETWEEN: f64 = 0.2;
 
 /// The warning for a recording that was brought to a rate at which the motor's fastest motion is not seen.
-pub(super) fn coarse(records: &[Record], found: &Identification) -> Option<Warning> {
+pub(crate) fn coarse_rate(records: &[Record], found: &FittedMotor<'_>) -> Option<Warning> {
     let [r, l, k, b, j] = found.parameters.to_array();
     if found.input == Input::Current {
         return coarse_against(records, j / b);
@@ -205,26 +205,24 @@ fn coarse_against(records: &[Record], fastest: f64) -> Option<Warning> {
 }
 
 /// The warning for a result whose voltage was taken to go on otherwise than the outputs say.
-pub(super) fn of_result(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Option<Warning> {
+pub(crate) fn intersample_of_voltage(records: &[Record], model: Model, found: &FittedMotor<'_>) -> Option<Warning> {
     let [record] = records else { return None };
-    if spec.polish != Polish::LevenbergMarquardt {
-        return None;
-    }
+    found.uncertainty?;
     let all_free = found.space.fixed().is_empty();
     let start = found.parameters.to_array();
-    let between = between_samples(record, all_free.then_some(&start), spec.model.discretization);
+    let between = between_samples(record, all_free.then_some(&start), model.discretization);
     between.ok().flatten().map(|between| between.warning())
 }
 
 /// The same where the current is the input.
-pub(super) fn of_current(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Option<Warning> {
+pub(crate) fn intersample_of_current(records: &[Record], model: Model, found: &FittedMotor<'_>) -> Option<Warning> {
     let [record] = records else { return None };
-    let applies = found.input == Input::Current && spec.polish == Polish::LevenbergMarquardt && is_lively(record);
-    let method = spec.model.discretization;
+    let applies = found.input == Input::Current && found.uncertainty.is_some() && is_lively(record);
+    let method = model.discretization;
     let better = other(method).filter(|_| applies)?;
     let refined = |discretization| {
-        let options = RefineOptions { model: Model { discretization, ..spec.model }, sigma: None };
-        refine(records, &found.space, &found.values, &options).ok()
+        let options = RefineOptions { model: Model { discretization, ..model }, sigma: None };
+        refine(records, found.space, found.values, &options).ok()
     };
     let between = judged(&refined(method)?, &refined(better)?, better, record.len())?;
     Some(between.warning_of(Quantity::Current))

@@ -38,6 +38,9 @@ const RECORDINGS_MAX: usize = 200;
 /// # Errors
 /// As for a problem of these recordings.
 pub fn repeatability(records: &[&Record], model: Model) -> Result<Option<Repeatability>> {
+    if records.len() < 2 {
+        return Ok(None);
+    }
     let mut groups: Vec<Vec<Aligned<'_>>> = Vec::new();
     for (number, record) in records.iter().take(RECORDINGS_MAX).enumerate() {
         let problem = fit_problem(std::slice::from_ref(*record), &Space::table2(), model)?;

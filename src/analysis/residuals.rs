@@ -1,15 +1,14 @@
 //! The residuals of each recording, tested: whether they are white, and whether they depend on the voltage (or the
 //! current, where that is the input).
 
-use super::checks;
-use super::input_test::{InputTest, Regressors, Residuals, input_test};
-use super::spec::Identification;
-use super::warnings::{Warning, name_of};
+use super::fitted::FittedMotor;
+use super::residual_input_test::{InputTest, Regressors, Residuals, input_test};
 use crate::estimate::{INDEPENDENT_MIN, Uncertainty, Whiteness};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Scope};
-use crate::record::Record;
+use crate::record::{Record, driver};
 use crate::text::significant;
+use crate::warning::{Warning, name_of};
 use nalgebra::DMatrix;
 
 /// The tests of the residuals of a channel of a recording.
@@ -26,7 +25,12 @@ pub type ResidualTests = [Option<ResidualTest>; 2];
 
 /// Tests the residuals of every recording of a problem. `moved` are candidates that are off by one independent error of
 /// the parameters each, where these are no part of what was fitted.
-pub(super) fn tests(records: &[Record], problem: &Problem, values: &[f64], moved: &[Vec<f64>]) -> Vec<ResidualTests> {
+pub(crate) fn residual_tests(
+    records: &[Record],
+    problem: &Problem,
+    values: &[f64],
+    moved: &[Vec<f64>],
+) -> Vec<ResidualTests> {
     let of = |(recording, record): (usize, &Record)| {
         let signals = &problem.signals()[recording];
         let simulated = |values: &[f64]| problem.simulate(values, recording, signals.initial());
@@ -66,13 +70,13 @@ fn kept(values: &[f64], counting: &[bool]) -> Vec<f64> {
 ///
 /// The errors are those of the coordinates, as far as they are known: the columns of a root of their covariance. Where the
 /// residuals of the fit were correlated they are larger than they say, by as much as samples count less.
-pub(super) fn moved(found: &Identification) -> Vec<Vec<f64>> {
-    let Some(uncertainty) = &found.uncertainty else { return Vec::new() };
-    let (axes, values) = (found.space.free(), &found.values);
+pub(super) fn moved(found: &FittedMotor<'_>) -> Vec<Vec<f64>> {
+    let Some(uncertainty) = found.uncertainty else { return Vec::new() };
+    let (axes, values) = (found.space.free(), found.values);
     let shared: Vec<usize> = (0..axes.len()).filter(|n| axes[*n].scope == Scope::Shared).collect();
     let known: Vec<(usize, f64)> =
         shared.iter().filter_map(|&n| Some((n, uncertainty.std_error[n]? / axes[n].slope(values[n])))).collect();
-    let more = inflation(uncertainty);
+    let more = variance_inflation(uncertainty);
     let covariance = DMatrix::from_fn(known.len(), known.len(), |a, b| {
         let ((row, of_row), (column, of_column)) = (known[a], known[b]);
         more * of_row * of_column * uncertainty.correlation[row][column].unwrap_or(0.0)
@@ -80,7 +84,7 @@ pub(super) fn moved(found: &Identification) -> Vec<Vec<f64>> {
     let Some(root) = covariance.cholesky() else { return Vec::new() };
     let root = root.l();
     let one = |column: usize| {
-        let mut values = values.clone();
+        let mut values = values.to_vec();
         let moves = |axis: &Axis, value: f64, by: f64| axis.value(axis.coordinate(value) + by);
         known
             .iter()
@@ -92,7 +96,7 @@ pub(super) fn moved(found: &Identification) -> Vec<Vec<f64>> {
 }
 
 /// By how much variances are larger than those of independent residuals, by the correlation from sample to sample.
-pub(super) fn inflation(uncertainty: &Uncertainty) -> f64 {
+pub(crate) fn variance_inflation(uncertainty: &Uncertainty) -> f64 {
     let lags = uncertainty.whiteness.iter().flatten().map(|white| white.lag1.clamp(0.0, 0.999));
     lags.map(|lag| (1.0 + lag) / (1.0 - lag)).fold(1.0, f64::max)
 }
@@ -101,11 +105,11 @@ pub(super) fn inflation(uncertainty: &Uncertainty) -> f64 {
 const EXPLAINED_MIN: f64 = 1.0;
 
 /// The warning for residuals that depend on the voltage.
-pub(super) fn of_result(records: &[Record], found: &Identification) -> Option<Warning> {
+pub(crate) fn residuals_follow_input(records: &[Record], tests: &[ResidualTests]) -> Option<Warning> {
     let follows = |test: &ResidualTest| test.voltage.filter(|v| !v.is_independent).map(|v| v.explained_percent);
     let mut list: Vec<String> = Vec::new();
     for (channel, name) in ["current", "speed"].into_iter().enumerate() {
-        let each = found.residual_tests.iter().zip(records);
+        let each = tests.iter().zip(records);
         let each = each.filter_map(|(tests, record)| Some((follows(tests[channel].as_ref()?)?, record)));
         let Some((explained, record)) = each.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
         if explained >= EXPLAINED_MIN {
@@ -113,7 +117,7 @@ pub(super) fn of_result(records: &[Record], found: &Identification) -> Option<Wa
             list.push(format!("{} % of what is left of the {name}{place}", significant(explained, 2)));
         }
     }
-    let input = checks::driver(records);
+    let input = driver(records);
     let message = format!(
         "the model misses how the {input} acts: the {input} still explains {}; parameters may be off by more than their \
          errors",

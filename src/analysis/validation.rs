@@ -1,12 +1,11 @@
 //! Validation: how well parameters explain recordings that they were not fitted to.
 
-use super::extended::{best_start, explained};
-use super::figures;
-use super::residuals::{self, ResidualTests};
-use super::spec::{Identification, IdentifySpec};
-use super::verify::deviations;
-use crate::estimate::{fit_problem, initial_states};
-use crate::evaluate::Problem;
+use super::fit_metrics::FitMetrics;
+use super::fitted::FittedMotor;
+use super::residuals::{ResidualTests, moved, residual_tests};
+use crate::criterion::Criterion;
+use crate::estimate::{best_start, explained, fit_problem, initial_states, signal_deviations};
+use crate::evaluate::{Model, Problem};
 use crate::motor::{Axis, Input, Parameter, Scope, Space};
 use crate::record::{Quantity, Record};
 use crate::{Error, Result};
@@ -50,15 +49,15 @@ pub struct Validation {
 ///
 /// # Errors
 /// As for a problem of these recordings.
-pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Result<Validation> {
+pub fn validate(records: &[Record], found: &FittedMotor<'_>, model: Model, criterion: Criterion) -> Result<Validation> {
     let mut held_out = Vec::with_capacity(records.len());
-    let mut sums = figures::Sums::default();
-    let moved = residuals::moved(found);
+    let mut sums = FitMetrics::default();
+    let moved = moved(found);
     for record in records {
         check_input(record, found)?;
-        let Settled { problem, values, own } = settle(record, spec, found)?;
+        let Settled { problem, values, own } = settle(record, found, model, criterion)?;
         let alone = std::slice::from_ref(record);
-        let one = figures::sums(alone, &problem, &values);
+        let one = FitMetrics::of(alone, &problem, &values);
         sums = sums.and(one);
         let signals = &problem.signals()[0];
         held_out.push(HeldOut {
@@ -69,14 +68,14 @@ pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification)
             simulated: problem.simulate(&values, 0, signals.initial()),
             fit_percent: one.fit_percent(),
             residual_sigma: one.residual_sigma(),
-            residual_tests: residuals::tests(alone, &problem, &values, &moved)[0],
+            residual_tests: residual_tests(alone, &problem, &values, &moved)[0],
         });
     }
     Ok(Validation { held_out, fit_percent: sums.fit_percent(), residual_sigma: sums.residual_sigma() })
 }
 
 /// A motor that was found without a voltage says nothing of one, nor the other way round.
-fn check_input(record: &Record, found: &Identification) -> Result<()> {
+fn check_input(record: &Record, found: &FittedMotor<'_>) -> Result<()> {
     if (record.driver() == Quantity::Current) == (found.input == Input::Current) {
         return Ok(());
     }
@@ -102,10 +101,10 @@ struct Settled {
     own: Vec<(Parameter, f64)>,
 }
 
-fn settle(record: &Record, spec: &IdentifySpec, found: &Identification) -> Result<Settled> {
+fn settle(record: &Record, found: &FittedMotor<'_>, model: Model, criterion: Criterion) -> Result<Settled> {
     let alone = std::slice::from_ref(record);
     let (mut free, mut values, mut own): (Vec<Axis>, Vec<f64>, Vec<Axis>) = Default::default();
-    for (axis, value) in found.space.free().iter().zip(&found.values) {
+    for (axis, value) in found.space.free().iter().zip(found.values) {
         if axis.scope == Scope::Shared {
             free.push(*axis);
             values.push(*value);
@@ -120,16 +119,16 @@ fn settle(record: &Record, spec: &IdentifySpec, found: &Identification) -> Resul
     if !own.is_empty() {
         let known = free.iter().zip(&values).map(|(axis, value)| (axis.parameter, Scope::Shared, *value));
         let space = Space::new(own.clone(), fixed.iter().copied().chain(known).collect())?;
-        let plain = fit_problem(alone, &space, spec.model)?;
-        let problem = Arc::new(Problem::new(alone, spec.model, space, spec.criterion)?);
+        let plain = fit_problem(alone, &space, model)?;
+        let problem = Arc::new(Problem::new(alone, model, space, criterion)?);
         let starts = explained(&problem, &[found.parameters.to_array()])?;
-        let settled = best_start(&plain, &starts, &deviations(alone));
+        let settled = best_start(&plain, &starts, &signal_deviations(alone));
         initial = settled.as_ref().map(|settled| settled.initial.clone());
         let of_own = settled.map(|settled| settled.values).or_else(|| starts.into_iter().next()).unwrap_or_default();
         estimated = own.iter().map(|axis| axis.parameter).zip(of_own).collect();
         fixed.extend(estimated.iter().map(|(parameter, value)| (*parameter, Scope::Shared, *value)));
     }
-    let problem = fit_problem(alone, &Space::unchecked(free, fixed), spec.model)?;
+    let problem = fit_problem(alone, &Space::unchecked(free, fixed), model)?;
     let initial = match initial {
         Some(initial) => initial,
         None => {

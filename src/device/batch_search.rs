@@ -1,11 +1,11 @@
 //! Searches in lock step on one evaluator: what [`minimize`](crate::optimize::minimize) drives.
 
-use super::device::{OnLoss, Opened, taken_over};
-use super::{IdentifySpec, Warning};
+use super::select::{DeviceSettings, OnLoss, Opened, taken_over};
 use crate::Result;
 use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Evaluator, Group, Pending, Problem, Scalar};
 use crate::optimize::Evaluate;
+use crate::warning::Warning;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -36,15 +36,23 @@ impl Lockstep {
         Self::on(Opened::given(evaluator), problems)
     }
 
-    /// On the device that a spec asks for; its population and generations say how many candidates will come.
+    /// Opens the device that the settings ask for.
     ///
     /// # Errors
     /// `Device` when the device that is asked for is not there; `Usage` without problems.
-    pub fn open(spec: &IdentifySpec, problems: Vec<Arc<Problem>>) -> Result<Self> {
+    pub fn open(settings: impl Into<DeviceSettings>, problems: Vec<Arc<Problem>>) -> Result<Self> {
         let Some(first) = problems.first() else {
             return Err(crate::Error::usage("there is nothing to search", "Give at least one problem."));
         };
-        Ok(Self::on(Opened::for_search(spec, first)?, problems))
+        Ok(Self::on(Opened::for_search(&settings.into(), first)?, problems))
+    }
+
+    /// Opens the device that is named, and the CPU where none is: for what has no population.
+    ///
+    /// # Errors
+    /// `Device` when the device that is asked for is not there.
+    pub(crate) fn for_check(settings: impl Into<DeviceSettings>, problem: Arc<Problem>) -> Result<Self> {
+        Ok(Self::on(Opened::for_check(&settings.into(), &problem)?, vec![problem]))
     }
 
     /// The same with another answer to a device that fails.
@@ -87,7 +95,7 @@ impl Lockstep {
         self
     }
 
-    pub(super) fn on(opened: Opened, problems: Vec<Arc<Problem>>) -> Self {
+    fn on(opened: Opened, problems: Vec<Arc<Problem>>) -> Self {
         Self { opened, problems, references: Vec::new(), pending: VecDeque::new() }
     }
 
@@ -152,7 +160,7 @@ impl Lockstep {
 
     /// The device's cost of a candidate less the oracle's; `None` on the CPU, and where the device fails at the end.
     /// In f32 the deviations are taken from elsewhere in the box, not from the candidate itself, where they are zero.
-    pub(super) fn cost_difference(&mut self, run: usize, values: &[f64]) -> Option<f64> {
+    pub(crate) fn cost_difference(&mut self, run: usize, values: &[f64]) -> Option<f64> {
         if self.opened.kind == "cpu" {
             return None;
         }
@@ -257,7 +265,7 @@ mod tests {
         // Opens twice; what it opens does two pieces of work each time.
         for (on_loss, serves) in [(OnLoss::Reopen, 6), (OnLoss::ReopenOrCpu, 20), (OnLoss::Fail, 2)] {
             let mut left = 2;
-            let reopen: super::super::device::Reopen = Box::new(move || {
+            let reopen: super::super::select::Reopen = Box::new(move || {
                 if left == 0 {
                     return Err(crate::Error::new(crate::ErrorKind::Device, "gone", "Run again."));
                 }

@@ -1,10 +1,11 @@
 //! What evaluates a search: the CPU, or a GPU where it is asked for or the work is large enough for one to win.
 
+use super::throughput_profile::Paces;
 #[cfg(feature = "gpu")]
-use super::pace::{AdapterPace, Work};
-use super::{IdentifySpec, Warning};
+use super::throughput_profile::{AdapterPace, Work};
 use crate::evaluate::{Evaluator, Problem, Simd};
 use crate::text::excerpt;
+use crate::warning::Warning;
 use crate::{Error, ErrorKind, Result};
 use std::str::FromStr;
 use std::time::Duration;
@@ -74,6 +75,23 @@ impl PrecisionSpec {
             Self::F64 => "f64",
         }
     }
+}
+
+/// How a search is placed on hardware.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct DeviceSettings {
+    /// What evaluates.
+    pub device: DeviceSpec,
+    /// With which numbers.
+    pub precision: PrecisionSpec,
+    /// The throughput that was measured on this machine, for `auto`; `None` takes conservative limits.
+    pub paces: Option<Paces>,
+    /// Threads; `None` takes the rayon pool of the caller.
+    pub threads: Option<usize>,
+    /// Candidates of a generation.
+    pub population: usize,
+    /// Generations, the first population included.
+    pub generations: usize,
 }
 
 /// Candidate-steps of one generation and of a whole search from which on `auto` looks for a GPU: opening one takes
@@ -166,16 +184,16 @@ impl Opened {
         true
     }
 
-    /// What a search by `spec` on a problem is evaluated on.
-    pub(super) fn for_search(spec: &IdentifySpec, problem: &Problem) -> Result<Self> {
-        if spec.precision == PrecisionSpec::F32 && matches!(spec.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
+    /// Selects what a search on a problem is evaluated on.
+    pub(super) fn for_search(settings: &DeviceSettings, problem: &Problem) -> Result<Self> {
+        if settings.precision == PrecisionSpec::F32 && matches!(settings.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
             return Err(Error::usage(
                 "f32 is for GPUs: the CPU evaluates in f64 only",
                 "Add --device gpu, or leave --precision out.",
             ));
         }
-        let mut opened = open(spec, problem)?;
-        if spec.threads == Some(1) {
+        let mut opened = open(settings, problem)?;
+        if settings.threads == Some(1) {
             opened.simd = Simd::alone();
             if opened.kind == "cpu" {
                 opened.evaluator = Box::new(opened.simd);
@@ -185,11 +203,11 @@ impl Opened {
     }
 
     /// A GPU only where one is named: for what has no population.
-    pub(super) fn for_check(spec: &IdentifySpec, problem: &Problem) -> Result<Self> {
-        if spec.device == DeviceSpec::Auto {
+    pub(super) fn for_check(settings: &DeviceSettings, problem: &Problem) -> Result<Self> {
+        if settings.device == DeviceSpec::Auto {
             return Ok(Self::cpu(Vec::new()));
         }
-        Self::for_search(spec, problem)
+        Self::for_search(settings, problem)
     }
 
     /// The numbers of its evaluation.
@@ -199,22 +217,22 @@ impl Opened {
 }
 
 #[cfg(feature = "gpu")]
-fn open(spec: &IdentifySpec, problem: &Problem) -> Result<Opened> {
-    let selector = match &spec.device {
+fn open(settings: &DeviceSettings, problem: &Problem) -> Result<Opened> {
+    let selector = match &settings.device {
         DeviceSpec::Gpu => gpu::Selector::Best,
         DeviceSpec::GpuIndex(index) => gpu::Selector::Index(*index),
         DeviceSpec::GpuName(name) => gpu::Selector::Name(name.clone()),
         DeviceSpec::Auto => {
-            let Some(index) = worth_opening(spec, problem) else { return Ok(Opened::cpu(Vec::new())) };
+            let Some(index) = worth_opening(settings, problem) else { return Ok(Opened::cpu(Vec::new())) };
             // One that fails is said, and the CPU takes over.
-            return Ok(match open_gpu(&gpu::Selector::Index(index), spec.precision) {
+            return Ok(match open_gpu(&gpu::Selector::Index(index), settings.precision) {
                 Ok(opened) => Opened { on_loss: OnLoss::Cpu, ..opened },
                 Err(error) => Opened::cpu(vec![taken_over(&error)]),
             });
         }
         DeviceSpec::Cpu => return Ok(Opened::cpu(Vec::new())),
     };
-    open_gpu(&selector, spec.precision)
+    open_gpu(&selector, settings.precision)
 }
 
 #[cfg(feature = "gpu")]
@@ -236,8 +254,8 @@ fn open_gpu(selector: &gpu::Selector, precision: PrecisionSpec) -> Result<Opened
 }
 
 #[cfg(not(feature = "gpu"))]
-fn open(spec: &IdentifySpec, _: &Problem) -> Result<Opened> {
-    if matches!(spec.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
+fn open(settings: &DeviceSettings, _: &Problem) -> Result<Opened> {
+    if matches!(settings.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
         return Ok(Opened::cpu(Vec::new()));
     }
     Err(Error::new(
@@ -254,15 +272,15 @@ pub(super) fn taken_over(error: &Error) -> Warning {
 /// The place of a real adapter that will win; `None` where the work is too small for that to be looked for. Adapters that
 /// a bench has measured are judged by that, others by the size of the work.
 #[cfg(feature = "gpu")]
-fn worth_opening(spec: &IdentifySpec, problem: &Problem) -> Option<usize> {
+fn worth_opening(settings: &DeviceSettings, problem: &Problem) -> Option<usize> {
     let work = Work {
         samples: problem.active() as u64,
-        population: spec.population as u64,
-        generations: spec.generations as u64,
+        population: settings.population as u64,
+        generations: settings.generations as u64,
         threads: rayon::current_num_threads(),
     };
-    let paces = spec.paces.as_ref().filter(|paces| paces.are_current());
-    let precision = (spec.precision == PrecisionSpec::F64).then_some("f64");
+    let paces = settings.paces.as_ref().filter(|paces| paces.are_current());
+    let precision = (settings.precision == PrecisionSpec::F64).then_some("f64");
     let faster = paces.and_then(|paces| paces.faster(work, precision));
     if faster.is_none() && !is_large(work) {
         return None;

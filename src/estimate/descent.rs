@@ -2,7 +2,7 @@
 //! (D. W. Marquardt 1963), within bounds, and the weights by what is left.
 
 use super::normal::{Fit, Normal, Sigma};
-use super::refine::{EVALUATIONS_MAX, Refined, SMALLEST, STEP_MAX};
+use super::refined::{EVALUATIONS_MAX, Refined, SMALLEST, STEP_MAX};
 use super::uncertainty::uncertainty;
 use crate::evaluate::Signals;
 use crate::{Error, ErrorKind, Result};

@@ -1,6 +1,8 @@
 //! Estimation in f64 on the CPU: Steiglitz–McBride, the maximum-likelihood refinement, how sure it is.
 
 mod descent;
+mod deviation;
+mod failure;
 mod initial;
 mod normal;
 mod output_error;
@@ -8,16 +10,20 @@ mod projection;
 mod recover;
 mod reference;
 mod refine;
+mod refined;
 mod sensitivity;
+mod starts;
 mod steiglitz_mcbride;
 mod triangle;
 mod uncertainty;
 
+pub use deviation::signal_deviations;
+pub use failure::SmFailure;
 pub use initial::initial_states;
-pub use reference::{Reference, ReferenceKind, global_reference, squares};
-pub use refine::{RefineOptions, Refined, fit_problem, refine, refine_on, refine_roughly};
-pub use steiglitz_mcbride::{
-    Estimate, SmFailure, SmOptions, steiglitz_mcbride, try_steiglitz_mcbride, try_steiglitz_mcbride_on,
-};
+pub use reference::{Reference, ReferenceKind, global_reference, global_reference_on, squares_on};
+pub use refine::{RefineOptions, fit_problem, refine, refine_on, refine_roughly};
+pub use refined::Refined;
+pub(crate) use starts::{best_start, carried, explained, lagged, led, warmed};
+pub use steiglitz_mcbride::{Estimate, SmOptions, steiglitz_mcbride, try_steiglitz_mcbride, try_steiglitz_mcbride_on};
 pub(crate) use uncertainty::INDEPENDENT_MIN;
 pub use uncertainty::{Uncertainty, Whiteness, describe};

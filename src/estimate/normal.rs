@@ -2,7 +2,7 @@
 //! change without a new simulation.
 
 use super::output_error::{INITIAL, products};
-use super::sensitivity;
+use super::sensitivity::{self, Products};
 use crate::evaluate::{Problem, Signals};
 use crate::motor::Axis;
 use nalgebra::{DMatrix, DVector};
@@ -10,9 +10,6 @@ use rayon::prelude::*;
 
 /// σ of current and speed of each recording.
 pub(super) type Sigma = Vec<[f64; 2]>;
-
-/// Sums of the products of rows, symmetric; the error is the last entry of a row.
-pub(super) type Products = DMatrix<f64>;
 
 /// The sum of squared errors among the sums of products.
 fn squares(sums: &Products) -> f64 {

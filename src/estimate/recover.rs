@@ -6,7 +6,7 @@
 //! it, rather than reading the entries of A, is what reaches the Cramér–Rao bound:
 //! `L = 1/β₁`, `B/J = β₀/β₁`, `R = L(α₁ − B/J)`, `K/J = γ₀/β₁`, `K²/J = α₀ L − R·B/J`.
 
-use super::steiglitz_mcbride::SmFailure;
+use super::failure::SmFailure;
 use crate::motor::{Discretization, Parameters, inverse, matrix_logarithm, product, times};
 
 /// `A(z) = 1 + a₁ z⁻¹ + a₂ z⁻²` and the numerators of current and speed.

@@ -2,7 +2,8 @@
 
 use super::normal::{Fit, Sigma};
 use super::projection;
-use super::refine::{Effort, Refined, fit_problem, refine_problem, refine_roughly};
+use super::refine::{Effort, fit_problem, refine_problem, refine_roughly};
+use super::refined::Refined;
 use crate::Result;
 use crate::evaluate::{Model, Problem};
 use crate::motor::{Axis, Space};
@@ -53,14 +54,21 @@ const STARTS_MIN: usize = 2;
 /// # Errors
 /// As for [`super::refine`]; `NotIdentified` when the motor diverges everywhere.
 pub fn global_reference(records: &[Record], space: &Space, model: Model, sigma: &[[f64; 2]]) -> Result<Reference> {
-    let problem = fit_problem(records, space, model)?;
+    global_reference_on(&fit_problem(records, space, model)?, sigma)
+}
+
+/// Like [`global_reference`], on a problem that [`fit_problem`] has made.
+///
+/// # Errors
+/// As [`global_reference`].
+pub fn global_reference_on(problem: &Problem, sigma: &[[f64; 2]]) -> Result<Reference> {
     let sigma = &sigma.to_vec();
-    let scattered = || lowest(&problem, &scattered(&problem), sigma);
-    if !projection::applies(&problem) {
+    let scattered = || lowest(problem, &scattered(problem), sigma);
+    if !projection::applies(problem) {
         return Ok(Reference { kind: ReferenceKind::MultiStart, refined: scattered()? });
     }
-    let starts = in_order(&problem, &projection::basins(&problem, sigma, BASINS));
-    let mut refined = lowest(&problem, &starts, sigma)?;
+    let starts = in_order(problem, &projection::basins(problem, sigma, BASINS));
+    let mut refined = lowest(problem, &starts, sigma)?;
     if refined.at_bound.iter().any(Option::is_some) {
         // The projection knows no bounds: where one is in the way, other starts may lead around it.
         let other = scattered()?;
@@ -116,13 +124,11 @@ fn scattered(problem: &Problem) -> Vec<Vec<f64>> {
     starts
 }
 
-/// The sums of squared residuals of each recording at parameters as they are, initial states as the model has them.
-///
-/// # Errors
-/// As for [`super::refine`].
-pub fn squares(records: &[Record], space: &Space, values: &[f64], model: Model) -> Result<Vec<[f64; 2]>> {
-    let problem = fit_problem(records, space, model)?;
-    let fit = Fit::new(&problem);
+/// Returns the sums of squared residuals \[A², rad²/s²\] of each recording at `values`, initial states as the problem, one
+/// that [`fit_problem`] has made, has them.
+#[must_use]
+pub fn squares_on(problem: &Problem, values: &[f64]) -> Vec<[f64; 2]> {
+    let fit = Fit::new(problem);
     let normal = fit.normal(&fit.start(values));
-    Ok((0..records.len()).map(|n| [normal.squares(n, 0), normal.squares(n, 1)]).collect())
+    (0..problem.signals().len()).map(|n| [normal.squares(n, 0), normal.squares(n, 1)]).collect()
 }

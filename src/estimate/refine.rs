@@ -6,10 +6,10 @@
 
 use super::descent::Search;
 use super::normal::Fit;
-use super::uncertainty::Uncertainty;
+use super::refined::{Refined, SMALLEST, STEP_MAX};
 use crate::criterion::{Criterion, Norm, Scale};
 use crate::evaluate::{Model, Problem, Signals};
-use crate::motor::{Parameters, Space};
+use crate::motor::Space;
 use crate::record::Record;
 use crate::{Error, Result};
 
@@ -22,52 +22,11 @@ pub struct RefineOptions {
     pub sigma: Option<Vec<[f64; 2]>>,
 }
 
-/// A refined estimate.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Refined {
-    /// Values of the free parameters, in the order of the space.
-    pub values: Vec<f64>,
-    /// The parameters of the first recording, those held included.
-    pub parameters: Parameters,
-    /// State `[i, ω]` at the start of each recording, estimated where it was free.
-    pub initial: Vec<[f64; 2]>,
-    /// σ of the residuals of current and speed over all recordings; `None` for a channel not measured.
-    pub sigma: [Option<f64>; 2],
-    /// The same of each recording; 1 for a channel not measured.
-    pub sigmas: Vec<[f64; 2]>,
-    /// Sum of squared residuals of current \[A²\] and speed \[rad²/s²\] of each recording.
-    pub squares: Vec<[f64; 2]>,
-    /// The bound, if any, that each free parameter stands at: `min` or `max`.
-    pub at_bound: Vec<Option<&'static str>>,
-    /// How sure it is.
-    pub uncertainty: Uncertainty,
-    /// Whether the last step was far below a standard error.
-    pub converged: bool,
-    /// Simulations with derivatives.
-    pub evaluations: usize,
-}
-
-impl Refined {
-    /// The sum of squared residuals in units of `sigma`, one pair for each recording.
-    #[must_use]
-    pub fn weighted(&self, sigma: &[[f64; 2]]) -> f64 {
-        let pairs = self.squares.iter().flatten().zip(sigma.iter().flatten());
-        pairs.map(|(squares, sigma)| squares / (sigma * sigma)).sum()
-    }
-}
-
-/// Simulations of one refinement at most.
-pub(super) const EVALUATIONS_MAX: usize = 200;
-/// A refinement ends when its step is shorter than this many standard errors.
-pub(super) const STEP_MAX: f64 = 1e-6;
-/// And a round of weights before the last when shorter than this many.
+/// A round of weights before the last ends when its step is shorter than this many standard errors.
 const STEP_MAX_ROUND: f64 = 1e-2;
 /// Rounds of weights, and the change of σ that ends them.
 const ROUNDS_MAX: usize = 30;
 const SIGMA_CHANGE: f64 = 1e-6;
-/// The smallest σ whose square is a number like any other.
-pub(super) const SMALLEST: f64 = 1e-150;
-
 /// Refines the parameters `start` (one value per free axis of `space`) on one or more recordings.
 ///
 /// # Errors

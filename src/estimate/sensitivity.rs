@@ -1,11 +1,13 @@
 //! Output errors of a motor with extensions and their derivatives, as sums of products: what `output_error` is for the
 //! linear motor, by the oracle itself in numbers that carry derivatives.
 
-use super::normal::Products;
 use crate::evaluate::{Level, Problem, multiply_add};
 use crate::motor::{Dual, Extended, ExtendedWalk, Number as _, Parameter};
 use multiversion::multiversion;
 use nalgebra::DMatrix;
+
+/// Sums of the products of rows, symmetric; the error is the last entry of a row.
+pub(super) type Products = DMatrix<f64>;
 
 /// Samples whose products are summed before they go to the total.
 const BLOCK: usize = 64;

@@ -1,15 +1,14 @@
 //! Costs of candidates from anywhere, on the device that a spec asks for.
 
-use super::device::Opened;
 use super::fit::search_space;
-use super::lockstep::Lockstep;
 use super::spec::IdentifySpec;
-use super::warnings::Warning;
 use crate::Result;
 use crate::candidates::Candidates;
+use crate::device::Lockstep;
 use crate::evaluate::Problem;
 use crate::optimize::Evaluate as _;
 use crate::record::Record;
+use crate::warning::Warning;
 use std::sync::Arc;
 
 /// Evaluates tables of candidates, one after the other.
@@ -27,7 +26,7 @@ impl Costs {
     pub fn new(records: &[Record], spec: &IdentifySpec) -> Result<Self> {
         let space = search_space(records, spec)?;
         let problem = Arc::new(Problem::new(records, spec.model, space, spec.criterion)?);
-        let evaluation = Lockstep::on(Opened::for_search(spec, &problem)?, vec![problem.clone()]);
+        let evaluation = Lockstep::open(spec, vec![problem.clone()])?;
         Ok(Self { problem, evaluation })
     }
 

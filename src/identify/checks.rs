@@ -1,13 +1,14 @@
 //! What the recordings cannot give: said before the fit where the recordings show it, after it where only the fit does.
 
-use super::search::setup;
+use super::method::Method;
+use super::missing_channel::missing_channel;
 use super::spec::IdentifySpec;
-use super::warnings::Warning;
-use super::{Method, Polish, not_identified, warnings};
+use crate::analysis::poor_fit;
 use crate::estimate::{Refined, describe};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Parameter, Space};
-use crate::record::{Quantity, Record, diagnose};
+use crate::record::{Record, diagnose, driver};
+use crate::warning::Warning;
 use crate::{Error, Result};
 
 /// Whether the spec, the recordings and the criterion leave anything to be found at all.
@@ -18,7 +19,7 @@ pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem)
             "Leave --fix out, or use --method auto.",
         ));
     }
-    setup(spec, problem.space()).check()?;
+    spec.search(problem.space()).check()?;
     let values: usize = records
         .iter()
         .zip(problem.signals())
@@ -27,34 +28,29 @@ pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem)
     let free = problem.space().free().len();
     if values == 0 || !problem.signals().iter().any(|s| s.is_driven()) {
         let input = driver(records);
-        return Err(not_identified(
+        return Err(Error::not_identified(
             format!("nothing drives the motor: {input} and load torque are zero throughout and it starts at rest"),
             format!("Record while the {input} changes."),
         ));
     }
     if values <= free {
-        return Err(not_identified(
+        return Err(Error::not_identified(
             format!("{values} measured values under {} for {free} free parameters", driver(records)),
             "Record longer or faster, or hold parameters with --fix.",
         ));
     }
     if !problem.has_weight() {
-        return Err(not_identified(
+        return Err(Error::not_identified(
             "no sample counts: --time-origin is at or after the end of the recording",
             "Give --time-origin in seconds from the start of the recording.",
         ));
     }
-    if spec.polish == Polish::LevenbergMarquardt
-        && let Some((what, remedy)) = warnings::missing_channel(records, spec)
+    if spec.is_polished()
+        && let Some((what, remedy)) = missing_channel(records, spec)
     {
-        return Err(not_identified(what, remedy));
+        return Err(Error::not_identified(what, remedy));
     }
     Ok(())
-}
-
-/// What drives the motor, in words.
-pub(super) fn driver(records: &[Record]) -> Quantity {
-    records.first().map_or(Quantity::Voltage, Record::driver)
 }
 
 /// Whether the fit leaves anything that was asked for unknown.
@@ -63,9 +59,8 @@ pub(super) fn after(
     spec: &IdentifySpec,
     space: &Space,
     refined: &Refined,
-    warnings: &mut Vec<Warning>,
-) -> Result<()> {
-    let Some(what) = unknown(spec, space, refined) else { return Ok(()) };
+) -> Result<Option<Warning>> {
+    let Some(what) = unknown(spec, space, refined) else { return Ok(None) };
     let constant = |r: &Record| r.input().windows(2).all(|v| v[0].to_bits() == v[1].to_bits());
     let input = driver(records);
     let remedy = if records.iter().all(constant) {
@@ -73,13 +68,12 @@ pub(super) fn after(
     } else {
         format!("record faster or longer, under a {input} that changes more, or hold parameters with --fix")
     };
-    if spec.polish == Polish::LevenbergMarquardt {
+    if spec.is_polished() {
         reversed_sign(records)?;
         let (first, rest) = remedy.split_at(1);
-        return Err(not_identified(what, format!("{}{rest}.", first.to_uppercase())));
+        return Err(Error::not_identified(what, format!("{}{rest}.", first.to_uppercase())));
     }
-    warnings.push(Warning::new("not_identifiable", format!("{what}; {remedy}")));
-    Ok(())
+    Ok(Some(Warning::new("not_identifiable", format!("{what}; {remedy}"))))
 }
 
 /// The one parameter that the recordings cannot tell, where they tell all others: a direction of its own, or one of the
@@ -133,14 +127,14 @@ fn unknown(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<Stri
 
 /// Whether the result is one: a simulation that explains nothing in any channel is none.
 pub(super) fn fit(records: &[Record], spec: &IdentifySpec, fit_percent: [Option<f64>; 2]) -> Result<()> {
-    if spec.polish == Polish::None {
+    if !spec.is_polished() {
         return Ok(());
     }
-    if warnings::poor_fit(fit_percent).is_some() {
+    if poor_fit(fit_percent).is_some() {
         reversed_sign(records)?;
     }
     if fit_percent.iter().flatten().all(|percent| *percent <= 0.0) {
-        return Err(not_identified(
+        return Err(Error::not_identified(
             "the motor does not explain the recordings: no fit is better than the mean",
             "Check columns, units and signs.",
         ));
@@ -149,10 +143,10 @@ pub(super) fn fit(records: &[Record], spec: &IdentifySpec, fit_percent: [Option<
 }
 
 /// A channel whose sign is reversed, where nothing fits for it.
-pub(super) fn reversed_sign(records: &[Record]) -> Result<()> {
+fn reversed_sign(records: &[Record]) -> Result<()> {
     let mut found = records.iter().flat_map(diagnose);
     match found.find(|finding| finding.code == "sign_reversed") {
-        Some(finding) => Err(not_identified(finding.message, finding.remedy)),
+        Some(finding) => Err(Error::not_identified(finding.message, finding.remedy)),
         None => Ok(()),
     }
 }

@@ -4,16 +4,14 @@
 //! All of K, B, J, TL and Tc times any number does the same, so that only their ratios are told, as characteristics; a
 //! motor with some K stands for all of them. Where one of them is held, the others follow.
 
-use super::Method;
-use super::channels::Stand;
-use super::extended::{Extension, With};
-use super::held::lag_by_speed;
-use super::spec::{Identification, IdentifySpec};
-use super::warnings::{Warning, unused_columns};
-use crate::criterion::{noise_sigma, peak};
-use crate::motor::{Axis, Discretization, Input, Parameter, Scope, Space};
-use crate::record::{Quantity, Record};
-use crate::text::{engineering, significant};
+use super::method::Method;
+use super::normalized::NormalizedModel;
+use super::spec::IdentifySpec;
+use crate::analysis::{lag_by_speed, unused_columns};
+use crate::criterion::peak;
+use crate::motor::{Axis, Discretization, Extension, Parameter, Scope, Space, With};
+use crate::record::{Quantity, Record, is_driven_by_current};
+use crate::warning::Warning;
 use crate::{Error, Result};
 
 /// The parameters that only one of them gives a scale.
@@ -23,11 +21,6 @@ const EXTENSIONS: [Extension; 5] =
     [Extension::Coulomb, Extension::Load, Extension::DeadTime, Extension::Latency, Extension::SensorAverage];
 /// How far around a motor that was guessed the bounds are.
 const SPREAD: f64 = 1e3;
-
-/// Whether the current is the input of all recordings.
-pub(super) fn is_driven_by_current(records: &[Record]) -> bool {
-    !records.is_empty() && records.iter().all(|record| record.driver() == Quantity::Current)
-}
 
 /// Whether an extension acts where the current is the input.
 pub(super) fn allows(extension: Extension) -> bool {
@@ -49,13 +42,13 @@ pub fn needs_voltage(records: &[Record]) -> Result<()> {
 }
 
 /// The motor that stands for all that recordings without a voltage could be of; `None` where they have one.
-pub(super) fn stand_in(records: &[Record], spec: &IdentifySpec) -> Result<Option<Stand>> {
+pub(super) fn current_driven(records: &[Record], spec: &IdentifySpec) -> Result<Option<NormalizedModel>> {
     if !is_driven_by_current(records) {
         return Ok(None);
     }
     check(spec)?;
-    let held = |parameter| fixed(spec, parameter).is_some();
-    let scaled = SCALED.into_iter().any(|p| fixed(spec, p).is_some_and(|value| value != 0.0));
+    let held = |parameter| spec.fixed(parameter).is_some();
+    let scaled = SCALED.into_iter().any(|p| spec.fixed(p).is_some_and(|value| value != 0.0));
     if !scaled {
         check_bounds(spec)?;
     }
@@ -78,16 +71,12 @@ pub(super) fn stand_in(records: &[Record], spec: &IdentifySpec) -> Result<Option
     unknown.extend(SCALED.iter().filter(|_| !scaled));
     // All of the motor may be held where its extensions are asked for.
     let space = if free.is_empty() { Space::unchecked(free, fix) } else { Space::new(free, fix)? };
-    Ok(Some(Stand {
+    Ok(Some(NormalizedModel {
         space,
         motor,
         unknown: unknown.into_iter().filter(|p| !held(*p)).collect(),
         warning: warning(records, spec, scaled),
     }))
-}
-
-fn fixed(spec: &IdentifySpec, parameter: Parameter) -> Option<f64> {
-    spec.space.fixed().iter().find(|(p, _, _)| *p == parameter).map(|(_, _, value)| *value)
 }
 
 /// Whether everything that is asked for has a meaning.
@@ -140,7 +129,7 @@ fn guess(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
         let axis = spec.space.free().iter().find(|axis: &&Axis| axis.parameter == parameter);
         axis.map_or(1.0, Axis::middle)
     };
-    let own = |parameter| fixed(spec, parameter);
+    let own = |parameter| spec.fixed(parameter);
     let by_others = own(Parameter::J).map(|j| j * gain / constant).or(own(Parameter::B).map(|b| b * gain));
     let k = own(Parameter::K).or(by_others).unwrap_or_else(|| middle(Parameter::K));
     let or_middle = |parameter| own(parameter).unwrap_or_else(|| middle(parameter));
@@ -169,30 +158,4 @@ fn warning(records: &[Record], spec: &IdentifySpec, scaled: bool) -> Warning {
     };
     let unused = unused_columns(records);
     Warning::new("channel_missing", format!("no voltage{unused}: the current is the input, {between}; {told}"))
-}
-
-/// Noise of the current makes standard errors so many times too small before it is said.
-const TOO_SMALL: f64 = 1.5;
-
-/// What noise of the current does to standard errors, which know that of the speed alone.
-///
-/// Through the motor, white noise of σ_i becomes one of the speed that is correlated over its time constant. Where
-/// parameters act as slowly as that, it counts as white noise of `gain σ_i` would.
-pub(super) fn input_noise(records: &[Record], found: &Identification) -> Option<Warning> {
-    let sigma = found.residual_sigma[1].filter(|sigma| found.input == Input::Current && *sigma > 0.0)?;
-    found.uncertainty.as_ref()?;
-    let longest = records.iter().max_by_key(|record| record.len())?;
-    let noise = noise_sigma(longest.input());
-    let [_, _, k, b, j] = found.parameters.to_array();
-    let speed = k / j * (j / b).min(longest.duration_s()) * noise;
-    let times = (1.0 + (speed / sigma).powi(2)).sqrt();
-    (times > TOO_SMALL).then(|| {
-        let message = format!(
-            "the current has noise of {}, which acts on the speed: standard errors, which know the noise of the speed alone, \
-             are too small by up to a factor of {}",
-            engineering(noise, "A", 2),
-            significant(times, 2)
-        );
-        Warning::new("input_noise", message)
-    })
 }

@@ -1,10 +1,10 @@
 //! A result parameter by parameter, as it is shown.
 
-use super::extended::Extension;
-use super::spec::{Identification, IdentifySpec, side};
+use super::result::{Identification, side};
+use super::spec::IdentifySpec;
 use crate::Result;
 use crate::estimate::fit_problem;
-use crate::motor::{Axis, Input, Parameter, Scope};
+use crate::motor::{Axis, Extension, Input, Parameter, Scope};
 use crate::record::Record;
 
 /// A parameter of a result.

@@ -1,16 +1,18 @@
 //! A fit without the search of the whole box and without diagnoses: what a batch of thousands needs of each.
 
-use super::figures::Spread;
-use super::mechanical::needs_voltage;
-use super::search::{around, steiglitz_mcbride};
-use super::spec::{IdentifySpec, side};
-use super::{Polish, checks, figures, general, refine_widening, warnings};
+use super::checks;
+use super::current_driven::needs_voltage;
+use super::model_selection::named_space;
+use super::refine::refine_widening;
+use super::result::side;
+use super::spec::IdentifySpec;
+use super::start::{around, steiglitz_mcbride};
 use crate::Result;
-use crate::estimate::{Refined, Uncertainty, fit_problem};
+use crate::analysis::{FitMetrics, fit_percent, poor_fit};
+use crate::estimate::{Uncertainty, fit_problem};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Parameters, Space};
 use crate::record::Record;
-use std::borrow::Cow;
 
 /// Parameters with how sure they are.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,8 +72,8 @@ fn polished_on(
     (spec, space): (&IdentifySpec, &Space),
     values: &[f64],
 ) -> Result<Fitted> {
-    if spec.polish == Polish::None {
-        let fit_percent = figures::of(records, &plain.with_space(space.clone()), values).0;
+    if !spec.is_polished() {
+        let fit_percent = FitMetrics::of(records, &plain.with_space(space.clone()), values).fit_percent();
         return Ok(Fitted {
             parameters: space.parameters(values, 0),
             values: values.to_vec(),
@@ -85,13 +87,12 @@ fn polished_on(
         });
     }
     let (refined, space) = refine_widening(plain, spec, space, values)?;
-    let mut warnings = Vec::new();
-    checks::after(records, spec, &space, &refined, &mut warnings)?;
+    let warning = checks::after(records, spec, &space, &refined)?;
     let fit_percent = fit_percent(records, &refined);
     checks::fit(records, spec, fit_percent)?;
     let at_bound = sides(&space, &refined.values);
     let mut codes: Vec<&'static str> =
-        warnings.iter().map(|warning| warning.code).chain(codes(&at_bound, fit_percent)).collect();
+        warning.iter().map(|warning| warning.code).chain(codes(&at_bound, fit_percent)).collect();
     if !refined.converged {
         codes.push("not_converged");
     }
@@ -119,7 +120,7 @@ fn sides(space: &Space, values: &[f64]) -> Vec<Option<&'static str>> {
 /// Codes of what bounds and fit say.
 fn codes(at_bound: &[Option<&'static str>], fit_percent: [Option<f64>; 2]) -> Vec<&'static str> {
     let bound = at_bound.iter().any(Option::is_some).then_some("at_bound");
-    bound.into_iter().chain(warnings::poor_fit(fit_percent).map(|warning| warning.code)).collect()
+    bound.into_iter().chain(poor_fit(fit_percent).map(|warning| warning.code)).collect()
 }
 
 /// The space of a search: bounds that follow the Steiglitz–McBride estimate do so where there is one.
@@ -128,8 +129,8 @@ fn codes(at_bound: &[Option<&'static str>], fit_percent: [Option<f64>; 2]) -> Ve
 /// As for a problem.
 pub fn search_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
     needs_voltage(records)?;
-    if general::is_extended(spec) {
-        return general::search_space(records, spec);
+    if spec.is_extended() {
+        return named_space(records, spec);
     }
     if spec.auto_bounds.is_empty() {
         return Ok(spec.space.clone());
@@ -146,23 +147,4 @@ pub fn search_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
 /// As [`super::identify`].
 pub fn check(records: &[Record], spec: &IdentifySpec, problem: &Problem) -> Result<()> {
     checks::before(records, spec, problem)
-}
-
-/// How much of the signals the refined motor explains, from the sums that the refinement ended with.
-pub(super) fn fit_percent(records: &[Record], refined: &Refined) -> [Option<f64>; 2] {
-    [0, 1].map(|channel| {
-        let mut spread = Spread::default();
-        for record in records {
-            let Some(measured) = record.measured()[channel] else { continue };
-            let counting = record.counting();
-            let kept: Cow<'_, [f64]> = match counting.is_empty() {
-                true => Cow::Borrowed(measured),
-                false => {
-                    measured.iter().zip(&counting).filter(|(_, counts)| counts[channel]).map(|(y, _)| *y).collect()
-                }
-            };
-            spread = spread.and(Spread::of(&kept));
-        }
-        spread.fit_percent(refined.squares.iter().map(|squares| squares[channel]).sum())
-    })
 }

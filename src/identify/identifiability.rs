@@ -1,13 +1,15 @@
 //! What a recording is good for, as an inspection tells it.
 
-use super::device::DeviceSpec;
-use super::held::between_samples;
+use super::method::Method;
+use super::pipeline::identify;
+use super::result::Identification;
 use super::spec::IdentifySpec;
-use super::warnings::{Warning, record_warnings};
-use super::{Characteristic, Characteristics, Identification, Method, identify};
+use crate::analysis::{Characteristic, Characteristics, between_samples, record_warnings};
+use crate::device::DeviceSpec;
 use crate::motor::{Discretization, Parameter};
 use crate::record::{Quantity, Record};
 use crate::text::significant;
+use crate::warning::Warning;
 
 /// A recording that was looked at.
 #[derive(Debug, Clone)]

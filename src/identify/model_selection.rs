@@ -1,16 +1,17 @@
 //! The ladder of models: from the linear motor up, each rung the extension that the recordings speak for most, until none
 //! is worth its parameters.
 
-use super::super::mechanical::{allows, is_driven_by_current};
-use super::super::spec::IdentifySpec;
-use super::super::verify::deviations;
-use super::starts::{carried, warmed};
-use super::worth::{Fit, gain, independent, is_worth};
-use super::{Extension, best_start, explained, extended_space};
-use crate::estimate::{Refined, fit_problem, refine_on};
+use super::bic::{Fit, gain, independent, is_worth};
+use super::current_driven::allows;
+use super::extension_bounds::extended_space;
+use super::prepare::Prepared;
+use super::spec::IdentifySpec;
+use super::start::{Start, start};
+use crate::analysis::fit_percent;
+use crate::estimate::{Refined, best_start, carried, explained, refine_on, warmed};
 use crate::evaluate::Problem;
-use crate::motor::{Scope, Space};
-use crate::record::Record;
+use crate::motor::{Extension, Parameter, Scope, Space, With};
+use crate::record::{Record, is_driven_by_current};
 use crate::{Error, ErrorKind, Result};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -45,18 +46,39 @@ const FINALISTS: usize = 3;
 /// Samples on which models are tried, if fewer recordings have as many: what is taken is estimated on all.
 const SAMPLES: usize = 20_000;
 
-/// The extensions that recordings speak for, with the ladder that led to them. `space` is that of the linear motor,
-/// `motors` are near the right one.
-pub(in super::super) fn climb(
-    records: &[Record],
-    spec: &IdentifySpec,
-    space: &Space,
-    motors: &[[f64; 5]],
-) -> Result<(Vec<Extension>, Ladder)> {
-    let some = representative(records, space);
-    let scene = Scene { records: &some, spec, space, motors };
+/// The model that is fitted.
+pub(super) struct Model {
+    /// Its space, extensions included.
+    pub space: Space,
+    /// How it was selected, where it was.
+    pub ladder: Option<Ladder>,
+}
+
+/// Stage 3, select: the extensions that the spec names or, where it leaves them open, those that forward selection takes.
+///
+/// # Errors
+/// `Usage` for parameters of single recordings that the model lacks, and as a fit.
+pub(super) fn select(prepared: &Prepared<'_>, start: &Start) -> Result<Model> {
+    if prepared.is_linear() {
+        return Ok(Model { space: start.space.clone(), ladder: None });
+    }
+    let (with, ladder) = match prepared.named() {
+        Some(list) => (list.to_vec(), None),
+        None => forward_selection(prepared, start).map(|(with, ladder)| (with, Some(ladder)))?,
+    };
+    let space = extended_space(prepared.records, &prepared.spec, &start.space, (&with, &start.motors[0]))?;
+    if prepared.spec.with != With::Auto {
+        check_per_recording(&prepared.spec, &space)?;
+    }
+    Ok(Model { space, ladder })
+}
+
+/// Returns the extensions that recordings speak for, with the steps that led to them.
+fn forward_selection(prepared: &Prepared<'_>, start: &Start) -> Result<(Vec<Extension>, Ladder)> {
+    let some = representative(prepared.records, &start.space);
+    let prepared = prepared.of(&some)?;
     let mut ladder = Ladder::default();
-    let best = scene.up(&mut ladder)?;
+    let best = Selection { prepared: &prepared, start }.up(&mut ladder)?;
     Ok((best.with, ladder))
 }
 
@@ -71,21 +93,18 @@ fn representative(records: &[Record], space: &Space) -> Vec<Record> {
 }
 
 /// What models are tried on.
-struct Scene<'a> {
-    records: &'a [Record],
-    spec: &'a IdentifySpec,
-    /// That of the linear motor.
-    space: &'a Space,
-    motors: &'a [[f64; 5]],
+struct Selection<'a> {
+    prepared: &'a Prepared<'a>,
+    start: &'a Start,
 }
 
-impl Scene<'_> {
+impl Selection<'_> {
     /// From the linear motor up.
     fn up(&self, ladder: &mut Ladder) -> Result<Fit> {
-        let mut best = self.thorough(&[], |problem| explained(problem, self.motors))?;
-        ladder.rungs.push(Rung { taken: true, ..rung(self.records, &best, None) });
+        let mut best = self.thorough(&[], |problem| explained(problem, &self.start.motors))?;
+        ladder.rungs.push(Rung { taken: true, ..rung(self.prepared.records, &best, None) });
         while best.with.len() < HEIGHT {
-            let next = candidates(self.records, &best);
+            let next = candidates(self.prepared.records, &best);
             // One that cannot be fitted explains nothing.
             let fits = next.par_iter().filter_map(|extension| self.rough(&best, *extension).ok());
             let mut tried: Vec<(f64, Fit)> = fits.map(|fit| (gain(&best, &fit), fit)).collect();
@@ -96,7 +115,7 @@ impl Scene<'_> {
             fits.sort_by(|a, b| a.0.total_cmp(&b.0));
             let take = fits.first().is_some_and(|(_, fit)| is_worth(&best, fit));
             for (n, (gain, fit)) in fits.iter().chain(&others).enumerate() {
-                ladder.rungs.push(Rung { taken: take && n == 0, ..rung(self.records, fit, Some(*gain)) });
+                ladder.rungs.push(Rung { taken: take && n == 0, ..rung(self.prepared.records, fit, Some(*gain)) });
             }
             match fits.into_iter().next().filter(|_| take) {
                 Some((_, fit)) => best = self.pruned(fit)?,
@@ -113,7 +132,7 @@ impl Scene<'_> {
         let (problem, plain) = self.problems(&with)?;
         let mut starts = vec![warmed(&problem, (&from.space, &from.refined.values))?];
         starts.extend(explained(&problem, &[from.refined.parameters.to_array()])?.into_iter().take(ANEW));
-        let refined = best_start(&plain, &starts, &deviations(self.records)).ok_or_else(nowhere)?;
+        let refined = best_start(&plain, &starts, self.prepared.deviations()).ok_or_else(nowhere)?;
         Ok(fit(&with, &plain, refined))
     }
 
@@ -151,18 +170,18 @@ impl Scene<'_> {
     fn thorough(&self, with: &[Extension], starts: impl Fn(&Arc<Problem>) -> Result<Vec<Vec<f64>>>) -> Result<Fit> {
         let (problem, plain) = self.problems(with)?;
         let starts = starts(&problem)?;
-        let rough = best_start(&plain, &starts, &deviations(self.records));
+        let rough = best_start(&plain, &starts, self.prepared.deviations());
         let values = rough.map(|refined| refined.values).or_else(|| starts.into_iter().next()).unwrap_or_default();
         Ok(fit(with, &plain, refine_on(&plain, &values, None)?))
     }
 
     /// The problem of a search and that of a fit.
     fn problems(&self, with: &[Extension]) -> Result<(Arc<Problem>, Problem)> {
-        let Self { records, spec, space, motors } = *self;
-        let motor = motors.first().copied().unwrap_or([1.0; 5]);
-        let space = extended_space(records, spec, space, (with, &motor))?;
-        let plain = fit_problem(records, &space, spec.model)?;
-        Ok((Arc::new(Problem::new(records, spec.model, space, spec.criterion)?), plain))
+        let Self { prepared, start } = *self;
+        let motor = start.motors.first().copied().unwrap_or([1.0; 5]);
+        let space = extended_space(prepared.records, &prepared.spec, &start.space, (with, &motor))?;
+        let plain = prepared.fitted(&space);
+        Ok((prepared.searched(space), plain))
     }
 }
 
@@ -199,8 +218,39 @@ fn rung(records: &[Record], fit: &Fit, gain: Option<f64>) -> Rung {
     Rung {
         with: fit.with.clone(),
         free: fit.space.free().len(),
-        fit_percent: super::super::fit::fit_percent(records, &fit.refined),
+        fit_percent: fit_percent(records, &fit.refined),
         gain,
         taken: false,
     }
+}
+
+/// What each recording is to have for itself must be free in the model.
+pub(super) fn check_per_recording(spec: &IdentifySpec, space: &Space) -> Result<()> {
+    let free = |p: &Parameter| space.free().iter().any(|axis| axis.parameter == *p);
+    let Some(parameter) = spec.per_recording.iter().find(|p| !free(p)) else { return Ok(()) };
+    let symbol = parameter.symbol();
+    let extension = Extension::ALL.into_iter().find(|e| e.parameters().contains(parameter));
+    let is_held = space.fixed().iter().any(|(of, ..)| of == parameter);
+    let (what, remedy) = match extension {
+        _ if is_held => ("is held", format!("Leave {symbol} out of --per-recording, or do not hold it.")),
+        Some(extension) => ("is not in the model", format!("Add --with {}, or leave {symbol} out.", extension.name())),
+        None => ("is not in the model", format!("Leave {symbol} out of --per-recording.")),
+    };
+    Err(Error::usage(format!("--per-recording: {symbol} {what}"), remedy))
+}
+
+/// Returns the space of a search with the extensions that a spec names.
+///
+/// # Errors
+/// `Usage` where the spec leaves them open: nothing is fitted here.
+pub(super) fn named_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
+    let prepared = Prepared::as_given(records, spec)?;
+    let Some(list) = prepared.named() else {
+        let message = "--with auto chooses by fits, and there are none here";
+        return Err(Error::usage(message, "Name the extensions, as in --with coulomb,dead-time."));
+    };
+    let start = start(&prepared)?;
+    let space = extended_space(records, spec, &start.space, (list, &start.motors[0]))?;
+    check_per_recording(spec, &space)?;
+    Ok(space)
 }

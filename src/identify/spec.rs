@@ -1,20 +1,11 @@
-//! What is asked for and what was found.
+//! The spec of an identification: what is asked for.
 
-use super::device::{DeviceSpec, PrecisionSpec};
-use super::extended::{Ladder, With};
-use super::feedforward::Regression;
 use super::method::{Method, Polish};
-use super::pace::Paces;
-use super::repeatability::Repeatability;
-use super::residuals::ResidualTests;
-use super::validate::Validation;
-use super::verify::Verification;
-use super::warnings::Warning;
 use crate::criterion::Criterion;
-use crate::estimate::Uncertainty;
+use crate::device::{DeviceSettings, DeviceSpec, Paces, PrecisionSpec};
 use crate::evaluate::Model;
-use crate::motor::{Axis, Input, Parameter, Parameters, Scope, Space};
-use crate::optimize::Stop;
+use crate::motor::{Parameter, Space, With};
+use crate::optimize::Setup;
 
 /// What is to be done.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,99 +64,40 @@ impl Default for IdentifySpec {
     }
 }
 
-/// What a method found, before the polish.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Searched {
-    /// The method that found it: the one asked for, or what `auto` took.
-    pub method: &'static str,
-    /// Whether it took over where Steiglitz–McBride cannot serve.
-    pub is_fallback: bool,
-    /// The parameters, those held included.
-    pub parameters: Parameters,
-    /// Their cost in the chosen criterion, by the scalar oracle.
-    pub cost: f64,
-}
-
-/// What was found.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Identification {
-    /// What drives the motor in the recordings.
-    pub input: Input,
-    /// The parameters after the polish, those held included.
-    pub parameters: Parameters,
-    /// Values of what is free, in the order of the space; extensions and what belongs to one recording are among them.
-    pub values: Vec<f64>,
-    /// Parameters that the recordings do not tell: what stands for them in `parameters` does the same and says nothing.
-    pub unidentified: Vec<Parameter>,
-    /// The models that were tried, where extensions were to be chosen.
-    pub ladder: Option<Ladder>,
-    /// Their cost in the chosen criterion, by the scalar oracle.
-    pub cost: f64,
-    /// What the method found.
-    pub searched: Searched,
-    /// The space, its bounds as they were used.
-    pub space: Space,
-    /// The state `[i, ω]` at the start of each recording.
-    pub initial: Vec<[f64; 2]>,
-    /// How sure the parameters are; `None` without a polish.
-    pub uncertainty: Option<Uncertainty>,
-    /// σ of the residuals of current and speed; `None` for a channel not measured.
-    pub residual_sigma: [Option<f64>; 2],
-    /// Whether the polish came to its end.
-    pub converged: bool,
-    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed over all recordings; `None` for a channel not measured.
-    pub fit_percent: [Option<f64>; 2],
-    /// The result against the references.
-    pub verification: Verification,
-    /// What the reader should know.
-    pub warnings: Vec<Warning>,
-    /// Why the search ended.
-    pub stop: Stop,
-    /// Candidates evaluated.
-    pub evaluations: u64,
-    /// Lowest cost after each generation; empty without a population.
-    pub history: Vec<f64>,
-    /// What evaluated: cpu or gpu.
-    pub device_kind: &'static str,
-    /// Its name.
-    pub device: String,
-    /// The numbers of the evaluation.
-    pub precision: &'static str,
-    /// The winner's cost by the device less that by the oracle; `None` where the CPU evaluated.
-    pub cost_difference: Option<f64>,
-    /// How well the parameters explain recordings that they were not fitted to, where there are any.
-    pub validation: Option<Validation>,
-    /// The residuals of each recording, tested; empty without a polish.
-    pub residual_tests: Vec<ResidualTests>,
-    /// Feedforward characteristics by regression, to hold against [`super::Characteristics::of`].
-    pub regressions: Vec<Regression>,
-    /// How far recordings with the same input repeat, where there are such.
-    pub repeatability: Option<Repeatability>,
-    /// Seconds of the estimation alone.
-    pub seconds: f64,
-}
-
-impl Identification {
-    /// The bound, `min` or `max`, that a free parameter ended at: nearer to it than 1e-4 of the range and 1 % of
-    /// itself.
+impl IdentifySpec {
+    /// Returns whether more than the linear motor is asked for: extensions, or parameters of single recordings.
     #[must_use]
-    pub fn at_bound(&self, parameter: Parameter) -> Option<&'static str> {
-        let shared = |(axis, _): &(&Axis, &f64)| axis.parameter == parameter && axis.scope == Scope::Shared;
-        let (axis, value) = self.space.free().iter().zip(&self.values).find(shared)?;
-        side(axis, *value)
+    pub fn is_extended(&self) -> bool {
+        self.with != With::default() || !self.space.extent().is_linear() || !self.per_recording.is_empty()
+    }
+
+    /// Returns whether the result is refined.
+    #[must_use]
+    pub fn is_polished(&self) -> bool {
+        self.polish == Polish::LevenbergMarquardt
+    }
+
+    /// Returns the settings of a population search in a space.
+    pub(super) fn search(&self, space: &Space) -> Setup {
+        let &Self { population, generations, seed, .. } = self;
+        Setup { bounds: space.bounds(), population, generations, seed, run: 0 }
+    }
+
+    /// Returns the value that a parameter is fixed at.
+    pub(super) fn fixed(&self, parameter: Parameter) -> Option<f64> {
+        self.space.fixed().iter().find(|(p, _, _)| *p == parameter).map(|(_, _, value)| *value)
     }
 }
 
-/// The bound that a value stands at, as [`Identification::at_bound`] has it.
-pub(super) fn side(axis: &Axis, value: f64) -> Option<&'static str> {
-    let near = 1e-4 * (axis.max - axis.min);
-    // A bound of zero has no size of its own.
-    let by_size = |bound: f64| if bound == 0.0 { near } else { near.min(0.01 * bound.abs()) };
-    if value - axis.min <= by_size(axis.min) {
-        Some("min")
-    } else if axis.max - value <= by_size(axis.max) {
-        Some("max")
-    } else {
-        None
+impl From<&IdentifySpec> for DeviceSettings {
+    fn from(spec: &IdentifySpec) -> Self {
+        Self {
+            device: spec.device.clone(),
+            precision: spec.precision,
+            paces: spec.paces.clone(),
+            threads: spec.threads,
+            population: spec.population,
+            generations: spec.generations,
+        }
     }
 }

@@ -1,8 +1,13 @@
 //! The verdict: what was found, against Steiglitz–McBride, the refinement and a search of the whole box.
 
-use crate::criterion::{rms, standard_deviation};
-use crate::estimate::{Estimate, Reference, ReferenceKind, RefineOptions, Refined, global_reference, refine, squares};
-use crate::evaluate::Model;
+use super::method::Method;
+use super::prepare::Prepared;
+use super::refine::{Fit, refine_widening};
+use super::spec::IdentifySpec;
+use super::start::steiglitz_mcbride;
+use crate::Result;
+use crate::criterion::rms;
+use crate::estimate::{Estimate, Reference, ReferenceKind, Refined, global_reference_on, refine_on, squares_on};
 use crate::motor::{Parameters, Space};
 use crate::record::Record;
 
@@ -65,10 +70,51 @@ impl Verification {
 }
 
 /// The verification with what it found on the way.
-pub(super) struct Verified {
-    pub verification: Verification,
+struct Verified {
+    verification: Verification,
     /// The best of the references, where it is better than what was found.
-    pub better: Option<Refined>,
+    better: Option<Refined>,
+}
+
+/// Stage 5, verify: holds a fit against a search of the whole box and the refinement of the Steiglitz–McBride estimate.
+/// Under `auto` a better reference is taken in its place: the best there is was asked for, wherever it was found.
+///
+/// # Errors
+/// As a refinement.
+pub(super) fn verify(prepared: &Prepared<'_>, fit: &mut Fit, estimate: Option<&Estimate>) -> Result<Verification> {
+    let spec = prepared.spec.as_ref();
+    let claim = Claim {
+        space: &fit.space,
+        refined: &fit.refined,
+        searched: &fit.found.values,
+        is_judged: spec.method.is_search() || !spec.is_polished(),
+        estimate,
+    };
+    let Verified { mut verification, better } = judged(prepared, &claim);
+    if let (Method::Auto, true, Some(better)) = (spec.method, spec.is_polished(), better) {
+        (fit.refined, fit.space) = refine_widening(&prepared.fitted(&fit.space), spec, &fit.space, &better.values)?;
+        (verification.status, verification.cost_gap) = (Status::Agrees, Some(0.0));
+    }
+    Ok(verification)
+}
+
+/// Returns the verdict on parameters from elsewhere (one value per free axis of the spec's space), as if a search had
+/// found them.
+///
+/// # Errors
+/// As [`super::identify_with`].
+pub fn verify_at(records: &[Record], spec: &IdentifySpec, values: &[f64]) -> Result<Verification> {
+    let prepared = Prepared::as_given(records, spec)?;
+    let refined = refine_on(prepared.plain(), values, None)?;
+    let estimate = steiglitz_mcbride(records, spec, prepared.plain())?;
+    let claim = Claim {
+        space: &spec.space,
+        refined: &refined,
+        searched: values,
+        is_judged: true,
+        estimate: estimate.as_ref().ok(),
+    };
+    Ok(judged(&prepared, &claim).verification)
 }
 
 /// Relative differences of the cost below this are rounding and the end of an iteration.
@@ -81,30 +127,27 @@ const MISFIT_MORE: f64 = 0.02;
 const ROUNDING: f64 = 1e-7;
 
 /// What is verified.
-pub(super) struct Claim<'a> {
-    pub records: &'a [Record],
-    pub space: &'a Space,
-    pub model: Model,
+struct Claim<'a> {
+    space: &'a Space,
     /// The refinement of what was searched.
-    pub refined: &'a Refined,
+    refined: &'a Refined,
     /// What was searched.
-    pub searched: &'a [f64],
-    /// Whether it is reported as it is, and not its refinement.
-    pub unpolished: bool,
+    searched: &'a [f64],
     /// Whether it is more than a start for the refinement: a population's optimum, or the result itself.
-    pub is_judged: bool,
-    pub estimate: Option<&'a Estimate>,
+    is_judged: bool,
+    estimate: Option<&'a Estimate>,
 }
 
-pub(super) fn verify(claim: &Claim<'_>) -> Verified {
-    let Claim { records, space, model, refined, searched, unpolished, is_judged, estimate } = *claim;
+fn judged(prepared: &Prepared<'_>, claim: &Claim<'_>) -> Verified {
+    let Claim { space, refined, searched, is_judged, estimate } = *claim;
+    let (records, plain) = (prepared.records, prepared.fitted(space));
     let sigma = sigmas(records, refined);
     let own = refined.weighted(&sigma);
-    let reference = global_reference(records, space, model, &sigma).ok();
+    let reference = global_reference_on(&plain, &sigma).ok();
     let from_sm = estimate.and_then(|estimate| {
         let start: Vec<f64> =
             space.free().iter().map(|axis| estimate.parameters.get(axis.parameter).clamp(axis.min, axis.max)).collect();
-        refine(records, space, &start, &RefineOptions { model, sigma: Some(sigma.clone()) }).ok()
+        refine_on(&plain, &start, Some(&sigma)).ok()
     });
     let kind = reference.as_ref().map(|reference: &Reference| reference.kind);
     let fits = reference.map(|reference| reference.refined).into_iter().chain(from_sm);
@@ -115,18 +158,18 @@ pub(super) fn verify(claim: &Claim<'_>) -> Verified {
     };
     let lowest = best.weighted(&sigma);
     let relative = |cost: f64| (cost - lowest) / lowest.max(1.0);
-    let start = squares(records, space, searched, model).unwrap_or_default();
-    let start_gap = if start.is_empty() { f64::INFINITY } else { relative(weighted(&start, &sigma)) };
-    let deviations = deviations(records);
-    let misfit = |squares: &[[f64; 2]]| weighted(squares, &deviations).sqrt();
+    let start = squares_on(&plain, searched);
+    let start_gap = relative(weighted(&start, &sigma));
+    let deviations = prepared.deviations();
+    let misfit = |squares: &[[f64; 2]]| weighted(squares, deviations).sqrt();
     let count = misfit_of_nothing(records);
     let is_far = misfit(&start) > MISFIT_TIMES * misfit(&best.squares) + MISFIT_MORE * count;
     let status = match relative(own) {
-        gap if gap > EQUAL || (is_judged && (is_far || start.is_empty())) => Status::SearchStuck,
+        gap if gap > EQUAL || (is_judged && is_far) => Status::SearchStuck,
         gap if gap < -EQUAL => Status::ReferenceFailed,
         _ => Status::Agrees,
     };
-    let of_search = unpolished || status == Status::SearchStuck;
+    let of_search = !prepared.spec.is_polished() || status == Status::SearchStuck;
     let verification = Verification {
         status,
         steiglitz_mcbride: estimate.map(|e| e.parameters),
@@ -152,15 +195,6 @@ fn sigmas(records: &[Record], refined: &Refined) -> Vec<[f64; 2]> {
         })
     };
     records.iter().zip(&refined.sigmas).map(of).collect()
-}
-
-/// Standard deviation of each signal; where it has none its size, and 1 for a channel not measured.
-pub(super) fn deviations(records: &[Record]) -> Vec<[f64; 2]> {
-    let of = |signal: Option<&[f64]>| {
-        let Some(signal) = signal else { return 1.0 };
-        [standard_deviation(signal), rms(signal), 1.0].into_iter().find(|v| *v > 0.0).unwrap_or(1.0)
-    };
-    records.iter().map(|record| record.measured().map(of)).collect()
 }
 
 /// The misfit whose residuals are as large as the signals vary.

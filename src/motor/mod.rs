@@ -7,6 +7,7 @@ mod delay;
 mod discretize;
 mod dual;
 mod extended;
+mod extension;
 mod logarithm;
 mod matrix;
 mod parameter;
@@ -22,6 +23,7 @@ pub use discretize::{Discretization, Input, Method, StepMap, StepMaps, step_maps
 pub use dual::{Dual, Number};
 pub(crate) use extended::WINDOW_MAX;
 pub use extended::{Extended, ExtendedWalk, Extent, Setting, walk_extended};
+pub use extension::{Extension, With};
 pub use logarithm::{LogarithmError, matrix_logarithm};
 pub use matrix::{Matrix2, inverse, product, times};
 pub use parameter::{Extensions, Parameter};

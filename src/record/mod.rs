@@ -30,6 +30,18 @@ pub const SAMPLES_MAX: usize = 100_000_000;
 /// The largest |value| that a signal may have in SI units; squares of it still add up to a finite number.
 pub const VALUE_MAX: f64 = 1e9;
 
+/// Returns whether the measured current is the input of all recordings.
+#[must_use]
+pub fn is_driven_by_current(records: &[Record]) -> bool {
+    !records.is_empty() && records.iter().all(|record| record.driver() == Quantity::Current)
+}
+
+/// Returns the quantity that drives the motor, by the first recording.
+#[must_use]
+pub fn driver(records: &[Record]) -> Quantity {
+    records.first().map_or(Quantity::Voltage, Record::driver)
+}
+
 /// A column as it was understood.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Column {

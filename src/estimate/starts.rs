@@ -3,13 +3,13 @@
 //! at once (for a dead time that is the cross-correlation of the recording with what the motor would have done), then
 //! along the others, and every end is refined.
 
-use super::super::spec::IdentifySpec;
-use super::Extension;
+use super::refine::refine_roughly;
+use super::refined::Refined;
+use super::steiglitz_mcbride::{SmOptions, try_steiglitz_mcbride};
 use crate::Result;
 use crate::candidates::Candidates;
-use crate::estimate::{Refined, SmOptions, refine_roughly, try_steiglitz_mcbride};
-use crate::evaluate::{Batch, Evaluator as _, Group, Problem, Simd};
-use crate::motor::{Axis, Parameter, Space};
+use crate::evaluate::{Batch, Evaluator as _, Group, Model, Problem, Simd};
+use crate::motor::{Axis, Extension, Parameter, Space};
 use crate::record::Record;
 use std::sync::Arc;
 
@@ -89,13 +89,13 @@ fn orders(axes: &[Axis]) -> Vec<Vec<usize>> {
 }
 
 /// Where values lead along the axes of extensions, in each order.
-pub(in super::super) fn led(problem: &Arc<Problem>, values: &[f64]) -> Result<Vec<Vec<f64>>> {
+pub(crate) fn led(problem: &Arc<Problem>, values: &[f64]) -> Result<Vec<Vec<f64>>> {
     let all = orders(problem.space().free());
     all.iter().map(|order| Ok(descended(problem, values.to_vec(), order)?.1)).collect()
 }
 
 /// Starts in the space of a problem: for each motor (R, L, K, B, J), each way to explain what is late, the rest after it.
-pub(in super::super) fn explained(problem: &Arc<Problem>, motors: &[[f64; 5]]) -> Result<Vec<Vec<f64>>> {
+pub(crate) fn explained(problem: &Arc<Problem>, motors: &[[f64; 5]]) -> Result<Vec<Vec<f64>>> {
     let axes = problem.space().free();
     let orders = orders(axes);
     let mut starts: Vec<(f64, Vec<f64>)> = Vec::new();
@@ -123,7 +123,7 @@ fn neutral_start(axes: &[Axis], motor: &[f64; 5]) -> Vec<f64> {
 }
 
 /// Values of a smaller model, or a larger one, in the space of a problem; what they lack changes nothing.
-pub(super) fn carried(problem: &Arc<Problem>, (space, values): (&Space, &[f64])) -> Vec<f64> {
+pub(crate) fn carried(problem: &Arc<Problem>, (space, values): (&Space, &[f64])) -> Vec<f64> {
     let own = |axis: &Axis| {
         let same = |(other, _): &(&Axis, &f64)| (other.parameter, other.scope) == (axis.parameter, axis.scope);
         let known = space.free().iter().zip(values).find(same).map(|(_, value)| *value);
@@ -133,7 +133,7 @@ pub(super) fn carried(problem: &Arc<Problem>, (space, values): (&Space, &[f64]))
 }
 
 /// The same, lowered along what was not there.
-pub(super) fn warmed(problem: &Arc<Problem>, from: (&Space, &[f64])) -> Result<Vec<f64>> {
+pub(crate) fn warmed(problem: &Arc<Problem>, from: (&Space, &[f64])) -> Result<Vec<f64>> {
     let mut start = carried(problem, from);
     let has = |axis: &Axis| from.0.free().iter().any(|other| other.parameter == axis.parameter);
     let axes = problem.space().free();
@@ -175,7 +175,7 @@ fn limited(problem: &Arc<Problem>, motors: &[[f64; 5]], order: &[usize]) -> Resu
 const EXPLANATIONS: usize = 6;
 
 /// The best of the rough refinements of some starts, each channel divided by its standard deviation.
-pub(in super::super) fn best_start(plain: &Problem, starts: &[Vec<f64>], sigma: &[[f64; 2]]) -> Option<Refined> {
+pub(crate) fn best_start(plain: &Problem, starts: &[Vec<f64>], sigma: &[[f64; 2]]) -> Option<Refined> {
     use rayon::prelude::*;
     let refined = starts.par_iter().map(|start| refine_roughly(plain, start, sigma));
     let ends: Vec<Result<Refined>> = refined.collect();
@@ -184,8 +184,8 @@ pub(in super::super) fn best_start(plain: &Problem, starts: &[Vec<f64>], sigma: 
 
 /// Motors that Steiglitz–McBride finds when the voltage comes later by some samples, the earliest first: with a dead time
 /// of about that, the right one is among them.
-pub(in super::super) fn lagged(records: &[Record], spec: &IdentifySpec) -> Vec<[f64; 5]> {
-    let options = SmOptions { model: spec.model, sigma: None };
+pub(crate) fn lagged(records: &[Record], model: Model) -> Vec<[f64; 5]> {
+    let options = SmOptions { model, sigma: None };
     let longest = records.iter().max_by_key(|record| record.len());
     let of = |record: &Record, lag: &usize| {
         let late = record.with_late_input(*lag);

@@ -1,0 +1,35 @@
+//! Analysis of a finished fit: residual tests, the noise floor, intersample behaviour, characteristics, friction,
+//! validation.
+
+mod characteristics;
+mod feedforward;
+mod fit_metrics;
+mod fitted;
+mod friction;
+mod input_noise;
+mod intersample;
+mod noise_floor;
+mod recording;
+mod residual_input_test;
+mod residuals;
+mod validation;
+
+pub use characteristics::{
+    Characteristic, Characteristics, Constants, Covariance, Named, characteristics, characteristics_by_current,
+};
+pub use feedforward::{Regression, regression, regressions};
+pub(crate) use fit_metrics::{FitMetrics, fit_percent, poor_fit};
+pub use fitted::FittedMotor;
+pub(crate) use friction::friction_differs;
+pub(crate) use input_noise::input_noise;
+pub use intersample::{Between, between_samples, suspicions};
+pub(crate) use intersample::{
+    coarse_rate, guess_by_speed, intersample_of_current, intersample_of_voltage, lag_by_speed,
+};
+pub use noise_floor::{Repeatability, repeatability};
+pub(crate) use recording::unused_columns;
+pub use recording::{record_warnings, warnings_of_records};
+pub use residual_input_test::{InputTest, Regressors, Residuals, input_test};
+pub use residuals::{ResidualTest, ResidualTests};
+pub(crate) use residuals::{residual_tests, residuals_follow_input, variance_inflation};
+pub use validation::{HeldOut, Validation, validate};

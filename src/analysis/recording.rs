@@ -1,0 +1,74 @@
+//! Warnings about recordings, whatever they are used for.
+
+use crate::record::{Finding, Quantity, Record, Severity, diagnose};
+use crate::warning::{Place, Warning, name_of};
+
+/// What is suspicious about recordings, each named.
+#[must_use]
+pub fn warnings_of_records(records: &[Record]) -> Vec<Warning> {
+    let named = |record: &Record| {
+        let name = name_of(record);
+        let place = move |warning: Warning| {
+            let place = Place { recording: Some(name.clone()), ..warning.place.unwrap_or_default() };
+            Warning { place: Some(place), ..warning }
+        };
+        record_warnings(record).into_iter().map(place).collect::<Vec<_>>()
+    };
+    records.iter().flat_map(named).collect()
+}
+
+/// The columns that were not used, in words.
+pub(crate) fn unused_columns(records: &[Record]) -> String {
+    let unused: Vec<String> = records.iter().flat_map(|r| r.source().ignored.iter().cloned()).take(12).collect();
+    match unused.len() {
+        0 => String::new(),
+        _ => format!(" (columns not used: {}; name one with --columns)", unused.join(", ")),
+    }
+}
+
+/// A period from which on it is doubted \[s\], if nobody names its unit: a motor moves faster, and a logger in
+/// milliseconds is common.
+const PERIOD_DOUBTED_S: f64 = 0.02;
+
+/// What is suspicious about a recording, whatever it is used for.
+#[must_use]
+pub fn record_warnings(record: &Record) -> Vec<Warning> {
+    let whole = |finding: &Finding| {
+        let masked = |place: &std::ops::Range<usize>| {
+            record.excluded().iter().any(|e| e.start <= place.start && place.end <= e.end)
+        };
+        finding.places.is_empty() || !finding.places.iter().all(masked)
+    };
+    let mut warnings: Vec<Warning> =
+        diagnose(record).into_iter().filter(whole).map(|finding| Warning::found(record, finding)).collect();
+    let columns = &record.source().columns;
+    let period = record.period_s();
+    let unit_open = columns.iter().any(|c| c.quantity == Quantity::Time && !c.unit_named);
+    if period >= PERIOD_DOUBTED_S && unit_open && !warnings.iter().any(|w| w.code == "units") {
+        let message = format!(
+            "{period} s between samples is long for a motor; if the times are milliseconds, name the unit: --columns \
+             time=HEADING:ms"
+        );
+        warnings.push(Warning::new("period_unit", message));
+    }
+    let (driver, input) = (record.driver(), record.input());
+    if input.iter().all(|v| v.to_bits() == input[0].to_bits()) && input[0] != 0.0 {
+        let (value, unit) = (input[0], driver.unit());
+        let message =
+            format!("the {driver} is {value} {unit} throughout; fine if the motor starts from rest in this recording");
+        let code = if driver == Quantity::Current { "constant_current" } else { "constant_voltage" };
+        warnings.push(Warning::new(code, message));
+    }
+    let assumed: Vec<String> =
+        (columns.iter().filter(|c| !c.unit_named)).map(|c| format!("{} in {}", c.heading, c.unit)).collect();
+    if !assumed.is_empty() {
+        let message = format!("no unit is named, taken to be {}; name it with --columns", assumed.join(", "));
+        warnings.push(Warning::new("unit_assumed", message));
+    }
+    if record.source().last_line_open {
+        let message = "the file ends without a line end: its last number may be cut off";
+        warnings.push(Warning::new("no_line_end", message));
+    }
+    warnings.sort_by_key(|warning| warning.severity == Severity::Mention);
+    warnings
+}

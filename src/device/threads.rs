@@ -1,0 +1,17 @@
+//! The threads that work runs on.
+
+use crate::{Error, Result};
+
+/// Does `work` inside a pool of so many threads, `None` in that of the caller: its threads then need no waking between
+/// one batch and the next.
+///
+/// # Errors
+/// `Usage` when threads cannot be started, and those of `work`.
+pub fn with_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
+    let pool = threads.map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build()).transpose();
+    let pool = pool.map_err(|e| Error::usage(format!("threads cannot be started: {e}"), "Give fewer --threads."))?;
+    match pool {
+        Some(pool) => pool.install(work),
+        None => rayon::scope(|_| work()),
+    }
+}

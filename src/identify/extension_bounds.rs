@@ -1,0 +1,94 @@
+//! Bounds of extensions: where their parameters are searched, by the size of what recordings show.
+
+use super::spec::IdentifySpec;
+use crate::Result;
+use crate::criterion::peak;
+use crate::motor::{Axis, Extension, Parameter, Scope, Space};
+use crate::record::{Record, is_driven_by_current};
+
+/// Returns the parameters of an extension that recordings can show: sensors that were there.
+fn shown(extension: Extension, records: &[Record]) -> Vec<Parameter> {
+    let measured = |channel: usize| records.iter().any(|r| r.measured()[channel].is_some());
+    let told = |parameter: &Parameter| match parameter {
+        Parameter::CurrentAverage => measured(0),
+        Parameter::SpeedAverage => measured(1),
+        _ => true,
+    };
+    extension.parameters().iter().copied().filter(told).collect()
+}
+
+/// The space of a spec with these extensions, as far as it has not got their parameters: within bounds that the
+/// recordings and a motor near the right one (R, L, K, B, J) give. A start latency belongs to each recording.
+///
+/// # Errors
+/// `Usage` when bounds are crossed.
+pub(super) fn extended_space(
+    records: &[Record],
+    spec: &IdentifySpec,
+    space: &Space,
+    (extensions, motor): (&[Extension], &[f64; 5]),
+) -> Result<Space> {
+    let scales = Scales::of(records, motor);
+    let mut free = space.free().to_vec();
+    let has = |p: Parameter| {
+        space.free().iter().any(|axis| axis.parameter == p) || space.fixed().iter().any(|(of, _, _)| *of == p)
+    };
+    for parameter in extensions.iter().flat_map(|extension| shown(*extension, records)).filter(|p| !has(*p)) {
+        let (min, max) = scales.bounds(parameter);
+        free.push(Axis { parameter, scope: Scope::Shared, min, max });
+    }
+    let space = Space::new(free, space.fixed().to_vec())?;
+    let mut own = spec.per_recording.clone();
+    own.push(Parameter::Latency);
+    Ok(if records.len() > 1 { space.per_recording(&own, records.len()) } else { space })
+}
+
+/// What is large in recordings.
+struct Scales {
+    /// The input, a voltage or a current.
+    voltage: f64,
+    stall_torque: f64,
+    period_s: f64,
+    duration_s: f64,
+    time_constant_s: f64,
+    samples: f64,
+}
+
+impl Scales {
+    fn of(records: &[Record], &[r, _, k, b, j]: &[f64; 5]) -> Self {
+        let largest = |of: &dyn Fn(&Record) -> f64| records.iter().map(of).fold(0.0, f64::max);
+        let voltage = largest(&|record| peak(record.input())).max(f64::MIN_POSITIVE);
+        let by_current = is_driven_by_current(records);
+        let shortest = records.iter().map(Record::len).min().unwrap_or(1);
+        #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
+        let samples = shortest as f64;
+        Self {
+            voltage,
+            stall_torque: if by_current { k * voltage } else { k * voltage / r },
+            period_s: largest(&Record::period_s),
+            duration_s: largest(&Record::duration_s),
+            time_constant_s: if by_current { j / b } else { r * j / (k * k + r * b) },
+            samples,
+        }
+    }
+
+    /// Bounds that leave room for whatever a recording can show.
+    fn bounds(&self, parameter: Parameter) -> (f64, f64) {
+        let Self { voltage, stall_torque, period_s, duration_s, time_constant_s, samples } = *self;
+        let late = |periods: f64, constants: f64| {
+            (periods * period_s).max(constants * time_constant_s).min(0.25 * duration_s).max(period_s)
+        };
+        match parameter {
+            Parameter::Coulomb => (0.0, stall_torque),
+            Parameter::Load => (-stall_torque, stall_torque),
+            Parameter::DeadTime => (0.0, late(100.0, 6.0)),
+            Parameter::Latency => (0.0, late(500.0, 10.0)),
+            Parameter::Offset => (-0.5 * voltage, 0.5 * voltage),
+            Parameter::BrushDrop => (0.0, 0.5 * voltage),
+            Parameter::Deadband => (0.0, 0.95 * voltage),
+            Parameter::Saturation => (0.05 * voltage, voltage),
+            Parameter::ReverseGain => (0.2, 5.0),
+            _ => (1.0, (0.25 * samples).clamp(2.0, 300.0)),
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! The pipeline of an identification: prepare → start → select → refine → verify → analyse → result.
+
+use super::checks;
+use super::method::Method;
+use super::model_selection::select;
+use super::prepare::Prepared;
+use super::refine::{Fit, Observer, fit};
+use super::result::{Identification, Searched};
+use super::spec::IdentifySpec;
+use super::start::{asked_space, start};
+use super::unidentified::{fix_unidentified, not_told};
+use super::verify::{Verification, verify};
+use super::warnings;
+use crate::Result;
+use crate::analysis::{
+    Characteristics, FitMetrics, coarse_rate, friction_differs, input_noise, intersample_of_current,
+    intersample_of_voltage, regressions, repeatability, residual_tests, residuals_follow_input,
+};
+use crate::device::with_threads;
+use crate::evaluate::Scalar;
+use crate::motor::{Input, Parameter};
+use crate::optimize::Progress;
+use crate::record::Record;
+use crate::warning::Warning;
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+/// Identifies one motor from one or more recordings (several: one joint fit).
+///
+/// # Errors
+/// As [`identify_with`].
+pub fn identify(records: &[Record], spec: &IdentifySpec) -> Result<Identification> {
+    identify_with(records, spec, &mut |_| ControlFlow::Continue(()))
+}
+
+/// Like [`identify`], watched: `observe` sees every generation and may end the search, whose best is then refined.
+///
+/// # Errors
+/// `Usage` for a spec that cannot be; `NotIdentified` when a signal is constant, nothing drives the motor, nothing
+/// counts in the criterion, there are fewer measured values than parameters, every candidate diverges, or the
+/// recordings do not identify a parameter that is asked for.
+pub fn identify_with(
+    records: &[Record],
+    spec: &IdentifySpec,
+    observe: &mut (dyn FnMut(&Progress) -> ControlFlow<()> + Send),
+) -> Result<Identification> {
+    with_threads(spec.threads, || run(records, spec, observe))
+}
+
+fn run(records: &[Record], spec: &IdentifySpec, observe: &mut Observer<'_>) -> Result<Identification> {
+    // Recordings themselves are judged first; the seconds of the result are those of the estimation.
+    let of_recordings = warnings::of_recordings(records, spec);
+    let started = Instant::now();
+    let prepared = Prepared::new(records, spec)?;
+    checks::before(records, &prepared.spec, &prepared.searched(asked_space(records, &prepared.spec)?))?;
+    let start = start(&prepared)?;
+    let model = select(&prepared, &start)?;
+    let mut fit = fit(&prepared, &start, &model.space, observe)?;
+    let dropped = fix_unidentified(&prepared, &mut fit)?;
+    let verification = verify(&prepared, &mut fit, start.estimate.as_ref().ok())?;
+    let mut warnings = warnings::with_normalized(of_recordings, prepared.normalized.as_ref());
+    warnings.append(&mut fit.found.warnings);
+    warnings.extend(checks::after(records, &prepared.spec, &fit.space, &fit.refined)?);
+    if spec.is_polished() {
+        warnings.extend(friction_differs(records, &prepared.fitted(&fit.space), &fit.refined));
+    }
+    warnings.extend(dropped.iter().copied().map(not_told));
+    let unidentified = unidentified(&prepared, &fit, &dropped);
+    let mut result = Identification { verification, unidentified, ladder: model.ladder, ..assembled(&prepared, fit) };
+    checks::fit(records, &prepared.spec, result.fit_percent)?;
+    warnings.extend(warnings::of_result(&result, start.estimate.as_ref().err().copied()));
+    result.warnings = warnings;
+    analyse(&prepared, &mut result)?;
+    result.seconds = started.elapsed().as_secs_f64();
+    Ok(result)
+}
+
+/// Returns what no fit of these recordings identifies, and what this one does not.
+fn unidentified(prepared: &Prepared<'_>, fit: &Fit, dropped: &[Parameter]) -> Vec<Parameter> {
+    let extent = fit.space.extent();
+    let open = prepared.open().iter().filter(|p| !p.is_extension() || extent.has(**p));
+    let mut all: Vec<Parameter> = open.chain(dropped).copied().collect();
+    all.sort_by_key(|p| *p as usize);
+    all.dedup();
+    all
+}
+
+/// Stage 6, analyse: warnings about the finished fit, regressions beside it, and how far recordings repeat.
+fn analyse(prepared: &Prepared<'_>, result: &mut Identification) -> Result<()> {
+    let (records, spec) = (prepared.records, prepared.spec.as_ref());
+    let motor = (&*result).into();
+    let intersample = match (prepared.is_linear(), result.input) {
+        (true, Input::Voltage) => intersample_of_voltage(records, spec.model, &motor),
+        (false, Input::Current) => intersample_of_current(records, spec.model, &motor),
+        _ => None,
+    };
+    let time_constant = Characteristics::of(motor).map(|c| c.time_constant.value);
+    let found: Vec<Warning> = [
+        intersample,
+        input_noise(records, &motor),
+        residuals_follow_input(records, &result.residual_tests),
+        coarse_rate(records, &motor),
+        warnings::long_dead_time(result),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    result.warnings.extend(found);
+    result.regressions = regressions(records, time_constant);
+    result.repeatability = repeatability(&records.iter().collect::<Vec<_>>(), spec.model)?;
+    Ok(())
+}
+
+/// Stage 7, result: what was found, with its fit and the tests of its residuals.
+fn assembled(prepared: &Prepared<'_>, fit: Fit) -> Identification {
+    let (records, spec) = (prepared.records, prepared.spec.as_ref());
+    let Fit { found, problem, refined, space } = fit;
+    let searched = Searched {
+        method: found.method,
+        is_fallback: spec.method == Method::Auto && !matches!(found.method, "sm" | "grid"),
+        parameters: problem.parameters(&found.values, 0),
+        cost: Scalar::cost(&problem, &found.values),
+    };
+    let polished = spec.is_polished();
+    let values = if polished { &refined.values } else { &found.values };
+    let problem = problem.with_space(space.clone());
+    let problem = if polished { problem.starting_from(&refined.initial) } else { problem };
+    let metrics = FitMetrics::of(records, &problem, values);
+    Identification {
+        input: problem.input(),
+        parameters: problem.parameters(values, 0),
+        values: values.clone(),
+        unidentified: Vec::new(),
+        ladder: None,
+        cost: Scalar::cost(&problem, values),
+        searched,
+        space,
+        initial: problem.signals().iter().map(|s| s.initial()).collect(),
+        fit_percent: metrics.fit_percent(),
+        residual_tests: if polished { residual_tests(records, &problem, values, &[]) } else { Vec::new() },
+        residual_sigma: if polished { refined.sigma } else { metrics.residual_sigma() },
+        converged: !polished || refined.converged,
+        uncertainty: polished.then_some(refined.uncertainty),
+        verification: Verification::none(),
+        warnings: Vec::new(),
+        stop: found.stop,
+        evaluations: found.evaluations,
+        history: found.history,
+        device_kind: found.device_kind,
+        device: found.device,
+        precision: found.precision,
+        cost_difference: found.cost_difference,
+        validation: None,
+        regressions: Vec::new(),
+        repeatability: None,
+        seconds: 0.0,
+    }
+}

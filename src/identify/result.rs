@@ -1,0 +1,133 @@
+//! The result of an identification.
+
+use super::model_selection::Ladder;
+use super::spec::IdentifySpec;
+use super::verify::Verification;
+use crate::Result;
+use crate::analysis::{self, FittedMotor, Regression, Repeatability, ResidualTests, Validation};
+use crate::estimate::Uncertainty;
+use crate::motor::{Axis, Input, Parameter, Parameters, Scope, Space};
+use crate::optimize::Stop;
+use crate::record::Record;
+use crate::warning::Warning;
+
+/// What a method found, before the polish.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Searched {
+    /// The method that found it: the one asked for, or what `auto` took.
+    pub method: &'static str,
+    /// Whether it took over where Steiglitz–McBride cannot serve.
+    pub is_fallback: bool,
+    /// The parameters, those held included.
+    pub parameters: Parameters,
+    /// Their cost in the chosen criterion, by the scalar oracle.
+    pub cost: f64,
+}
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Identification {
+    /// What drives the motor in the recordings.
+    pub input: Input,
+    /// The parameters after the polish, those held included.
+    pub parameters: Parameters,
+    /// Values of what is free, in the order of the space; extensions and what belongs to one recording are among them.
+    pub values: Vec<f64>,
+    /// Parameters that the recordings do not tell: what stands for them in `parameters` does the same and says nothing.
+    pub unidentified: Vec<Parameter>,
+    /// The models that were tried, where extensions were to be chosen.
+    pub ladder: Option<Ladder>,
+    /// Their cost in the chosen criterion, by the scalar oracle.
+    pub cost: f64,
+    /// What the method found.
+    pub searched: Searched,
+    /// The space, its bounds as they were used.
+    pub space: Space,
+    /// The state `[i, ω]` at the start of each recording.
+    pub initial: Vec<[f64; 2]>,
+    /// How sure the parameters are; `None` without a polish.
+    pub uncertainty: Option<Uncertainty>,
+    /// σ of the residuals of current and speed; `None` for a channel not measured.
+    pub residual_sigma: [Option<f64>; 2],
+    /// Whether the polish came to its end.
+    pub converged: bool,
+    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed over all recordings; `None` for a channel not measured.
+    pub fit_percent: [Option<f64>; 2],
+    /// The result against the references.
+    pub verification: Verification,
+    /// What the reader should know.
+    pub warnings: Vec<Warning>,
+    /// Why the search ended.
+    pub stop: Stop,
+    /// Candidates evaluated.
+    pub evaluations: u64,
+    /// Lowest cost after each generation; empty without a population.
+    pub history: Vec<f64>,
+    /// What evaluated: cpu or gpu.
+    pub device_kind: &'static str,
+    /// Its name.
+    pub device: String,
+    /// The numbers of the evaluation.
+    pub precision: &'static str,
+    /// The winner's cost by the device less that by the oracle; `None` where the CPU evaluated.
+    pub cost_difference: Option<f64>,
+    /// How well the parameters explain recordings that they were not fitted to, where there are any.
+    pub validation: Option<Validation>,
+    /// The residuals of each recording, tested; empty without a polish.
+    pub residual_tests: Vec<ResidualTests>,
+    /// Feedforward characteristics by regression, to hold against [`Characteristics::of`](crate::analysis::Characteristics::of).
+    pub regressions: Vec<Regression>,
+    /// How far recordings with the same input repeat, where there are such.
+    pub repeatability: Option<Repeatability>,
+    /// Seconds of the estimation alone.
+    pub seconds: f64,
+}
+
+impl Identification {
+    /// The bound, `min` or `max`, that a free parameter ended at: nearer to it than 1e-4 of the range and 1 % of
+    /// itself.
+    #[must_use]
+    pub fn at_bound(&self, parameter: Parameter) -> Option<&'static str> {
+        let shared = |(axis, _): &(&Axis, &f64)| axis.parameter == parameter && axis.scope == Scope::Shared;
+        let (axis, value) = self.space.free().iter().zip(&self.values).find(shared)?;
+        side(axis, *value)
+    }
+}
+
+/// The bound that a value stands at, as [`Identification::at_bound`] has it.
+pub(super) fn side(axis: &Axis, value: f64) -> Option<&'static str> {
+    let near = 1e-4 * (axis.max - axis.min);
+    // A bound of zero has no size of its own.
+    let by_size = |bound: f64| if bound == 0.0 { near } else { near.min(0.01 * bound.abs()) };
+    if value - axis.min <= by_size(axis.min) {
+        Some("min")
+    } else if axis.max - value <= by_size(axis.max) {
+        Some("max")
+    } else {
+        None
+    }
+}
+
+impl<'a> From<&'a Identification> for FittedMotor<'a> {
+    fn from(found: &'a Identification) -> Self {
+        Self {
+            input: found.input,
+            parameters: &found.parameters,
+            space: &found.space,
+            values: &found.values,
+            unidentified: &found.unidentified,
+            uncertainty: found.uncertainty.as_ref(),
+            residual_sigma: found.residual_sigma,
+        }
+    }
+}
+
+/// Simulates held-out recordings with the parameters that were found, without another fit: what belongs to a recording
+/// alone is estimated from it, its state at the start where it begins in motion and the parameters that each has for
+/// itself.
+///
+/// # Errors
+/// As for a problem of these recordings.
+pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Result<Validation> {
+    analysis::validate(records, &found.into(), spec.model, spec.criterion)
+}

@@ -1,0 +1,144 @@
+//! Stage 2, start: motors near the right one, and the bounds around them.
+//!
+//! Steiglitz–McBride starts the linear motor. For others the voltage is delayed by several lags, or gain and time constant
+//! are read off the one channel that was measured, or the whole box is searched.
+
+use super::extension_bounds::extended_space;
+use super::missing_channel::guess;
+use super::prepare::Prepared;
+use super::spec::IdentifySpec;
+use crate::estimate::{
+    Estimate, SmFailure, SmOptions, global_reference_on, lagged, try_steiglitz_mcbride, try_steiglitz_mcbride_on,
+};
+use crate::evaluate::{Problem, Scalar};
+use crate::motor::{Axis, Parameter, Space, With};
+use crate::record::Record;
+use crate::{Error, Result};
+
+/// Where an identification starts.
+pub(super) struct Start {
+    /// The Steiglitz–McBride estimate of the linear motor.
+    pub estimate: std::result::Result<Estimate, SmFailure>,
+    /// R, L, K, B and J of motors near the right one, the likeliest first; empty for the linear motor.
+    pub motors: Vec<[f64; 5]>,
+    /// The space of the linear motor around them.
+    pub space: Space,
+}
+
+/// Finds where an identification starts.
+///
+/// # Errors
+/// As the refinement of a motor.
+pub(super) fn start(prepared: &Prepared<'_>) -> Result<Start> {
+    if !prepared.is_linear() {
+        let (motors, space) = near(prepared)?;
+        return Ok(Start { estimate: Err(SmFailure::PoorFit), motors, space });
+    }
+    let estimate = steiglitz_mcbride(prepared.records, &prepared.spec, prepared.plain())?;
+    let space = match &estimate {
+        Ok(estimate) => around(&prepared.spec, estimate)?,
+        Err(_) => prepared.spec.space.clone(),
+    };
+    Ok(Start { estimate, motors: Vec::new(), space })
+}
+
+/// The Steiglitz–McBride estimate of each recording, and of these the one that costs least on all. `plain` is the
+/// problem of a fit to the recordings.
+pub(super) fn steiglitz_mcbride(
+    records: &[Record],
+    spec: &IdentifySpec,
+    plain: &Problem,
+) -> Result<std::result::Result<Estimate, SmFailure>> {
+    let options = SmOptions { model: spec.model, sigma: None };
+    // Where the voltage is a line over each step the fit has another method than this one.
+    let is_same = *plain.model() == spec.model;
+    let one = |(n, record): (usize, &Record)| match is_same {
+        true => try_steiglitz_mcbride_on(plain, n, None),
+        false => try_steiglitz_mcbride(record, &options),
+    };
+    if let [record] = records {
+        return one((0, record));
+    }
+    let mut best: std::result::Result<Estimate, SmFailure> = Err(SmFailure::ChannelMissing);
+    let mut lowest = f64::INFINITY;
+    let problem = Problem::new(records, spec.model, Space::table2(), spec.criterion)?;
+    for found in records.iter().enumerate().map(one) {
+        match (found?, &best) {
+            (Ok(found), _) => {
+                let cost = Scalar::cost(&problem, &found.parameters.to_array());
+                if best.is_err() || cost < lowest {
+                    (best, lowest) = (Ok(found), cost);
+                }
+            }
+            (Err(failure), Err(_)) => best = Err(failure),
+            (Err(_), Ok(_)) => {}
+        }
+    }
+    Ok(best)
+}
+
+/// The space with a decade to each side of an estimate for the axes that have no bounds of their own.
+pub(super) fn around(spec: &IdentifySpec, estimate: &Estimate) -> Result<Space> {
+    let decade = |axis: &Axis| {
+        if !spec.auto_bounds.contains(&axis.parameter) {
+            return *axis;
+        }
+        let value = estimate.parameters.get(axis.parameter);
+        Axis { min: 0.1 * value, max: 10.0 * value, ..*axis }
+    };
+    Space::new(spec.space.free().iter().map(decade).collect(), spec.space.fixed().to_vec())
+}
+
+/// Motors near the right one, the likeliest first, and the space of the linear motor around them.
+fn near(prepared: &Prepared<'_>) -> Result<(Vec<[f64; 5]>, Space)> {
+    let (records, spec) = (prepared.records, prepared.spec.as_ref());
+    if let Some(model) = &prepared.normalized {
+        return Ok((vec![model.motor], model.space.clone()));
+    }
+    if let Some(motor) = held_motor(&spec.space) {
+        return Ok((vec![motor], spec.space.clone()));
+    }
+    let mut motors = lagged(records, spec.model);
+    motors.extend(guess(records, spec));
+    if motors.is_empty() {
+        let linear = linear(&spec.space)?;
+        let found = global_reference_on(&prepared.fitted(&linear), prepared.deviations())?;
+        motors.push(found.refined.parameters.to_array());
+    }
+    let around = |axis: &Axis| {
+        let values = || motors.iter().filter_map(|motor| motor.get(axis.parameter as usize));
+        if axis.parameter.is_extension() || !spec.auto_bounds.contains(&axis.parameter) {
+            return *axis;
+        }
+        let [low, high] = [values().copied().fold(f64::INFINITY, f64::min), values().copied().fold(0.0, f64::max)];
+        Axis { min: 0.1 * low, max: 10.0 * high, ..*axis }
+    };
+    let space = Space::new(spec.space.free().iter().map(around).collect(), spec.space.fixed().to_vec())?;
+    Ok((motors, space))
+}
+
+/// A space without extensions.
+fn linear(space: &Space) -> Result<Space> {
+    let free = space.free().iter().filter(|axis| !axis.parameter.is_extension()).copied().collect();
+    let fixed = space.fixed().iter().filter(|(parameter, _, _)| !parameter.is_extension()).copied().collect();
+    Space::new(free, fixed)
+}
+
+/// Returns what is certainly free: of a motor that is fixed as a whole, its extensions.
+pub(super) fn asked_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
+    match (&spec.with, held_motor(&spec.space)) {
+        (With::These(list), Some(motor)) => extended_space(records, spec, &spec.space, (list, &motor)),
+        (With::Auto, Some(_)) => {
+            let message = "every parameter is held, and --with auto compares fits of the linear motor with others";
+            Err(Error::usage(message, "Name the extensions, as in --with load, or leave a parameter free."))
+        }
+        _ => Ok(spec.space.clone()),
+    }
+}
+
+/// R, L, K, B and J, where all are held.
+fn held_motor(space: &Space) -> Option<[f64; 5]> {
+    let held = |p: Parameter| space.fixed().iter().find(|(of, ..)| *of == p).map(|(.., value)| *value);
+    let [r, l, k, b, j] = Parameter::ALL.map(held);
+    Some([r?, l?, k?, b?, j?])
+}

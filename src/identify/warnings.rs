@@ -1,0 +1,146 @@
+//! Warnings about a fit: before it about recordings and spec, after it about its result.
+
+use super::estimated::Estimated;
+use super::missing_channel::missing_channel;
+use super::normalized::NormalizedModel;
+use super::result::Identification;
+use super::spec::IdentifySpec;
+use super::verify::Status;
+use crate::analysis::{Characteristics, poor_fit, warnings_of_records};
+use crate::estimate::{SmFailure, Whiteness};
+use crate::evaluate::Initial;
+use crate::motor::{Input, Parameter};
+use crate::record::Record;
+use crate::text::{engineering, significant};
+use crate::warning::Warning;
+
+/// Below so many samples 95 % intervals cover 81 to 90 % (measured).
+const SAMPLES_FEW: usize = 12;
+/// Returns the warnings about recordings, as a spec takes them.
+pub(super) fn of_recordings(records: &[Record], spec: &IdentifySpec) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    warnings.extend(warnings_of_records(records));
+    let samples: usize = records.iter().map(Record::len).sum();
+    if samples < SAMPLES_FEW {
+        let message = format!("{samples} samples: from fewer than {SAMPLES_FEW} the intervals come out too narrow");
+        warnings.push(Warning::new("few_samples", message));
+    }
+    warnings.extend(
+        missing_channel(records, spec)
+            .map(|(what, remedy)| Warning::new("channel_missing", format!("{what}; {remedy}"))),
+    );
+    if spec.model.initial == Initial::Zero && records.iter().flat_map(Record::measured).flatten().any(moves_at_start) {
+        let message = "a recording does not start at rest, but --initial zero says so; use --initial free";
+        warnings.push(Warning::new("initial_state", message));
+    }
+    warnings
+}
+
+/// Returns the warnings about recordings with that of the normalized model first, in place of a weaker one.
+pub(super) fn with_normalized(mut warnings: Vec<Warning>, model: Option<&NormalizedModel>) -> Vec<Warning> {
+    if let Some(model) = model {
+        warnings.retain(|warning| warning.code != model.warning.code);
+        warnings.insert(0, model.warning.clone());
+    }
+    warnings
+}
+
+/// What is said of a result.
+pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let mut warn = |code, message: String| warnings.push(Warning::new(code, message));
+    if found.searched.is_fallback && found.input == Input::Voltage {
+        let failure = failure.unwrap_or(SmFailure::PoorFit);
+        let message = format!("Steiglitz–McBride cannot serve: {}; a population search took over", failure.message());
+        warn("sm_failed", message);
+    }
+    for parameter in Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS) {
+        if let Some(side) = found.at_bound(parameter) {
+            let symbol = parameter.symbol();
+            if is_idle(found, parameter, side) {
+                let name = parameter.name();
+                warn(
+                    "extension_idle",
+                    format!("the recordings show no {name}: {symbol} ended where it changes nothing"),
+                );
+                continue;
+            }
+            warn(
+                "at_bound",
+                format!(
+                    "{symbol} ended at its {side} bound; widen it with --bounds, or the others hold only if it is right"
+                ),
+            );
+        }
+    }
+    warnings.extend(poor_fit(found.fit_percent));
+    let mut warn = |code, message: String| warnings.push(Warning::new(code, message));
+    if !found.converged {
+        warn(
+            "not_converged",
+            "the refinement has not come to its end: the result may be near the optimum only".to_owned(),
+        );
+    }
+    if let Some(uncertainty) = &found.uncertainty {
+        let colored = |(name, white): (&str, &Option<Whiteness>)| {
+            white.filter(|w| !w.is_white).map(|w| format!("{name} (from sample to sample {:.2})", w.lag1))
+        };
+        let list: Vec<String> =
+            ["current", "speed"].into_iter().zip(&uncertainty.whiteness).filter_map(colored).collect();
+        if !list.is_empty() {
+            warn(
+                "residuals_not_white",
+                format!(
+                    "the residuals are correlated, {}: the model misses something, or the sensors filter; the standard \
+                     errors are then too small",
+                    list.join(", ")
+                ),
+            );
+        }
+    }
+    if found.verification.status == Status::SearchStuck {
+        let times = significant(1.0 + found.verification.cost_gap.unwrap_or(f64::NAN), 3);
+        let rescued = found.uncertainty.is_some() && found.verification.refined_agrees;
+        let what = if rescued { "the refinement left it for a better one" } else { "a reference fits better" };
+        warn(
+            "search_stuck",
+            format!(
+                "the search ended in another optimum, whose weighted sum of squares is {times} times the best; {what}; \
+                 use --method auto, more --generations or another --seed"
+            ),
+        );
+    }
+    warnings
+}
+
+/// Whether a parameter of an extension stands at the bound at which it changes nothing.
+fn is_idle(found: &Identification, parameter: Parameter, side: &str) -> bool {
+    let Some(axis) = found.space.free().iter().find(|axis| axis.parameter == parameter) else { return false };
+    let at = if side == "min" { axis.min } else { axis.max };
+    parameter.is_extension()
+        && (at.to_bits() == parameter.neutral().to_bits() || (side == "max" && parameter == Parameter::Saturation))
+}
+
+/// A dead time of more than so many time constants does not belong to a motor.
+const DEAD_TIME_MAX: f64 = 3.0;
+
+/// The warning for a dead time that is long against the motor.
+pub(super) fn long_dead_time(found: &Identification) -> Option<Warning> {
+    let constant = Characteristics::of(found)?.time_constant.value;
+    let estimates = found.estimates();
+    let long =
+        |e: &&Estimated| e.parameter == Parameter::DeadTime && e.value.is_some_and(|td| td > DEAD_TIME_MAX * constant);
+    let dead_time = estimates.iter().find(long)?.value?;
+    let message = format!(
+        "the dead time, {}, is {} of the motor's time constants ({}): a clock that is off, or a recording that begins \
+         before the drive, looks like that",
+        engineering(dead_time, "s", 3),
+        significant(dead_time / constant, 2),
+        engineering(constant, "s", 3)
+    );
+    Some(Warning::new("dead_time_long", message))
+}
+
+fn moves_at_start(signal: &[f64]) -> bool {
+    signal[0].abs() > 0.05 * signal.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()))
+}
