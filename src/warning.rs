@@ -8,6 +8,7 @@ use super::verify::Status;
 use crate::estimate::{Estimate, SmFailure, Whiteness};
 use crate::evaluate::Initial;
 use crate::motor::{Axis, Input, Parameter};
+use crate::numeric::peak;
 use crate::record::{Finding, Quantity, Record, Severity, diagnose};
 use crate::text::{engineering, significant};
 use std::fmt;
@@ -293,7 +294,7 @@ pub(super) fn unused_columns(records: &[Record]) -> String {
 }
 
 fn moves_at_start(signal: &[f64]) -> bool {
-    signal[0].abs() > 0.05 * signal.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()))
+    signal[0].abs() > 0.05 * peak(signal)
 }
 
 /// A period from which on it is doubted \[s\], if nobody names its unit: a motor moves faster, and a logger in

@@ -10,6 +10,7 @@ use super::warnings::{Place, Warning, warnings_of_records};
 use crate::estimate::{RefineOptions, Refined, refine};
 use crate::evaluate::{Initial, Model};
 use crate::motor::{Axis, Discretization, Input, Parameter, Scope, Space};
+use crate::numeric;
 use crate::record::{Quantity, Record};
 use crate::text::{engineering, significant};
 use crate::{Error, Result};
@@ -35,8 +36,7 @@ const LOG_LIKELIHOOD: f64 = 5.0;
 fn is_lively(record: &Record) -> bool {
     let voltage = record.input();
     let changes = voltage.windows(2).filter(|v| v[0].to_bits() != v[1].to_bits()).count();
-    #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
-    let part = changes as f64 / voltage.len() as f64;
+    let part = numeric::count(changes) / numeric::count(voltage.len());
     part > LIVELY && record.slope().is_empty()
 }
 
@@ -51,8 +51,7 @@ fn other(method: Discretization) -> Option<Discretization> {
 
 /// What two fits of the same recordings say.
 fn judged(here: &Refined, there: &Refined, better: Discretization, count: usize) -> Option<Between> {
-    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-    let count = count as f64 / inflation(&there.uncertainty);
+    let count = numeric::count(count) / inflation(&there.uncertainty);
     let (mut log_likelihood, mut sigma_ratio) = (0.0, f64::INFINITY);
     for (here, there) in here.sigma.iter().zip(&there.sigma) {
         let (Some(here), Some(there)) = (here, there) else { continue };

@@ -1,8 +1,9 @@
 //! One recording, made ready to be evaluated: what does not depend on the candidate is done once, here.
 
 use super::span::{Span, Stretch, spans, stretches};
-use crate::criterion::{Criterion, noise_sigma, peak};
+use crate::criterion::Criterion;
 use crate::motor::{Beginning, Discretization, Drive};
+use crate::numeric::{noise_sigma, peak};
 use crate::record::Record;
 use crate::{Error, ErrorKind, Result};
 use std::sync::OnceLock;

@@ -11,8 +11,8 @@ pub(super) use worth::is_far;
 
 use super::mechanical::is_driven_by_current;
 use super::spec::IdentifySpec;
-use crate::criterion::peak;
 use crate::motor::{Axis, Parameter, Scope, Space};
+use crate::numeric::{count, peak};
 use crate::record::Record;
 use crate::text::nearest;
 use crate::{Error, Result};
@@ -206,15 +206,13 @@ impl Scales {
         let voltage = largest(&|record| peak(record.input())).max(f64::MIN_POSITIVE);
         let by_current = is_driven_by_current(records);
         let shortest = records.iter().map(Record::len).min().unwrap_or(1);
-        #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-        let samples = shortest as f64;
         Self {
             voltage,
             stall_torque: if by_current { k * voltage } else { k * voltage / r },
             period_s: largest(&Record::period_s),
             duration_s: largest(&Record::duration_s),
             time_constant_s: if by_current { j / b } else { r * j / (k * k + r * b) },
-            samples,
+            samples: count(shortest),
         }
     }
 

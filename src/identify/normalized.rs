@@ -9,8 +9,8 @@ use super::mechanical;
 use super::spec::IdentifySpec;
 use super::warnings::{Warning, missing_channel};
 use crate::Result;
-use crate::criterion::peak;
 use crate::motor::{Axis, Parameter, Scope, Space};
+use crate::numeric::peak;
 use crate::record::Record;
 
 /// A motor that stands for all that do the same.

@@ -1,9 +1,9 @@
 //! The verdict: what was found, against Steiglitz–McBride, the refinement and a search of the whole box.
 
-use crate::criterion::{rms, standard_deviation};
 use crate::estimate::{Estimate, Reference, ReferenceKind, RefineOptions, Refined, global_reference, refine, squares};
 use crate::evaluate::Model;
 use crate::motor::{Parameters, Space};
+use crate::numeric::{count, rms, standard_deviation};
 use crate::record::Record;
 
 /// The verdict of a verification.
@@ -166,7 +166,5 @@ pub(super) fn deviations(records: &[Record]) -> Vec<[f64; 2]> {
 /// The misfit whose residuals are as large as the signals vary.
 fn misfit_of_nothing(records: &[Record]) -> f64 {
     let values: usize = records.iter().map(|r| r.len() * r.measured().iter().flatten().count()).sum();
-    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-    let values = values as f64;
-    values.sqrt()
+    count(values).sqrt()
 }

@@ -6,6 +6,7 @@
 
 use super::contender::Contender;
 use crate::identify::{AdapterPace, Pace, Paces};
+use crate::numeric;
 
 /// A contender at one population and recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,7 +35,7 @@ impl Measurement {
         let [contender, population, samples] = place;
         times.sort_by(f64::total_cmp);
         let rounds = times.len();
-        let seconds = (rounds > 0).then(|| 0.5 * (times[(rounds - 1) / 2] + times[rounds / 2]));
+        let seconds = (rounds > 0).then(|| numeric::median(&times));
         let interval = if rounds < FEWEST {
             [f64::NAN; 2]
         } else {
@@ -69,9 +70,7 @@ impl Measurement {
     }
 
     fn steps(&self) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-        let steps = (self.population * self.samples) as f64;
-        steps
+        numeric::count(self.population * self.samples)
     }
 }
 
@@ -97,9 +96,7 @@ fn outside(n: usize) -> usize {
     let (mut sum, mut count) = (chance, 0);
     while sum <= 0.025 {
         count += 1;
-        #[expect(clippy::cast_precision_loss, reason = "small")]
-        let ratio = (n - count + 1) as f64 / count as f64;
-        chance *= ratio;
+        chance *= numeric::count(n - count + 1) / numeric::count(count);
         sum += chance;
     }
     count.saturating_sub(1).min((n - 1) / 2)

@@ -8,6 +8,7 @@ use super::run::{End, Finished, Running};
 use super::scene::{Read, outcome, problem};
 use crate::evaluate::{Problem, Scalar};
 use crate::identify::{IdentifySpec, Lockstep, polished};
+use crate::numeric;
 use crate::optimize::{Budget, Run, Setup, Stop as SearchStop, minimize};
 use crate::record::Record;
 use crate::{Error, ErrorKind, Result};
@@ -118,7 +119,6 @@ impl Running<'_> {
     }
 
     /// Candidates of a generation that a piece has room for.
-    #[expect(clippy::cast_possible_truncation, reason = "bounded above")]
     fn room(&self, generations: usize, motor: usize) -> usize {
         let by_time = STEPS / (self.samples(motor) * generations as u64).max(1);
         let least = if self.sweep.pinned().0 == Device::Gpu {
@@ -126,7 +126,7 @@ impl Running<'_> {
         } else {
             CANDIDATES * rayon::current_num_threads()
         };
-        (by_time as usize).clamp(least, VALUES / 5)
+        numeric::index(by_time).clamp(least, VALUES / 5)
     }
 
     /// About how many samples a motor's recordings have: one takes some 40 bytes of a file.
@@ -159,8 +159,7 @@ impl Running<'_> {
             };
             let budget = Budget { generations, slice: lockstep.slice() };
             let stop = minimize(&mut runs, budget, lockstep, &mut |progress| {
-                #[expect(clippy::cast_precision_loss, reason = "a share")]
-                let share = progress.generation as f64 / generations as f64 * count as f64;
+                let share = numeric::count(progress.generation) / numeric::count(generations) * numeric::count(count);
                 ended = self.progress(share);
                 if ended.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             });
@@ -170,8 +169,7 @@ impl Running<'_> {
             if stop? == SearchStop::Interrupted {
                 return Ok(Some(ended.unwrap_or(End::Interrupted)));
             }
-            #[expect(clippy::cast_precision_loss, reason = "a count of runs")]
-            let seconds = begun.elapsed().as_secs_f64() / count as f64;
+            let seconds = begun.elapsed().as_secs_f64() / numeric::count(count);
             let on = (device.0, device.2);
             let done: Vec<Vec<Finished>> =
                 ready.into_par_iter().zip(runs).map(|(one, run)| sweep.results(&one, &run, on, seconds)).collect();
