@@ -218,12 +218,12 @@ impl Case<'_> {
     fn add(&mut self, result: &mut Throughput, mut times: Vec<Vec<f64>>) {
         let (population, samples) = (self.population, self.samples);
         let again = times.pop().filter(|times| !times.is_empty());
-        let again = again.map(|times| Measurement::of([0, population, samples], times));
+        let again = again.map(|times| Measurement::of(0, population, samples, times));
         let candidates = Candidates::new(&self.values, 5);
         let groups = [Group { problem: &self.problem, candidates, reference: None }];
         for (n, times) in times.into_iter().enumerate() {
             let rounds = times.len();
-            let mut measurement = Measurement::of([n, population, samples], times);
+            let mut measurement = Measurement::of(n, population, samples, times);
             if baseline(&result.contenders) == Some(n) {
                 measurement.again = again.as_ref().and_then(|again| Some((again.seconds?, again.interval)));
             }

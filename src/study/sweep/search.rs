@@ -170,9 +170,13 @@ impl Running<'_> {
                 return Ok(Some(ended.unwrap_or(End::Interrupted)));
             }
             let seconds = begun.elapsed().as_secs_f64() / numeric::count(count);
-            let on = (device.0, device.2);
+            let evaluated = Evaluated {
+                device: if device.0 == "gpu" { Device::Gpu } else { Device::Cpu },
+                precision: if device.2 == "f32" { Precision::F32 } else { Precision::F64 },
+                seconds,
+            };
             let done: Vec<Vec<Finished>> =
-                ready.into_par_iter().zip(runs).map(|(one, run)| sweep.results(&one, &run, on, seconds)).collect();
+                ready.into_par_iter().zip(runs).map(|(one, run)| sweep.results(&one, &run, &evaluated)).collect();
             finished.extend(done.into_iter().flatten());
         }
         Ok(self.keep(finished))
@@ -247,7 +251,7 @@ impl Sweep {
     }
 
     /// What a search found, for each polish that it is wanted with.
-    fn results(&self, one: &Ready, run: &Run, (kind, precision): (&str, &str), seconds: f64) -> Vec<Finished> {
+    fn results(&self, one: &Ready, run: &Run, evaluated: &Evaluated) -> Vec<Finished> {
         let best = run.optimizer.best().filter(|best| Scalar::cost(&one.problem, best.values).is_finite());
         let of = |job: &Job| {
             let begun = Instant::now();
@@ -261,15 +265,21 @@ impl Sweep {
                 Ok(outcome) => Outcome { evaluations: run.evaluations, stop: Stop::BudgetSpent, ..outcome },
                 Err(error) => self.failed(&error),
             };
-            outcome.device = if kind == "gpu" { Device::Gpu } else { Device::Cpu };
-            outcome.precision = if precision == "f32" { Precision::F32 } else { Precision::F64 };
+            (outcome.device, outcome.precision) = (evaluated.device, evaluated.precision);
             if outcome.device != self.pinned().0 {
                 outcome.warnings.push("gpu_failed".to_owned());
             }
-            Finished::new(self, job, &outcome, seconds + begun.elapsed().as_secs_f64())
+            Finished::new(self, job, &outcome, evaluated.seconds + begun.elapsed().as_secs_f64())
         };
         one.jobs.iter().map(of).collect()
     }
+}
+
+/// The device that evaluated a run, its precision, and the seconds that the run took of the search.
+struct Evaluated {
+    device: Device,
+    precision: Precision,
+    seconds: f64,
 }
 
 /// The first populations. A run is that of `identify` with its seed.
