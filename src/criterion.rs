@@ -5,6 +5,7 @@
 //! MSE `ΣΣe²/N` (Eq. 14, with N samples), NRMSE `√MSE`. Evaluators return one weighted sum per channel; this module
 //! holds the weights that go in and the combination that comes out, so that every evaluator means the same.
 
+use crate::numeric::{count, noise_sigma, peak, rms, standard_deviation};
 use crate::text::excerpt;
 use crate::{Error, Result};
 use std::str::FromStr;
@@ -175,13 +176,11 @@ impl Criterion {
     /// The cost from the total of all scaled sums over `samples` samples; +∞ when it is no number or above 1e30.
     #[must_use]
     pub fn cost(&self, total: f64, samples: usize) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-        let samples = samples as f64;
         let cost = match self.norm {
             Norm::Euclidean => total.sqrt(),
             Norm::Ise | Norm::Iae | Norm::Itse | Norm::Itae => total,
-            Norm::Mse => total / samples,
-            Norm::Nrmse => (total / samples).sqrt(),
+            Norm::Mse => total / count(samples),
+            Norm::Nrmse => (total / count(samples)).sqrt(),
         };
         if cost <= COST_MAX { cost } else { f64::INFINITY }
     }
@@ -196,57 +195,4 @@ impl Criterion {
             Scale::Noise => self.noise.sigma(channel, measured),
         }
     }
-}
-
-/// The largest |value|, in eight lanes, so that it vectorizes; 0 of nothing.
-pub(crate) fn peak(signal: &[f64]) -> f64 {
-    let (eights, rest) = signal.as_chunks::<8>();
-    let mut peaks = [0.0; 8];
-    for eight in eights {
-        for (peak, value) in peaks.iter_mut().zip(eight) {
-            *peak = if value.abs() > *peak { value.abs() } else { *peak };
-        }
-    }
-    rest.iter().chain(&peaks).fold(0.0, |peak, value| peak.max(value.abs()))
-}
-
-/// Population standard deviation.
-#[must_use]
-pub fn standard_deviation(signal: &[f64]) -> f64 {
-    let mean = mean(signal);
-    mean_of(signal.iter().map(|v| (v - mean) * (v - mean))).sqrt()
-}
-
-/// Arithmetic mean; NaN of nothing.
-#[must_use]
-pub fn mean(signal: &[f64]) -> f64 {
-    mean_of(signal.iter().copied())
-}
-
-/// Root mean square; NaN of nothing.
-#[must_use]
-pub fn rms(signal: &[f64]) -> f64 {
-    mean_of(signal.iter().map(|v| v * v)).sqrt()
-}
-
-fn mean_of(values: impl ExactSizeIterator<Item = f64>) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-    let count = values.len() as f64;
-    values.sum::<f64>() / count
-}
-
-/// Standard deviation of white noise on a smooth signal: the median of |third difference|, which takes out the
-/// signal up to its parabola and is blind to a short transient. The third difference of white noise has variance
-/// `(1 + 9 + 9 + 1) σ²`, and the median of |normal| is 0.6745 σ. Zero for fewer than four samples.
-#[must_use]
-pub fn noise_sigma(signal: &[f64]) -> f64 {
-    // Numbers that are not negative have the order of their bits.
-    let third = |w: &[f64]| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs().to_bits();
-    let mut thirds: Vec<u64> = signal.windows(4).map(third).collect();
-    if thirds.is_empty() {
-        return 0.0;
-    }
-    let middle = thirds.len() / 2;
-    let (_, median, _) = thirds.select_nth_unstable(middle);
-    f64::from_bits(*median) / (0.674_489_750_196_081_7 * 20.0_f64.sqrt())
 }

@@ -2,6 +2,7 @@
 
 use crate::criterion::Noise;
 use crate::motor::{Beginning, Discretization, Drive, Extended, Extensions, Parameters, Setting, walk, walk_extended};
+use crate::numeric::{count, whole};
 use crate::record::{Record, SAMPLES_MAX, Samples};
 use crate::{Error, Result};
 use rand::SeedableRng as _;
@@ -43,15 +44,13 @@ impl Excitation {
             ));
         }
         let steps = (duration_s / period_s * (1.0 + 1e-12)).floor();
-        #[expect(clippy::cast_precision_loss, reason = "the limit is far below 2^53")]
-        if !(1.0..SAMPLES_MAX as f64).contains(&steps) {
+        if !(1.0..count(SAMPLES_MAX)).contains(&steps) {
             return Err(Error::usage(
                 format!("{steps} steps, expected 1 to {}", SAMPLES_MAX - 1),
                 "Change --duration or --period.",
             ));
         }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked against the limit above")]
-        Ok((0..=steps as u32).map(|n| f64::from(n) * period_s).collect())
+        Ok((0..=whole(steps)).map(|n| count(n) * period_s).collect())
     }
 }
 

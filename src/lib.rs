@@ -20,6 +20,9 @@
 //! # Ok::<(), motorfit::Error>(())
 //! ```
 
+// Conversions of counts are those of `numeric`.
+#![cfg_attr(not(test), warn(clippy::cast_precision_loss, clippy::cast_sign_loss))]
+
 pub mod analysis;
 pub mod candidates;
 pub mod criterion;
@@ -30,6 +33,7 @@ pub mod evaluate;
 pub mod experiment;
 pub mod identify;
 pub mod motor;
+pub mod numeric;
 pub mod optimize;
 pub mod record;
 pub mod report;

@@ -7,10 +7,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// The modules in the order of the flow. Each may use those before it, and the ground: error, text, candidates.
-const ORDER: [&str; 15] = [
+/// The modules in the order of the flow. Each may use those before it, and the ground: error, text, numeric, candidates.
+const ORDER: [&str; 16] = [
     "error",
     "text",
+    "numeric",
     "candidates",
     "record",
     "warning",
@@ -33,7 +34,7 @@ const FORBIDDEN: [(&str, &[&str]); 5] = [
     ("evaluate", &["optimize", "experiment", "warning"]),
     ("estimate", &["optimize", "experiment", "warning"]),
 ];
-const GROUND: [&str; 6] = ["error", "text", "candidates", "Error", "ErrorKind", "Result"];
+const GROUND: [&str; 7] = ["error", "text", "numeric", "candidates", "Error", "ErrorKind", "Result"];
 
 fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());

@@ -105,7 +105,7 @@ fn held_out_recordings_fit_as_their_noise_allows() {
     // 100 (1 − σ/std): nothing is left to explain but the noise, whose σ over 4000 samples is known to 1.1 %.
     for (channel, sigma) in SIGMA.into_iter().enumerate() {
         let signal = clean.measured()[channel].unwrap();
-        let spread = (motorfit::criterion::standard_deviation(signal).powi(2) + sigma * sigma).sqrt();
+        let spread = (motorfit::numeric::standard_deviation(signal).powi(2) + sigma * sigma).sqrt();
         let expected = 100.0 * (1.0 - sigma / spread);
         let fit = validation.fit_percent[channel].unwrap();
         assert!((fit - expected).abs() < 4.0 * 0.011 * (100.0 - expected), "{fit} {expected}");

@@ -7,7 +7,7 @@
 //! Windows overlap and noise is in all of them, so that the ordinary standard errors are rough.
 
 use super::characteristics::Characteristic;
-use crate::criterion::peak;
+use crate::numeric::{count, peak, whole};
 use crate::record::Record;
 use nalgebra::{Matrix3, Vector3};
 
@@ -86,9 +86,7 @@ pub fn regression(records: &[Record], window_s: f64) -> Option<Regression> {
 
 /// Half the window in periods of a recording, at least one.
 fn half(record: &Record, window_s: f64) -> usize {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at least one; a cast saturates")]
-    let half = (window_s / (2.0 * record.period_s())).round().max(1.0) as usize;
-    half
+    whole((window_s / (2.0 * record.period_s())).round()).max(1)
 }
 
 /// Hands the regressors `[ω, v, sgn ω]` and the difference of every moving sample on.
@@ -138,9 +136,4 @@ impl Sums {
         let inverse = scale * factor.inverse() * scale;
         (smallest > PIVOT_MIN).then(|| (inverse * self.right, inverse))
     }
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
-fn count(n: usize) -> f64 {
-    n as f64
 }

@@ -1,8 +1,8 @@
 //! How well a simulation fits.
 
-use crate::criterion::mean;
 use crate::estimate::Refined;
 use crate::evaluate::Problem;
+use crate::numeric::{count, mean, squares_about};
 use crate::record::Record;
 use crate::text::significant;
 use crate::warning::Warning;
@@ -31,9 +31,7 @@ impl Spread {
             return Self::default();
         }
         let mean = mean(values);
-        #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-        let count = values.len() as f64;
-        Self { count, mean, squares: values.iter().map(|y| (y - mean) * (y - mean)).sum() }
+        Self { count: count(values.len()), mean, squares: squares_about(mean, values) }
     }
 
     /// Of these and others together, about the mean of all (T. F. Chan, G. H. Golub, R. J. LeVeque 1983).

@@ -5,11 +5,11 @@
 //! (S. S. Wilks 1938). Residuals that are correlated from sample to sample count less: the gain is divided by
 //! `(1 + ρ)/(1 − ρ)`.
 
-use super::residual_input_test::chi2;
 use super::residuals::variance_inflation;
 use crate::estimate::{Refined, refine_on};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Parameter, Scope, Space};
+use crate::numeric::chi_square_limit;
 use crate::record::Record;
 use crate::text::significant;
 use crate::warning::{Place, Warning, name_of};
@@ -37,7 +37,7 @@ fn of_parameter(records: &[Record], parameter: Parameter, plain: &Problem, share
     let own = refine_on(&plain.with_space(space), &start, None).ok()?;
     let more = variance_inflation(&own.uncertainty).max(variance_inflation(&shared.uncertainty));
     let gain = (shared.weighted(&own.sigmas) - own.weighted(&own.sigmas)) / more;
-    let [low, high] = extremes(&own, first, records.len()).filter(|_| gain > chi2(records.len() - 1))?;
+    let [low, high] = extremes(&own, first, records.len()).filter(|_| gain > chi_square_limit(records.len() - 1))?;
     let value = |n: usize| significant(own.values[first + n], 3);
     let message = format!(
         "{} differs between the recordings: {} {} in {}, {} in {}; that of the fit is a mean of what the motor did, and the \

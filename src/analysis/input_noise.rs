@@ -1,8 +1,8 @@
 //! Noise of an input that was measured: what it does to standard errors.
 
 use super::fitted::FittedMotor;
-use crate::criterion::noise_sigma;
 use crate::motor::Input;
+use crate::numeric::noise_sigma;
 use crate::record::Record;
 use crate::text::{engineering, significant};
 use crate::warning::Warning;

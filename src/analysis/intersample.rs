@@ -9,6 +9,7 @@ use super::residuals::variance_inflation;
 use crate::estimate::{RefineOptions, Refined, refine};
 use crate::evaluate::{Initial, Model};
 use crate::motor::{Axis, Discretization, Input, Parameter, Scope, Space};
+use crate::numeric;
 use crate::record::{Quantity, Record};
 use crate::text::{engineering, significant};
 use crate::warning::{Place, Warning};
@@ -35,8 +36,7 @@ const LOG_LIKELIHOOD: f64 = 5.0;
 fn is_lively(record: &Record) -> bool {
     let voltage = record.input();
     let changes = voltage.windows(2).filter(|v| v[0].to_bits() != v[1].to_bits()).count();
-    #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
-    let part = changes as f64 / voltage.len() as f64;
+    let part = numeric::count(changes) / numeric::count(voltage.len());
     part > LIVELY && record.slope().is_empty()
 }
 

@@ -4,8 +4,8 @@
 //! `σ² = Σ_n Σ_r (y_rn − ȳ_n)²/(N(m − 1))`, for two `mean((y_a − y_b)²)/2`. A model that knows all that repeats leaves
 //! σ² in each, so that its fit is expected to be `100 (1 − √(Σ σ²)/‖y − mean y‖)`, the ceiling.
 
-use crate::criterion::{mean, peak};
 use crate::evaluate::{Model, Problem};
+use crate::numeric::{count, mean, peak, squares_about};
 use crate::record::Record;
 use crate::{Result, estimate::fit_problem, motor::Space};
 
@@ -143,22 +143,18 @@ struct Sums {
 
 impl Sums {
     fn add(&mut self, group: &[Aligned<'_>], channel: usize, [before, after]: [usize; 2]) {
-        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-        let size = group.len() as f64;
+        let size = count(group.len());
         let mut kept = vec![Vec::with_capacity(before + after); group.len()];
         for n in 0..before + after {
             // A sample counts where it counts in all of them.
             let values: Option<Vec<f64>> = group.iter().map(|of| of.value(channel, before, n)).collect();
             let Some(values) = values else { continue };
-            let middle = mean(&values);
-            let within: f64 = values.iter().map(|y| (y - middle) * (y - middle)).sum();
-            self.noise += size * within / (size - 1.0);
+            self.noise += size * squares_about(mean(&values), &values) / (size - 1.0);
             self.count += size;
             kept.iter_mut().zip(values).for_each(|(kept, y)| kept.push(y));
         }
         for signal in kept {
-            let middle = mean(&signal);
-            self.about += signal.iter().map(|y| (y - middle) * (y - middle)).sum::<f64>();
+            self.about += squares_about(mean(&signal), &signal);
         }
     }
 }

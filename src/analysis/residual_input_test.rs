@@ -8,6 +8,7 @@
 //! of X where nothing is missed. `H = Xᵀ D` is what the standard errors of the parameters explain: the columns of D are
 //! how the output moves with each of their principal errors.
 
+use crate::numeric::{chi_square_limit, count, dot, sum};
 use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
 
@@ -38,8 +39,6 @@ const SAMPLES_PER_COLUMN: f64 = 5.0;
 const SAMPLES_MAX: usize = 50_000;
 /// Directions of the voltage with less than this part of the most are none.
 const EIGENVALUE_MIN: f64 = 1e-10;
-/// Quantile of the normal distribution that is exceeded once in ten thousand times.
-const Z: f64 = 3.719;
 
 /// Residuals with what may explain them; all of one length.
 #[derive(Debug, Clone, Copy)]
@@ -110,7 +109,7 @@ pub fn input_test(residuals: &Residuals<'_>) -> Option<InputTest> {
     let matrix = products(&voltage) * variance + &allowed * allowed.transpose();
     let z = against(&voltage, &error);
     let (solution, rank) = Normal::new(&matrix).solve(&z)?;
-    let (statistic, threshold) = (z.dot(&solution), chi2(rank));
+    let (statistic, threshold) = (z.dot(&solution), chi_square_limit(rank));
     let explained = 100.0 * ((statistic - count(rank)) / count(rows.len())).clamp(0.0, 1.0);
     let is_independent = statistic <= threshold;
     (statistic.is_finite() && (is_told || !is_independent)).then_some(InputTest {
@@ -247,7 +246,7 @@ fn centred(signal: &[f64], rows: &[usize]) -> Vec<f64> {
         (Some(&first), Some(&last)) if last - first + 1 == rows.len() => signal[first..=last].to_vec(),
         _ => rows.iter().map(|n| signal[*n]).collect(),
     };
-    let mean = total(&values) / count(values.len());
+    let mean = sum(&values) / count(values.len());
     values.iter_mut().for_each(|value| *value -= mean);
     values
 }
@@ -268,43 +267,4 @@ fn products(columns: &[Vec<f64>]) -> DMatrix<f64> {
 /// `Xᵀe`.
 fn against(columns: &[Vec<f64>], error: &[f64]) -> DVector<f64> {
     DVector::from_fn(columns.len(), |a, _| dot(&columns[a], error))
-}
-
-/// Sums that are made side by side, so that they vectorize: the same numbers at every level.
-const LANES: usize = 32;
-
-/// A sum.
-fn total(values: &[f64]) -> f64 {
-    let (chunks, rest) = values.as_chunks::<LANES>();
-    let mut sums = [0.0; LANES];
-    for chunk in chunks {
-        sums.iter_mut().zip(chunk).for_each(|(sum, value)| *sum += value);
-    }
-    sums.iter().sum::<f64>() + rest.iter().sum::<f64>()
-}
-
-/// A sum of products.
-#[inline(always)]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let size = a.len().min(b.len());
-    let ((ones, rest), (others, left)) = (a[..size].as_chunks::<LANES>(), b[..size].as_chunks::<LANES>());
-    let mut sums = [0.0; LANES];
-    for (a, b) in ones.iter().zip(others) {
-        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
-            *sum += a * b;
-        }
-    }
-    sums.iter().sum::<f64>() + rest.iter().zip(left).map(|(a, b)| a * b).sum::<f64>()
-}
-
-/// What χ² with so many degrees of freedom exceeds once in ten thousand times (E. B. Wilson, M. M. Hilferty 1931); that
-/// is too high by 7 % for one degree, 2 % for five, 1 % for ten and more.
-pub(super) fn chi2(freedom: usize) -> f64 {
-    let part = 2.0 / (9.0 * count(freedom));
-    count(freedom) * (1.0 - part + Z * part.sqrt()).powi(3)
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
-pub(super) fn count(n: usize) -> f64 {
-    n as f64
 }

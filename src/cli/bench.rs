@@ -5,6 +5,7 @@ use super::output::{DIM, STRONG, Style, data};
 use super::progress::Reporter;
 use super::{Outcome, cache, files, interrupt};
 use motorfit::evaluate::Level;
+use motorfit::numeric::count;
 use motorfit::optimize::Progress;
 use motorfit::report::plot::{Line, log_log};
 use motorfit::report::{BenchDocument, json};
@@ -72,8 +73,7 @@ fn keep(spec: &ThroughputSpec, result: &Throughput, style: &Style) {
 fn plots(path: &Path, spec: &ThroughputSpec, result: &Throughput, style: &Style) -> Result<()> {
     for &samples in &spec.samples {
         let points = |n: usize| {
-            #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-            let point = |m: &Measurement| m.rate().map(|rate| (m.population as f64, rate));
+            let point = |m: &Measurement| m.rate().map(|rate| (count(m.population), rate));
             result.of(n).filter(|m| m.samples == samples).filter_map(point).collect()
         };
         let names = result.contenders.iter().enumerate();
@@ -193,8 +193,7 @@ fn crossovers(text: &mut String, result: &Throughput, samples: usize) {
             };
             let _ = writeln!(text, "  {}: {against}", letter(n));
         } else if let Some(peak) = result.fma_peak.filter(|_| n > 0 && rates(n).next().is_some()) {
-            #[expect(clippy::cast_precision_loss, reason = "small")]
-            let share = rates(n).fold(0.0, f64::max) * contender.operations / (peak * contender.threads as f64);
+            let share = rates(n).fold(0.0, f64::max) * contender.operations / (peak * count(contender.threads));
             let _ = writeln!(
                 text,
                 "  {}: {:.0} % of the peak of {} core{} ({} operations a step)",

@@ -8,6 +8,7 @@ use super::{Outcome, interrupt, methods, problem, reading};
 use motorfit::Result;
 use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::{IdentifySpec, Method, with_threads};
+use motorfit::numeric::{count, count_u64};
 use motorfit::report::compare::{CompareDocument, paper_tables, quartiles, setting_name, tables};
 use motorfit::report::figures::model;
 use motorfit::report::{Table, compare_page, json};
@@ -142,8 +143,7 @@ fn history(block: &Block) -> String {
     let heads: Vec<String> = std::iter::once("generation".to_owned()).chain(names).collect();
     let all: Vec<Vec<[f64; 3]>> = block.contests.iter().map(quartiles).collect();
     let longest = all.iter().map(Vec::len).max().unwrap_or(0);
-    #[expect(clippy::cast_precision_loss, reason = "a count")]
-    let mut columns = vec![(1..=longest).map(|n| n as f64).collect::<Vec<f64>>()];
+    let mut columns = vec![(1..=longest).map(count).collect::<Vec<f64>>()];
     for quartiles in &all {
         columns.extend((0..3).map(|k| quartiles.iter().map(|q| q[k]).collect::<Vec<f64>>()));
     }
@@ -201,8 +201,7 @@ fn text(args: &CompareArgs, comparison: &Comparison) -> String {
             }
         }
     }
-    #[expect(clippy::cast_precision_loss, reason = "for people")]
-    let rate = comparison.evaluations as f64 / comparison.batch_seconds;
+    let rate = count_u64(comparison.evaluations) / comparison.batch_seconds;
     let _ = writeln!(
         text,
         "{} evaluations in {}, {} a second\non {}, {}",

@@ -8,6 +8,7 @@ use super::{Outcome, interrupt, problem, reading};
 use motorfit::candidates::Candidates;
 use motorfit::identify::{Costs, with_threads};
 use motorfit::motor::Axis;
+use motorfit::numeric::count_u64;
 use motorfit::optimize::{Progress, Sample, Sampling};
 use motorfit::record::Record;
 use motorfit::report::{EvaluateDocument, json};
@@ -151,8 +152,7 @@ impl Evaluation<'_> {
             return Err(Error::data("there are no candidates", "Give a file with rows below its heading."));
         }
         let (_, device, precision) = self.costs.device();
-        #[expect(clippy::cast_precision_loss, reason = "for people")]
-        let rate = done as f64 / started.elapsed().as_secs_f64();
+        let rate = count_u64(done) / started.elapsed().as_secs_f64();
         self.style.note(&format!(
             "{done} candidates in {} ({} of it evaluating), {} a second, on {device}, {precision}; lowest cost {}",
             engineering(started.elapsed().as_secs_f64(), "s", 3),

@@ -1,6 +1,7 @@
 //! How long evaluators of this machine take, as a bench measured it: what `auto` chooses by.
 
 use crate::evaluate::{Level, cpu_name};
+use crate::numeric::{count, count_u64};
 use serde::{Deserialize, Serialize};
 
 /// Measured times of one evaluator.
@@ -32,17 +33,15 @@ fn interpolated(mut known: Vec<(u64, f64)>, x: u64) -> Option<f64> {
     known.retain(|(at, value)| *at > 0 && value.is_finite() && *value > 0.0);
     known.sort_by_key(|(at, _)| *at);
     let (&first, &last) = (known.first()?, known.last()?);
-    #[expect(clippy::cast_precision_loss, reason = "counts")]
-    let real = |n: u64| n as f64;
     if x <= first.0 {
         return Some(first.1);
     }
     if x >= last.0 {
-        return Some(last.1 * real(x) / real(last.0));
+        return Some(last.1 * count_u64(x) / count_u64(last.0));
     }
     let above = known.iter().position(|(at, _)| *at >= x)?;
     let ((x0, y0), (x1, y1)) = (known[above - 1], known[above]);
-    let share = (real(x) / real(x0)).ln() / (real(x1) / real(x0)).ln();
+    let share = (count_u64(x) / count_u64(x0)).ln() / (count_u64(x1) / count_u64(x0)).ln();
     Some(y0 * (y1 / y0).powf(share))
 }
 
@@ -111,8 +110,7 @@ impl Paces {
     #[must_use]
     pub fn faster(&self, work: Work, precision: Option<&str>) -> Option<&AdapterPace> {
         let Work { samples, population, generations, threads } = work;
-        #[expect(clippy::cast_precision_loss, reason = "counts")]
-        let (rounds, cores) = (generations as f64, threads.max(1) as f64 / self.threads.max(1) as f64);
+        let (rounds, cores) = (count_u64(generations), count(threads.max(1)) / count(self.threads.max(1)));
         let cpu = rounds * self.pace.seconds(samples, population)? / cores;
         let fits = |adapter: &&AdapterPace| {
             let wanted = precision.unwrap_or(if self.has_f64(adapter) { "f64" } else { "f32" });
@@ -159,8 +157,7 @@ mod tests {
     fn paces() -> Paces {
         let points = |rate: f64, least: f64| {
             let at = |population: u64| {
-                #[expect(clippy::cast_precision_loss, reason = "small")]
-                let seconds = (1000.0 * population as f64 / rate).max(least);
+                let seconds = (1000.0 * count_u64(population) / rate).max(least);
                 (1000, population, seconds)
             };
             Pace { points: [1, 100, 10_000, 1_000_000].map(at).to_vec() }

@@ -5,6 +5,7 @@ use super::normal::{Fit, Normal, Sigma};
 use super::refined::{EVALUATIONS_MAX, Refined, SMALLEST, STEP_MAX};
 use super::uncertainty::uncertainty;
 use crate::evaluate::Signals;
+use crate::numeric;
 use crate::{Error, ErrorKind, Result};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -117,7 +118,7 @@ impl<'a> Search<'a> {
 
     /// A step whose logarithms all stay within the trust.
     fn trusted(&self, step: DVector<f64>) -> DVector<f64> {
-        let longest = step.iter().take(self.fit.problem.space().free().len()).fold(0.0, |m: f64, v| m.max(v.abs()));
+        let longest = numeric::peak(&step.as_slice()[..self.fit.problem.space().free().len()]);
         if longest > TRUST { step * (TRUST / longest) } else { step }
     }
 
@@ -138,9 +139,8 @@ impl<'a> Search<'a> {
     }
 
     /// What is left of one in the degrees of freedom.
-    #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
     fn freedom(&self) -> f64 {
-        1.0 - (self.fit.unknowns as f64 / self.fit.count() as f64).min(0.9)
+        1.0 - (numeric::count(self.fit.unknowns) / numeric::count(self.fit.count())).min(0.9)
     }
 
     /// σ of the residuals of each recording and channel; 1 for a channel not measured.
@@ -151,11 +151,9 @@ impl<'a> Search<'a> {
                 if !signals.has(channel) {
                     return 1.0;
                 }
-                #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
-                let count = signals.count(channel) as f64;
+                let count = numeric::count(signals.count(channel));
                 let sigma = (self.normal.squares(recording, channel) / (count * freedom).max(1.0)).sqrt();
-                #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
-                let part = (signals.len() as f64 / count).sqrt();
+                let part = (numeric::count(signals.len()) / count).sqrt();
                 sigma.max(SIGMA_MIN * part * signals.rms(channel)).max(SMALLEST)
             })
         };
@@ -184,8 +182,7 @@ impl<'a> Search<'a> {
             let measured = || (0..signals.len()).filter(|n| signals[*n].has(channel));
             let squares: f64 = measured().map(|n| self.normal.squares(n, channel)).sum();
             let count: usize = measured().map(|n| signals[n].count(channel)).sum();
-            #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
-            let freedom = (count as f64 * self.freedom()).max(1.0);
+            let freedom = (numeric::count(count) * self.freedom()).max(1.0);
             (count > 0).then(|| (squares / freedom).sqrt())
         })
     }

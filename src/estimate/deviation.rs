@@ -1,6 +1,6 @@
 //! The size of signals: what residuals are compared with where no noise is known.
 
-use crate::criterion::{rms, standard_deviation};
+use crate::numeric::{rms, standard_deviation};
 use crate::record::Record;
 
 /// Returns the standard deviation of current \[A\] and speed \[rad/s\] of each recording; the root mean square of a

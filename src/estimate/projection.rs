@@ -12,6 +12,7 @@
 use super::normal::Sigma;
 use crate::evaluate::{Level, Problem, Signals, multiply_add};
 use crate::motor::{Discretization, Parameters, step_maps};
+use crate::numeric::count;
 use multiversion::multiversion;
 use rayon::prelude::*;
 
@@ -42,8 +43,7 @@ pub(super) fn applies(problem: &Problem) -> bool {
 pub(super) fn basins(problem: &Problem, sigma: &Sigma, most: usize) -> Vec<[f64; 5]> {
     let [c1, c0] = ranges(problem);
     let value = |[low, high]: [f64; 2], n: usize| {
-        #[expect(clippy::cast_precision_loss, reason = "small")]
-        let share = n as f64 / (GRID - 1) as f64;
+        let share = count(n) / count(GRID - 1);
         (low.ln() + share * (high / low).ln()).exp()
     };
     let points: Vec<[f64; 2]> = (0..GRID * GRID).map(|n| [value(c1, n / GRID), value(c0, n % GRID)]).collect();

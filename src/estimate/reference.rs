@@ -7,6 +7,7 @@ use super::refined::Refined;
 use crate::Result;
 use crate::evaluate::{Model, Problem};
 use crate::motor::{Axis, Space};
+use crate::numeric;
 use crate::record::Record;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -114,8 +115,7 @@ fn scattered(problem: &Problem) -> Vec<Vec<f64>> {
             parts.swap(last, generator.random_range(0..=last));
         }
         for (start, part) in starts.iter_mut().zip(parts) {
-            #[expect(clippy::cast_precision_loss, reason = "small")]
-            let share = (f64::from(part) + generator.random::<f64>()) / count as f64;
+            let share = (f64::from(part) + generator.random::<f64>()) / numeric::count(count);
             let [low, high] = [axis.min, axis.max].map(|bound| axis.coordinate(bound));
             start[n] = axis.value(low + share * (high - low));
         }

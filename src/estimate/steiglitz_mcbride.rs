@@ -12,6 +12,7 @@ use super::refine::{check_plain, first_sigma, plain};
 use super::triangle::{BLOCK, Triangle, solve};
 use crate::evaluate::{Model, Problem, Signals};
 use crate::motor::{Discretization, Parameters};
+use crate::numeric::count;
 use crate::record::Record;
 use crate::{Error, Result};
 use std::ops::Range;
@@ -151,8 +152,7 @@ fn is_short(solution: &Solution, before: [f64; 2], samples: usize) -> bool {
     let step = [solution.denominator[0] - before[0], solution.denominator[1] - before[1]];
     let [[r00, r01, _], [_, r11, _], [_, _, rest]] = solution.triangle;
     let length = (r00 * step[0] + r01 * step[1]).powi(2) + (r11 * step[1]).powi(2);
-    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-    let variance = rest * rest / (2 * samples) as f64;
+    let variance = rest * rest / count(2 * samples);
     length <= STEP_MAX * STEP_MAX * variance
 }
 

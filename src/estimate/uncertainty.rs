@@ -8,6 +8,7 @@ use super::normal::Fit;
 use super::triangle::dot;
 use crate::evaluate::{Level, Problem};
 use crate::motor::Axis;
+use crate::numeric::{count, peak};
 use multiversion::multiversion;
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -144,8 +145,7 @@ fn invert(information: &DMatrix<f64>) -> (DMatrix<f64>, f64, Vec<Vec<f64>>) {
 
 /// The 97.5 % quantile of Student's t, by the expansion of Cornish and Fisher (1e-3 right from 5 degrees on).
 fn student95(freedom: usize) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-    let v = freedom.max(1) as f64;
+    let v = count(freedom.max(1));
     let z = Z95;
     let first = (z.powi(3) + z) / 4.0;
     let second = (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0;
@@ -193,8 +193,6 @@ fn residuals(problem: &Problem, recording: usize, values: &[f64], initial: [f64;
 }
 
 fn ljung_box(residuals: &[f64], size: f64) -> Option<Whiteness> {
-    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-    let count = |n: usize| n as f64;
     let n = count(residuals.len());
     if residuals.len() <= 2 * LAGS {
         return None;
@@ -238,7 +236,7 @@ fn products<const FMA: bool>(residuals: &[f64]) -> [f64; LAGS + 1] {
 /// The parameters that take part in a direction, with their steps as small whole numbers where they are such.
 #[must_use]
 pub fn describe(direction: &[f64], axes: &[Axis]) -> String {
-    let largest = direction.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let largest = peak(direction);
     let mut parts: Vec<(&str, f64)> = Vec::new();
     for (axis, step) in axes.iter().zip(direction) {
         if step.abs() > 0.05 * largest {

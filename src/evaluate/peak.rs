@@ -1,6 +1,7 @@
 //! The processor's peak of multiply–adds, measured: what the rate of an evaluator is held against.
 
 use super::Level;
+use crate::numeric::count;
 use multiversion::multiversion;
 use std::hint::black_box;
 
@@ -46,7 +47,5 @@ pub fn fma_loop(level: Level, rounds: usize) -> Option<f64> {
             8
         }
     };
-    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-    let count = (rounds * CHAINS * lanes) as f64;
-    Some(count)
+    Some(count(rounds * CHAINS * lanes))
 }

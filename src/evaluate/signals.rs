@@ -1,8 +1,9 @@
 //! One recording, made ready to be evaluated: what does not depend on the candidate is done once, here.
 
 use super::span::{Span, Stretch, spans, stretches};
-use crate::criterion::{Criterion, noise_sigma, peak};
+use crate::criterion::Criterion;
 use crate::motor::{Beginning, Discretization, Drive};
+use crate::numeric::{count, noise_sigma, peak};
 use crate::record::Record;
 use crate::{Error, ErrorKind, Result};
 use std::sync::OnceLock;
@@ -179,9 +180,7 @@ impl Signals {
     /// Root mean square of a channel.
     #[must_use]
     pub(crate) fn rms(&self, channel: usize) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-        let count = self.len() as f64;
-        (self.power[channel] / count).sqrt()
+        (self.power[channel] / count(self.len())).sqrt()
     }
 
     /// σ of the noise that a channel itself shows.
@@ -351,8 +350,7 @@ fn filled(record: &Record, counting: &[[bool; 2]]) -> [Option<Vec<f64>>; 2] {
             let from = last.map_or(0, |l| l + 1);
             let before = last.map(|l| signal[l]);
             for (k, value) in filled[from..n].iter_mut().enumerate() {
-                #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-                let part = (k + 1) as f64 / (n - from + 1) as f64;
+                let part = count(k + 1) / count(n - from + 1);
                 *value = match (before, after) {
                     (Some(before), Some(after)) => before + part * (after - before),
                     (Some(one), None) | (None, Some(one)) => one,

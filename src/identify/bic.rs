@@ -5,6 +5,7 @@
 use crate::estimate::Refined;
 use crate::evaluate::{Problem, Signals};
 use crate::motor::{Extension, Space};
+use crate::numeric;
 use std::sync::Arc;
 
 /// A criterion must be lower by this much: odds of e³ = 20 to 1.
@@ -39,8 +40,7 @@ pub(super) fn independent(problem: &Problem, refined: &Refined) -> Vec<[f64; 2]>
             let squares: f64 = residuals.iter().map(|e| e * e).sum();
             let products: f64 = residuals.windows(2).map(|e| e[0] * e[1]).sum();
             let correlation = if squares > 0.0 { (products / squares).clamp(0.0, 0.9999) } else { 0.0 };
-            #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-            let count = signals.count(channel) as f64;
+            let count = numeric::count(signals.count(channel));
             count * (1.0 - correlation) / (1.0 + correlation)
         })
     };
@@ -62,8 +62,7 @@ pub(super) fn gain(from: &Fit, to: &Fit) -> f64 {
             }
         }
     }
-    #[expect(clippy::cast_precision_loss, reason = "small")]
-    let more = to.space.free().len() as f64 - from.space.free().len() as f64;
+    let more = numeric::count(to.space.free().len()) - numeric::count(from.space.free().len());
     gain + more * samples.max(std::f64::consts::E).ln()
 }
 

@@ -2,8 +2,8 @@
 
 use super::spec::IdentifySpec;
 use crate::Result;
-use crate::criterion::peak;
 use crate::motor::{Axis, Extension, Parameter, Scope, Space};
+use crate::numeric::peak;
 use crate::record::{Record, is_driven_by_current};
 
 /// Returns the parameters of an extension that recordings can show: sensors that were there.

@@ -7,8 +7,8 @@ use super::normalized::NormalizedModel;
 use super::spec::IdentifySpec;
 use crate::Result;
 use crate::analysis::{guess_by_speed, unused_columns};
-use crate::criterion::peak;
 use crate::motor::{Axis, Parameter, Scope, Space};
+use crate::numeric::peak;
 use crate::record::{Record, is_driven_by_current};
 use crate::warning::Warning;
 

@@ -6,9 +6,9 @@ use super::refine::{Fit, refine_widening};
 use super::spec::IdentifySpec;
 use super::start::steiglitz_mcbride;
 use crate::Result;
-use crate::criterion::rms;
 use crate::estimate::{Estimate, Reference, ReferenceKind, Refined, global_reference_on, refine_on, squares_on};
 use crate::motor::{Parameters, Space};
+use crate::numeric::{count, rms};
 use crate::record::Record;
 
 /// The verdict of a verification.
@@ -200,7 +200,5 @@ fn sigmas(records: &[Record], refined: &Refined) -> Vec<[f64; 2]> {
 /// The misfit whose residuals are as large as the signals vary.
 fn misfit_of_nothing(records: &[Record]) -> f64 {
     let values: usize = records.iter().map(|r| r.len() * r.measured().iter().flatten().count()).sum();
-    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-    let values = values as f64;
-    values.sqrt()
+    count(values).sqrt()
 }

@@ -36,8 +36,7 @@ pub fn response(time_s: &[f64], signal: &[f64], band: f64) -> Option<Response> {
         return None;
     }
     let tail = &signal[signal.len() - signal.len().div_ceil(10)..];
-    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-    let steady_state = tail.iter().sum::<f64>() / tail.len() as f64;
+    let steady_state = crate::numeric::mean(tail);
     let at = (0..signal.len()).fold(0, |best, n| if signal[n].abs() > signal[best].abs() { n } else { best });
     let outside = |v: &f64| (v - steady_state).abs() > band * steady_state.abs();
     let settled = signal.iter().rposition(outside).map_or(0, |last| last + 1);

@@ -7,6 +7,7 @@
 use super::population::{Population, Setup, ordered};
 use super::{Best, Optimizer};
 use crate::candidates::Candidates;
+use crate::numeric::{count, whole};
 use crate::{Error, Result};
 
 /// Settings of the genetic algorithm.
@@ -70,11 +71,10 @@ impl Genetic {
         let mut total = wheel.last().copied().unwrap_or(0.0);
         if !(total > 0.0 && total.is_finite()) {
             // All diverged: everybody has the same chance.
-            wheel = (1..=self.costs.len()).map(|n| n as f64).collect();
-            total = self.costs.len() as f64;
+            wheel = (1..=self.costs.len()).map(count).collect();
+            total = count(self.costs.len());
         }
-        #[expect(clippy::cast_possible_truncation, reason = "a share of the population")]
-        let wanted = (self.options.pressure * self.costs.len() as f64).round().max(1.0) as usize;
+        let wanted = whole((self.options.pressure * count(self.costs.len())).round()).max(1);
         let mut parents = Vec::with_capacity(wanted * self.population.width());
         for _ in 0..wanted {
             let at = self.population.numbers.unit() * total;

@@ -7,6 +7,7 @@
 use super::population::{Population, Setup, ordered, split};
 use super::{Best, Optimizer};
 use crate::candidates::Candidates;
+use crate::numeric::count;
 use crate::{Error, Result};
 use multiversion::multiversion;
 
@@ -70,9 +71,9 @@ impl Gwo {
 
     /// Eq. 10 for every agent.
     fn hunt(&mut self) {
-        let generations = self.population.setup.generations as f64;
+        let generations = count(self.population.setup.generations);
         let GwoOptions { a_start, a_end } = self.options;
-        let a = a_start + (a_end - a_start) * (self.generation as f64 / generations).min(1.0);
+        let a = a_start + (a_end - a_start) * (count(self.generation) / generations).min(1.0);
         let Population { setup, numbers, values, .. } = &mut self.population;
         let width = setup.bounds.len();
         // Fewer than three agents: the last leader stands in for those that are missing.

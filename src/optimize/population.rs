@@ -2,6 +2,7 @@
 
 use super::Best;
 use crate::candidates::Candidates;
+use crate::numeric::count_u64;
 use crate::{Error, Result};
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -64,7 +65,7 @@ impl Setup {
 #[derive(Debug, Clone)]
 pub(super) struct Numbers(Xoshiro256PlusPlus);
 
-const UNIT53: f64 = 1.0 / (1_u64 << 53) as f64;
+const UNIT53: f64 = 1.0 / count_u64(1 << 53);
 
 impl Numbers {
     pub(super) fn new(seed: u64, run: u64) -> Self {
@@ -76,7 +77,7 @@ impl Numbers {
     /// Uniform in [0, 1), 53 bits.
     #[inline]
     pub(super) fn unit(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 * UNIT53
+        count_u64(self.0.next_u64() >> 11) * UNIT53
     }
 
     /// Two of them from one draw.

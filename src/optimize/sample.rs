@@ -160,16 +160,15 @@ fn bits(number: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+/// A number up to 2^53.
 fn real(n: u64) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "at most 2^53")]
-    // One instruction, where a number without sign takes several.
-    let real = n.cast_signed() as f64;
-    real
+    crate::numeric::real(n.cast_signed())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::{whole, whole_u64};
 
     fn rows(sampling: Sampling, number: u64, seed: u64) -> Vec<Vec<f64>> {
         let sample = Sample::new(sampling, number, vec![(0.0, 1.0), (10.0, 20.0)], seed).unwrap();
@@ -184,8 +183,7 @@ mod tests {
         for count in [1, 2, 3, 5, 64, 1000] {
             for (axis, (min, width)) in [(0.0, 1.0), (10.0, 10.0)].into_iter().enumerate() {
                 let rows = rows(Sampling::LatinHypercube, count, 7);
-                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small")]
-                let part = |row: &Vec<f64>| ((row[axis] - min) / width * real(count)).floor() as u64;
+                let part = |row: &Vec<f64>| whole_u64((row[axis] - min) / width * real(count));
                 let mut parts: Vec<u64> = rows.iter().map(part).collect();
                 parts.sort_unstable();
                 assert_eq!(parts, (0..count).collect::<Vec<_>>(), "{count} points, axis {axis}");
@@ -200,8 +198,7 @@ mod tests {
         let seeds = 2000_u32;
         let order = |seed: u32| -> Vec<usize> {
             let rows = rows(Sampling::LatinHypercube, 7, u64::from(seed));
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small")]
-            rows.iter().map(|row| (row[0] * 7.0) as usize).collect()
+            rows.iter().map(|row| whole(row[0] * 7.0)).collect()
         };
         let mut counts = [[0_u32; 7]; 7];
         let mut steps = [0_u32; 6];

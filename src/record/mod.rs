@@ -21,6 +21,7 @@ pub use reading::{Reading, parse_crop, parse_offset};
 pub use samples::Samples;
 pub use time::{Gaps, Steps, TIME_JITTER_UNIFORM};
 
+use crate::numeric::{count, whole};
 use crate::{Error, Result};
 use std::path::PathBuf;
 
@@ -154,13 +155,7 @@ impl Record {
     /// # Errors
     /// `Usage` when either would have fewer than two samples.
     pub fn split(&self, fraction: f64) -> Result<[Self; 2]> {
-        #[expect(
-            clippy::cast_precision_loss,
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a part of a count"
-        )]
-        let at = (self.len() as f64 * fraction.clamp(0.0, 1.0)).round() as usize;
+        let at = whole((count(self.len()) * fraction.clamp(0.0, 1.0)).round());
         if at < 2 || self.len() - at < 2 {
             let message = format!("a split at {fraction} leaves {at} and {} samples", self.len() - at);
             return Err(Error::usage(message, "Give a fraction between 0 and 1, as in --split 0.7."));

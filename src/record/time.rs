@@ -1,6 +1,7 @@
 //! The time axis: period, jitter, gaps, repeated and reversed times.
 
 use super::Lines;
+use crate::numeric::{count, extremes, upper_median};
 use crate::{Error, Result};
 
 /// What becomes of gaps in time.
@@ -72,7 +73,7 @@ pub(super) fn steps(time_s: &[f64], lines: &Lines, keep_gaps: bool) -> Result<St
     // The digits of a file's decimals, not those of their difference; the same for all steps of a regular clock.
     let period_s = match [shortest, longest].map(|step| rounded(step, 10)) {
         [short, long] if short.to_bits() == long.to_bits() => short,
-        _ => rounded(median(&mut differences.clone()), 10),
+        _ => rounded(upper_median(&mut differences.clone()), 10),
     };
     if !(PERIOD_MIN..=PERIOD_MAX).contains(&period_s) || time_s[0] < -TIME_MAX || time_s[time_s.len() - 1] > TIME_MAX {
         return Err(Error::data(
@@ -110,31 +111,12 @@ pub(super) fn steps(time_s: &[f64], lines: &Lines, keep_gaps: bool) -> Result<St
         return Ok(Steps { period_s, jitter, step_s: vec![period_s], step_index: Vec::new() });
     }
     // Times as large as seconds since 1970 have coarse steps: their mean is finer than their median.
-    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-    let mean = rounded((time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() - 1) as f64, 10);
+    let mean = rounded((time_s[time_s.len() - 1] - time_s[0]) / count(time_s.len() - 1), 10);
     if (mean / period_s - 1.0).abs() < 1e-3 && is_on_grid(time_s, mean) {
         return Ok(Steps { period_s: mean, jitter, step_s: vec![mean], step_index: Vec::new() });
     }
     let (step_s, step_index) = table(time_s, period_s)?;
     Ok(Steps { period_s, jitter, step_s, step_index })
-}
-
-/// The smallest and the largest value, in four lanes, so that it vectorizes.
-fn extremes(values: &[f64]) -> [f64; 2] {
-    let (mut low, mut high) = ([f64::INFINITY; 4], [f64::NEG_INFINITY; 4]);
-    let mut add = |lane: usize, value: f64| {
-        low[lane] = if value < low[lane] { value } else { low[lane] };
-        high[lane] = if value > high[lane] { value } else { high[lane] };
-    };
-    let (fours, rest) = values.as_chunks::<4>();
-    fours.iter().for_each(|four| four.iter().enumerate().for_each(|(lane, value)| add(lane, *value)));
-    rest.iter().for_each(|value| add(0, *value));
-    [low.into_iter().fold(f64::INFINITY, f64::min), high.into_iter().fold(f64::NEG_INFINITY, f64::max)]
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Steps longer than so many periods are gaps: samples are missing.
@@ -162,7 +144,7 @@ pub(super) fn gaps(time_s: &[f64]) -> Vec<usize> {
     if differences.is_empty() {
         return Vec::new();
     }
-    let longest = gap_limit(&differences, median(&mut differences.clone()));
+    let longest = gap_limit(&differences, upper_median(&mut differences.clone()));
     (1..time_s.len()).filter(|&n| differences[n - 1] > longest).collect()
 }
 
@@ -173,8 +155,7 @@ pub(super) fn rounded(value: f64, digits: usize) -> f64 {
 
 /// Whether all times lie on a regular grid.
 fn is_on_grid(time_s: &[f64], period_s: f64) -> bool {
-    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-    let on_grid = |n: usize, t: f64| ((t - time_s[0]) / period_s - n as f64).abs() <= TIME_JITTER_UNIFORM;
+    let on_grid = |n: usize, t: f64| ((t - time_s[0]) / period_s - count(n)).abs() <= TIME_JITTER_UNIFORM;
     time_s.iter().enumerate().all(|(n, &t)| on_grid(n, t))
 }
 
@@ -192,8 +173,7 @@ fn table(time_s: &[f64], period_s: f64) -> Result<(Vec<f64>, Vec<u16>)> {
         ));
     }
     let index = |tick: &f64| distinct.partition_point(|d| d < tick);
-    #[expect(clippy::cast_possible_truncation, reason = "at most as many as are allowed above")]
-    let mut step_index: Vec<u16> = ticks.iter().map(|tick| index(tick) as u16).collect();
+    let mut step_index: Vec<u16> = ticks.iter().map(|tick| u16::try_from(index(tick)).unwrap_or(u16::MAX)).collect();
     step_index.extend(step_index.last().copied());
     Ok((distinct.into_iter().map(|tick| tick / PARTS * period_s).collect(), step_index))
 }

@@ -6,10 +6,10 @@ use crate::criterion::{Criterion, Scale};
 use crate::evaluate::{Initial, Model, Problem};
 use crate::identify::{Identification, IdentifySpec};
 use crate::motor::{Axis, Discretization, Parameter, Parameters, Scope, Space, simulate};
+use crate::numeric::{count, sorted};
 use crate::record::{Quantity, Record};
 use crate::report::compare::quartiles;
 use crate::study::compare::{Block, Comparison, Contest, reached};
-use crate::study::statistics::sorted;
 
 /// What a model does under the inputs of a recording: current and speed.
 #[must_use]
@@ -140,8 +140,7 @@ pub fn history(found: &Identification, spec: &IdentifySpec) -> Option<Figure> {
     if found.history.len() < 2 {
         return None;
     }
-    #[expect(clippy::cast_precision_loss, reason = "counts")]
-    let points = found.history.iter().enumerate().map(|(n, cost)| (n as f64 + 1.0, *cost)).collect();
+    let points = found.history.iter().enumerate().map(|(n, cost)| (count(n) + 1.0, *cost)).collect();
     let lines = vec![Line { name: found.searched.method.to_owned(), points, ..Line::default() }];
     let chart_of = Chart { lines, ..Chart::new("Search", ["generation [1]", "lowest cost [1]"]).log([false, true]) };
     Some(Figure {
@@ -156,10 +155,9 @@ pub fn history(found: &Identification, spec: &IdentifySpec) -> Option<Figure> {
 /// The lowest cost by generation: median and quartiles over runs.
 #[must_use]
 pub fn convergence(id: &str, block: &Block) -> Figure {
-    #[expect(clippy::cast_precision_loss, reason = "counts")]
     let line = |contest: &Contest| {
         let quartiles = quartiles(contest);
-        let points = quartiles.iter().enumerate().map(|(n, q)| (n as f64 + 1.0, q[1])).collect();
+        let points = quartiles.iter().enumerate().map(|(n, q)| (count(n) + 1.0, q[1])).collect();
         let band = Some((quartiles.iter().map(|q| q[0]).collect(), quartiles.iter().map(|q| q[2]).collect()));
         Line { name: contest.method.name().to_owned(), points, band, steps: false }
     };
@@ -205,10 +203,9 @@ pub fn errors(id: &str, comparison: &Comparison, block: &Block) -> Option<Figure
 pub fn distributions(id: &str, comparison: &Comparison, block: &Block) -> Figure {
     let (_, reached) = reached(block, comparison.spec.target);
     let name = |contest: &Contest| contest.method.name().to_owned();
-    #[expect(clippy::cast_precision_loss, reason = "counts")]
     let costs = |contest: &Contest| {
         let sorted = sorted(&contest.costs());
-        let points = sorted.iter().enumerate().map(|(n, cost)| (*cost, (n + 1) as f64 / sorted.len() as f64)).collect();
+        let points = sorted.iter().enumerate().map(|(n, cost)| (*cost, count(n + 1) / count(sorted.len()))).collect();
         Line { name: name(contest), points, steps: true, ..Line::default() }
     };
     let by = |axis: &dyn Fn(usize) -> Vec<f64>| -> Vec<Line> {
@@ -245,9 +242,8 @@ pub fn distributions(id: &str, comparison: &Comparison, block: &Block) -> Figure
 /// Final costs, run by run, the best first.
 #[must_use]
 pub fn waterfall(id: &str, block: &Block) -> Figure {
-    #[expect(clippy::cast_precision_loss, reason = "counts")]
     let line = |contest: &Contest| {
-        let points = sorted(&contest.costs()).into_iter().enumerate().map(|(n, cost)| (n as f64 + 1.0, cost)).collect();
+        let points = sorted(&contest.costs()).into_iter().enumerate().map(|(n, cost)| (count(n) + 1.0, cost)).collect();
         Line { name: contest.method.name().to_owned(), points, ..Line::default() }
     };
     let lines = block.contests.iter().map(line).collect();

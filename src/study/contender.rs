@@ -1,6 +1,7 @@
 //! The evaluators of this machine, each under its full name.
 
 use crate::evaluate::{Batch, Evaluator, Group, Level, Scalar, Simd, cpu_name};
+use crate::numeric::count;
 use crate::{Error, Result};
 use std::time::Instant;
 
@@ -51,8 +52,7 @@ impl Contender {
             for _ in 0..repeats {
                 evaluator.evaluate(&Batch { groups }, costs)?;
             }
-            #[expect(clippy::cast_precision_loss, reason = "small")]
-            Ok(begun.elapsed().as_secs_f64() / repeats as f64)
+            Ok(begun.elapsed().as_secs_f64() / count(repeats))
         })
     }
 

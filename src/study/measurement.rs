@@ -6,6 +6,7 @@
 
 use super::contender::Contender;
 use crate::identify::{AdapterPace, Pace, Paces};
+use crate::numeric;
 
 /// A contender at one population and recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,11 +31,10 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    pub(super) fn of(place: [usize; 3], mut times: Vec<f64>) -> Self {
-        let [contender, population, samples] = place;
+    pub(super) fn of(contender: usize, population: usize, samples: usize, mut times: Vec<f64>) -> Self {
         times.sort_by(f64::total_cmp);
         let rounds = times.len();
-        let seconds = (rounds > 0).then(|| 0.5 * (times[(rounds - 1) / 2] + times[rounds / 2]));
+        let seconds = (rounds > 0).then(|| numeric::median(&times));
         let interval = if rounds < FEWEST {
             [f64::NAN; 2]
         } else {
@@ -69,9 +69,7 @@ impl Measurement {
     }
 
     fn steps(&self) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-        let steps = (self.population * self.samples) as f64;
-        steps
+        numeric::count(self.population * self.samples)
     }
 }
 
@@ -97,9 +95,7 @@ fn outside(n: usize) -> usize {
     let (mut sum, mut count) = (chance, 0);
     while sum <= 0.025 {
         count += 1;
-        #[expect(clippy::cast_precision_loss, reason = "small")]
-        let ratio = (n - count + 1) as f64 / count as f64;
-        chance *= ratio;
+        chance *= numeric::count(n - count + 1) / numeric::count(count);
         sum += chance;
     }
     count.saturating_sub(1).min((n - 1) / 2)
@@ -242,7 +238,7 @@ mod tests {
         let mut measurements = Vec::new();
         for (contender, seconds) in seconds.iter().enumerate() {
             for (n, seconds) in seconds.iter().enumerate() {
-                measurements.push(Measurement::of([contender, [1, 10, 100, 1000][n], 10], vec![*seconds]));
+                measurements.push(Measurement::of(contender, [1, 10, 100, 1000][n], 10, vec![*seconds]));
             }
         }
         let mut result = result(["base", "late", "always"].map(named).into(), measurements);
@@ -268,20 +264,20 @@ mod tests {
         for (n, expected) in [(1, 0), (5, 0), (6, 0), (8, 0), (9, 1), (11, 1), (12, 2), (15, 3), (20, 5), (25, 7)] {
             assert_eq!(outside(n), expected, "{n}");
         }
-        let m = Measurement::of([0, 1, 1], (1..=9).rev().map(f64::from).collect());
+        let m = Measurement::of(0, 1, 1, (1..=9).rev().map(f64::from).collect());
         assert_eq!((m.seconds, m.interval, m.rounds), (Some(5.0), [2.0, 8.0], 9));
-        let few = Measurement::of([0, 1, 1], vec![1.0, 2.0]);
+        let few = Measurement::of(0, 1, 1, vec![1.0, 2.0]);
         assert_eq!((few.seconds, few.spread()), (Some(1.5), None), "two rounds have no interval of 95 %");
-        assert_eq!(Measurement::of([0, 1, 1], Vec::new()).seconds, None);
+        assert_eq!(Measurement::of(0, 1, 1, Vec::new()).seconds, None);
     }
 
     #[test]
     fn a_control_tells_intervals_that_are_too_narrow() {
         let times = |from: f64| (0..9).map(|n| from + f64::from(n)).collect::<Vec<f64>>();
         let case = |population: usize, again: f64| {
-            let control = Measurement::of([0, population, 9], times(again));
+            let control = Measurement::of(0, population, 9, times(again));
             let again = control.seconds.map(|median| (median, control.interval));
-            Measurement { again, ..Measurement::of([0, population, 9], times(100.0)) }
+            Measurement { again, ..Measurement::of(0, population, 9, times(100.0)) }
         };
         let result = result(vec![named("a")], vec![case(1, 120.0), case(2, 101.0)]);
         let control = result.control().unwrap();

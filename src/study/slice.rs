@@ -2,6 +2,7 @@
 
 use crate::identify::{Costs, Identification, IdentifySpec, identify, needs_voltage};
 use crate::motor::Parameter;
+use crate::numeric::count;
 use crate::record::Record;
 use crate::{Error, Result};
 
@@ -28,8 +29,7 @@ impl CostMap {
     #[must_use]
     pub fn value(&self, which: usize, place: usize) -> f64 {
         let [low, high] = self.ranges[which];
-        #[expect(clippy::cast_precision_loss, reason = "small")]
-        let share = place as f64 / (self.costs.len() - 1) as f64;
+        let share = count(place) / count(self.costs.len() - 1);
         low + (high - low) * share
     }
 

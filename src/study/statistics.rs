@@ -1,49 +1,11 @@
-//! Statistics of runs: quantiles, bootstrap intervals, a paired test and its correction for many comparisons.
+//! Statistics of runs: bootstrap intervals, a paired test and its correction for many comparisons.
 
+use crate::numeric::{count, quantile, sorted, whole};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// Resamples of a bootstrap.
 const RESAMPLES: usize = 4000;
-
-/// The values in order, NaN last.
-#[must_use]
-pub fn sorted(values: &[f64]) -> Vec<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted
-}
-
-/// A quantile of sorted values, linear between order statistics (R. J. Hyndman, Y. Fan 1996, type 7); NaN without values.
-#[must_use]
-pub fn quantile(sorted: &[f64], p: f64) -> f64 {
-    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
-    #[expect(clippy::cast_precision_loss, reason = "a count")]
-    let at = p.clamp(0.0, 1.0) * last as f64;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the values")]
-    let (below, above) = (at.floor() as usize, at.ceil() as usize);
-    if below == above || sorted[below].total_cmp(&sorted[above]).is_eq() {
-        return sorted[below];
-    }
-    sorted[below] + (at - at.floor()) * (sorted[above] - sorted[below])
-}
-
-/// Mean; NaN without values.
-#[must_use]
-pub fn mean(values: &[f64]) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "a count")]
-    let count = values.len() as f64;
-    values.iter().sum::<f64>() / count
-}
-
-/// Standard deviation of a sample (n − 1); NaN for fewer than two values.
-#[must_use]
-pub fn deviation(values: &[f64]) -> f64 {
-    let mean = mean(values);
-    #[expect(clippy::cast_precision_loss, reason = "a count")]
-    let freedom = values.len() as f64 - 1.0;
-    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / freedom).sqrt()
-}
 
 /// The 95 % percentile bootstrap interval of the median (B. Efron 1979), the same for the same seed.
 #[must_use]
@@ -72,22 +34,20 @@ pub fn wilcoxon(differences: &[f64]) -> f64 {
     if n == 0 {
         return 1.0;
     }
-    #[expect(clippy::cast_precision_loss, reason = "a count")]
-    let real = |n: usize| n as f64;
     let (mut positive, mut ties, mut first) = (0.0, 0.0, 0);
     while first < n {
         let end = (first..n).find(|&k| kept[k].abs().total_cmp(&kept[first].abs()).is_ne()).unwrap_or(n);
-        let (count, rank) = (real(end - first), 0.5 * real(first + 1 + end));
-        positive += rank * real(kept[first..end].iter().filter(|d| **d > 0.0).count());
-        ties += count * count * count - count;
+        let (tied, rank) = (count(end - first), 0.5 * count(first + 1 + end));
+        positive += rank * count(kept[first..end].iter().filter(|d| **d > 0.0).count());
+        ties += tied * tied * tied - tied;
         first = end;
     }
-    let all = 0.5 * real(n) * real(n + 1);
+    let all = 0.5 * count(n) * count(n + 1);
     let smaller = positive.min(all - positive);
     if n <= 50 && ties == 0.0 {
         return exact(n, smaller);
     }
-    let variance = real(n) * real(n + 1) * real(2 * n + 1) / 24.0 - ties / 48.0;
+    let variance = count(n) * count(n + 1) * count(2 * n + 1) / 24.0 - ties / 48.0;
     libm::erfc((0.5 * all - smaller) / (2.0 * variance).sqrt()).min(1.0)
 }
 
@@ -101,8 +61,7 @@ fn exact(n: usize, sum: f64) -> f64 {
             ways[total] += ways[total - rank];
         }
     }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a sum of ranks")]
-    let within: f64 = ways[..=(sum as usize).min(most)].iter().sum();
+    let within: f64 = ways[..=whole(sum).min(most)].iter().sum();
     (2.0 * within / 2.0_f64.powi(i32::try_from(n).unwrap_or(i32::MAX))).min(1.0)
 }
 
@@ -114,9 +73,7 @@ pub fn holm(chances: &[f64]) -> Vec<f64> {
     let mut corrected = vec![0.0; chances.len()];
     let mut least: f64 = 0.0;
     for (place, &n) in order.iter().enumerate() {
-        #[expect(clippy::cast_precision_loss, reason = "a count")]
-        let factor = (chances.len() - place) as f64;
-        least = least.max((factor * chances[n]).min(1.0));
+        least = least.max((count(chances.len() - place) * chances[n]).min(1.0));
         corrected[n] = least;
     }
     corrected
@@ -131,25 +88,13 @@ pub fn superiority(a: &[f64], b: &[f64]) -> f64 {
         std::cmp::Ordering::Equal => 0.5,
         std::cmp::Ordering::Greater => 0.0,
     });
-    #[expect(clippy::cast_precision_loss, reason = "a count")]
-    let count = (a.len() * b.len()) as f64;
-    wins.sum::<f64>() / count
+    wins.sum::<f64>() / count(a.len() * b.len())
 }
 
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "exact equality is meant")]
 mod tests {
     use super::*;
-
-    #[test]
-    fn quantiles_are_those_of_the_textbook() {
-        let values = sorted(&[4.0, 1.0, 3.0, 2.0]);
-        assert_eq!([0.0, 0.25, 0.5, 1.0].map(|p| quantile(&values, p)), [1.0, 1.75, 2.5, 4.0]);
-        assert!(quantile(&[], 0.5).is_nan());
-        let infinite = [1.0, f64::INFINITY, f64::INFINITY];
-        assert_eq!([0.5, 0.9].map(|p| quantile(&infinite, p)), [f64::INFINITY; 2], "no NaN between infinities");
-        assert!((deviation(&[2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]) - (32.0_f64 / 7.0).sqrt()).abs() < 1e-15);
-    }
 
     #[test]
     fn the_test_gives_what_scipy_gives() {

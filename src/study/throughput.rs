@@ -12,6 +12,7 @@ use crate::criterion::Criterion;
 use crate::evaluate::{Group, Level, Model, Problem, fma_loop};
 use crate::experiment::{Excitation, simulated};
 use crate::motor::{Discretization, Parameters, Space};
+use crate::numeric::{count, whole};
 use crate::optimize::{Sample, Sampling};
 use crate::record::SAMPLES_MAX;
 use crate::{Error, Result};
@@ -87,8 +88,7 @@ pub fn throughput(
         Throughput { contenders, refused, measurements: Vec::new(), fma_peak: fma_peak(), interrupted: false };
     let cases: Vec<(usize, usize)> =
         spec.samples.iter().flat_map(|s| spec.populations.iter().map(|p| (*s, *p))).collect();
-    #[expect(clippy::cast_precision_loss, reason = "small")]
-    let share = spec.budget_s / (cases.len() * (result.contenders.len() + 1)) as f64;
+    let share = spec.budget_s / count(cases.len() * (result.contenders.len() + 1));
     let mut failed = vec![false; result.contenders.len()];
     for (done, &(samples, population)) in cases.iter().enumerate() {
         let problem = problem(samples)?;
@@ -180,9 +180,8 @@ impl Case<'_> {
             let first = self.seconds(result, contender, size, 1).unwrap_or(f64::INFINITY);
             seconds =
                 if first > self.share { first } else { self.seconds(result, contender, size, 1).unwrap_or(first) };
-            #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-            let whole = seconds * self.population as f64 / size as f64;
-            if whole > 3.0 * self.share && (size < self.population || first > 3.0 * self.share) && seconds > ROUND_S {
+            let all = seconds * count(self.population) / count(size);
+            if all > 3.0 * self.share && (size < self.population || first > 3.0 * self.share) && seconds > ROUND_S {
                 return (0, 1);
             }
             if size == self.population {
@@ -193,10 +192,9 @@ impl Case<'_> {
         if self.failed[contender] || skipped {
             return (0, 1);
         }
-        let whole = (ROUND_S / seconds.max(1e-9)).ceil().clamp(1.0, REPEATS);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-        let (repeats, affordable) = (whole as usize, (self.share / (seconds * whole)).clamp(1.0, 1e6) as usize);
-        (if affordable < ROUNDS.0 { 1 } else { affordable.min(ROUNDS.1) }, repeats)
+        let repeats = (ROUND_S / seconds.max(1e-9)).ceil().clamp(1.0, REPEATS);
+        let affordable = whole((self.share / (seconds * repeats)).clamp(1.0, 1e6));
+        (if affordable < ROUNDS.0 { 1 } else { affordable.min(ROUNDS.1) }, whole(repeats))
     }
 
     /// Seconds of an evaluation of the first `size` candidates; `None` where the contender fails, which ends it.
@@ -220,12 +218,12 @@ impl Case<'_> {
     fn add(&mut self, result: &mut Throughput, mut times: Vec<Vec<f64>>) {
         let (population, samples) = (self.population, self.samples);
         let again = times.pop().filter(|times| !times.is_empty());
-        let again = again.map(|times| Measurement::of([0, population, samples], times));
+        let again = again.map(|times| Measurement::of(0, population, samples, times));
         let candidates = Candidates::new(&self.values, 5);
         let groups = [Group { problem: &self.problem, candidates, reference: None }];
         for (n, times) in times.into_iter().enumerate() {
             let rounds = times.len();
-            let mut measurement = Measurement::of([n, population, samples], times);
+            let mut measurement = Measurement::of(n, population, samples, times);
             if baseline(&result.contenders) == Some(n) {
                 measurement.again = again.as_ref().and_then(|again| Some((again.seconds?, again.interval)));
             }
@@ -244,8 +242,7 @@ impl Case<'_> {
 
 /// The paper's motor under a step at once: every sample is simulated.
 fn problem(samples: usize) -> Result<Arc<Problem>> {
-    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-    let excitation = Excitation::step(10.5, 0.0, (samples - 1) as f64 * 0.001, 0.001)?;
+    let excitation = Excitation::step(10.5, 0.0, count(samples - 1) * 0.001, 0.001)?;
     let record = simulated(&Parameters::M2, &excitation, Discretization::Zoh)?;
     Ok(Arc::new(Problem::new(&[record], Model::default(), Space::table2(), Criterion::default())?))
 }

@@ -6,6 +6,7 @@ mod parquet;
 
 use motorfit::identify::values;
 use motorfit::motor::Axis;
+use motorfit::numeric::whole_u64;
 use motorfit::optimize::{Sample, Sampling};
 use motorfit::text::excerpt;
 use motorfit::{Error, Result};
@@ -85,8 +86,7 @@ pub(super) fn sampling(text: &str) -> Result<(Sampling, u64)> {
     if !(1.0..=9e15).contains(&number) || number.fract() != 0.0 {
         return Err(bad());
     }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number within 2^53")]
-    Ok((kind, number as u64))
+    Ok((kind, whole_u64(number)))
 }
 
 /// The name of each axis, and its column among those of a file.

@@ -2,6 +2,7 @@
 
 use super::places;
 use motorfit::motor::Axis;
+use motorfit::numeric;
 use motorfit::text::excerpt;
 use motorfit::{Error, Result};
 use parquet::basic::{ConvertedType, LogicalType, Type};
@@ -118,8 +119,7 @@ fn read(column: &mut ColumnReader, count: usize) -> std::result::Result<Vec<f64>
         ColumnReader::DoubleColumnReader(reader) => numbers(reader, count, |v| v),
         ColumnReader::FloatColumnReader(reader) => numbers(reader, count, f64::from),
         ColumnReader::Int32ColumnReader(reader) => numbers(reader, count, f64::from),
-        #[expect(clippy::cast_precision_loss, reason = "a parameter of more than 2^53 is none")]
-        ColumnReader::Int64ColumnReader(reader) => numbers(reader, count, |v| v as f64),
+        ColumnReader::Int64ColumnReader(reader) => numbers(reader, count, numeric::real),
         _ => Err(Fault::Missing(1)),
     }
 }

@@ -8,6 +8,7 @@ use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
 use super::{Outcome, cache, interrupt, problem};
 use motorfit::identify::{values, with_threads};
+use motorfit::numeric::count_u64;
 use motorfit::report::json;
 use motorfit::report::sweep::{
     StatusDocument, SweepDocument, TallyDocument, shortened, sweep_answer, sweep_page, sweep_tables,
@@ -128,8 +129,7 @@ fn tally_text(shard: Shard, tally: &Tally) -> String {
     }
     let _ = write!(text, "{} of {} runs finished", tally.before + tally.finished, tally.total);
     if tally.finished > 0 {
-        #[expect(clippy::cast_precision_loss, reason = "for people")]
-        let rate = tally.finished as f64 / tally.seconds;
+        let rate = count_u64(tally.finished) / tally.seconds;
         let seconds = engineering(tally.seconds, "s", 3);
         let _ = write!(text, ", {} now in {seconds}, {} a second", tally.finished, significant(rate, 3));
     }

@@ -2,6 +2,7 @@
 
 use crate::cli::output::Style;
 use crate::cli::progress::{Meter, State};
+use motorfit::numeric::whole_u64;
 use motorfit::study::sweep::SweepProgress;
 use motorfit::text::significant;
 use serde_json::json;
@@ -21,8 +22,7 @@ impl SweepReporter {
                 "runs": progress.done, "of": progress.total, "failed": progress.failed, "seconds": progress.seconds,
                 "runs_per_second": progress.rate(), "remaining_s": progress.remaining(),
             });
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "runs, not negative")]
-            let done = progress.done + progress.under_way as u64;
+            let done = progress.done + whole_u64(progress.under_way);
             State { done, of: progress.total, message: message(progress), line }
         });
     }

@@ -1,6 +1,7 @@
 //! The device's own clock: when the dispatches of a submission began and ended.
 
 use super::device::Device;
+use crate::numeric::count_u64;
 
 /// Bytes of both time stamps.
 pub(super) const BYTES: usize = 16;
@@ -66,8 +67,7 @@ impl Kernel {
 
     /// Seconds, of ticks that take `period_ns`; `None` without any stamps.
     pub(super) fn seconds(&self, period_ns: f32) -> Option<f64> {
-        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-        (self.stamps > 0).then_some(self.ticks as f64 * f64::from(period_ns) * 1e-9)
+        (self.stamps > 0).then_some(count_u64(self.ticks) * f64::from(period_ns) * 1e-9)
     }
 }
 

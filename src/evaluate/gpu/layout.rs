@@ -5,6 +5,7 @@ use super::reference::{Reference, ReferenceStep, reference_values};
 use super::shader::{BLOCK, LANES, Precision, UNIFORM_BYTES, Variant, WORKGROUP};
 use crate::evaluate::late::late_times;
 use crate::evaluate::{Group, Problem, Signals, Span};
+use crate::numeric::single;
 use std::sync::Arc;
 
 /// Loop iterations of an invocation in one dispatch: llvmpipe cuts them off at 65,535 without a word, and a real
@@ -32,8 +33,7 @@ impl Numbers {
         if self.precision.bytes() == 8 {
             values.iter().for_each(|v| self.bytes.extend_from_slice(&v.to_ne_bytes()));
         } else {
-            #[expect(clippy::cast_possible_truncation, reason = "they are stored in f32")]
-            values.iter().for_each(|&v| self.bytes.extend_from_slice(&(v as f32).to_ne_bytes()));
+            values.iter().for_each(|&v| self.bytes.extend_from_slice(&single(v).to_ne_bytes()));
         }
     }
 

@@ -6,6 +6,7 @@ use super::reference::ReferenceStep;
 use super::shader::{LANES, Precision, Variant};
 use crate::evaluate::Group;
 use crate::motor::{Extended, StepMaps, inverse, product, step_maps, times};
+use crate::numeric::single;
 use rayon::prelude::*;
 
 /// Maps that one task makes.
@@ -59,8 +60,7 @@ fn write_from(groups: &[Group<'_>], units: &[Unit], variant: Variant, mut map: u
         let (block, at) = ((map - map_first) / each, (map - map_first) % each);
         let group = &groups[place.group];
         let mut put = |values: &[f64; LANES]| match variant.precision {
-            #[expect(clippy::cast_possible_truncation, reason = "they are stored in f32")]
-            Precision::F32 | Precision::F32Plain => push(&mut bytes, bytemuck::cast_slice(&values.map(|v| v as f32))),
+            Precision::F32 | Precision::F32Plain => push(&mut bytes, bytemuck::cast_slice(&values.map(single))),
             Precision::F64 => push(&mut bytes, bytemuck::cast_slice(values)),
         };
         match (variant.extras, at.checked_sub(reference.len())) {

@@ -1,8 +1,8 @@
 //! The clock: jitter and gaps.
 
 use super::Finding;
-use super::statistics::{deviation, runs};
 use super::view::View;
+use crate::numeric::{runs, standard_deviation};
 use crate::record::Quantity;
 use crate::text::significant;
 
@@ -14,7 +14,7 @@ const GAP: f64 = 1.4;
 pub(super) fn jitter(view: &View<'_>, findings: &mut Vec<Finding>) {
     let (time, period) = (view.time, view.period());
     let steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
-    let spread = deviation(&steps) / period;
+    let spread = standard_deviation(&steps) / period;
     let longest = steps.iter().fold(0.0, |longest: f64, step| longest.max(*step)) / period;
     if spread <= SPREAD && longest <= GAP {
         return;

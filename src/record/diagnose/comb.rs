@@ -2,8 +2,8 @@
 
 use super::Finding;
 use super::spectrum::{POINTS, power};
-use super::statistics::number;
 use super::view::{Channel, View};
+use crate::numeric::{count, median, whole};
 use std::ops::RangeInclusive;
 
 /// Windows that are looked for \[samples\].
@@ -39,7 +39,7 @@ pub(super) fn averaged_sensor(view: &View<'_>, findings: &mut Vec<Finding>) {
 }
 
 fn finding(view: &View<'_>, channel: &Channel<'_>, best: Best) -> Finding {
-    let (quantity, window) = (channel.quantity, number(best.window));
+    let (quantity, window) = (channel.quantity, count(best.window));
     let seconds = crate::text::engineering(window * view.period(), "s", 3);
     Finding::new(
         "averaged_sensor",
@@ -92,48 +92,47 @@ impl Logs {
             }))
             .collect();
         let segment = steps.len().min(POINTS);
-        let independent = number(steps.len()) / number(segment);
-        Some(Self { sums, worth: independent * number(segment) / number(POINTS) / 1.5, segment, floor })
+        let independent = count(steps.len()) / count(segment);
+        Some(Self { sums, worth: independent * count(segment) / count(POINTS) / 1.5, segment, floor })
     }
 
     /// The mean logarithm between two frequencies per sample, of at least one bin; and how many bins.
     fn mean(&self, from: f64, to: f64) -> (f64, f64) {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a bin")]
-        let bin = |f: f64| (f * number(POINTS) + 0.5) as usize;
+        let bin = |f: f64| whole(f * count(POINTS) + 0.5);
         let last = self.sums.len() - 2;
         let (from, to) = (bin(from).min(last), bin(to).min(last));
-        let count = number(to + 1 - from);
+        let count = count(to + 1 - from);
         ((self.sums[to + 1] - self.sums[from]) / count, count)
     }
 
     /// The mean logarithm between k/N and (k + 1)/N. The middle is left out, where the odd harmonics of a period of 2N
     /// would stand.
     fn hump(&self, k: usize, window: f64) -> f64 {
-        let [a, b, c, d] = [0.2, 0.4, 0.6, 0.8].map(|part| (number(k) + part) / window);
+        let [a, b, c, d] = [0.2, 0.4, 0.6, 0.8].map(|part| (count(k) + part) / window);
         0.5 * (self.mean(a, b).0 + self.mean(c, d).0)
     }
 
     /// How far the spectrum dips at k/N below the humps on both sides.
     fn dip(&self, k: usize, window: f64, [before, after]: [f64; 2]) -> f64 {
-        let notch = || self.mean((number(k) - 0.05) / window, (number(k) + 0.05) / window).0;
+        let notch = || self.mean((count(k) - 0.05) / window, (count(k) + 0.05) / window).0;
         if before.min(after) < self.floor { 0.0 } else { 0.5 * (before + after) - notch() }
     }
 
     /// The dips at the first multiples of 1/N, or at every second; and how many there are below half the rate.
     fn dips(&self, window: f64, every: usize) -> ([f64; MULTIPLES], usize) {
         let mut dips = [0.0; MULTIPLES];
-        let mut count = 0;
+        let mut multiples = 0;
         let mut humps = [f64::NAN, self.hump(0, window)];
         for (k, dip) in (1..).step_by(every).zip(&mut dips) {
-            if (number(k) + 0.8) / window > 0.5 {
+            if (count(k) + 0.8) / window > 0.5 {
                 break;
             }
             let before = if every == 1 { humps[1] } else { self.hump(k - 1, window) };
             humps = [before, self.hump(k, window)];
             *dip = self.dip(k, window, humps);
-            count += 1;
+            multiples += 1;
         }
-        (dips, count)
+        (dips, multiples)
     }
 }
 
@@ -168,7 +167,7 @@ fn best(spectrum: &Logs, inputs: &[Logs]) -> Option<Best> {
 
 /// The score of a window, if it is sure, by every multiple of 1/N or every second.
 fn scored(spectrum: &Logs, inputs: &[Logs], window: usize, every: usize) -> Option<Best> {
-    let length = number(window);
+    let length = count(window);
     let (mut dips, multiples) = spectrum.dips(length, every);
     if multiples == 0 {
         return None;
@@ -180,11 +179,10 @@ fn scored(spectrum: &Logs, inputs: &[Logs], window: usize, every: usize) -> Opti
     let dips = &mut dips[..multiples];
     dips.iter_mut().zip(explained).for_each(|(dip, explained)| *dip -= explained);
     dips.sort_unstable_by(f64::total_cmp);
-    let middle = multiples / 2;
-    let score = if multiples % 2 == 0 { 0.5 * (dips[middle - 1] + dips[middle]) } else { dips[middle] };
+    let score = median(dips);
     // The logarithm of one bin of noise has the standard deviation 0.56; a dip is a mean over the bins of a notch, and
     // what it is compared with adds a quarter to its variance. A median of n is worth n/1.57 of them.
     let bins = spectrum.mean(0.95 / length, 1.05 / length).1 * spectrum.worth;
-    let error = 0.56 * 1.25_f64.sqrt() / bins.max(0.7).sqrt() / (number(multiples) / 1.57).max(1.0).sqrt();
+    let error = 0.56 * 1.25_f64.sqrt() / bins.max(0.7).sqrt() / (count(multiples) / 1.57).max(1.0).sqrt();
     (score >= SURE * error).then_some(Best { window, score })
 }

@@ -1,8 +1,8 @@
 //! The motor's static curve: the speed that each voltage leads to.
 
 use super::Finding;
-use super::statistics::{mean, number, slope};
 use super::view::{Channel, View};
+use crate::numeric::{count, mean, slope, whole};
 use crate::record::Quantity;
 use crate::text::significant;
 
@@ -114,15 +114,14 @@ fn rows(view: &View<'_>, speed: &Channel<'_>) -> Vec<(usize, f64, [f64; 3])> {
     let length = view.len().div_ceil(BLOCKS);
     let blocks = |values: &[f64]| values.chunks_exact(length).map(mean).collect::<Vec<f64>>();
     let (volts, speeds) = (blocks(view.voltage), blocks(speed.values));
-    let width = view.volts_peak / number(BINS);
+    let width = view.volts_peak / count(BINS);
     let mut rows = Vec::new();
     for n in 1..volts.len().saturating_sub(1) {
         let v = 0.5 * (volts[n] + volts[n + 1]);
         if v.abs() < 0.5 * width || (volts[n + 1] - volts[n]).abs() > 0.5 * width {
             continue;
         }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and BINS")]
-        let bin = ((v.abs() / width) as usize).min(BINS - 1);
+        let bin = whole(v.abs() / width).min(BINS - 1);
         let sign = v.signum();
         rows.push((bin, v.abs(), [speeds[n], speeds[n + 1], speeds[n - 1]].map(|w| sign * w)));
     }

@@ -1,8 +1,8 @@
 //! The drive: a current that is cut off or limited, a voltage that never reaches the motor.
 
 use super::Finding;
-use super::statistics::{mean, number, quantile, runs};
 use super::view::{Channel, Stretch, View};
+use crate::numeric::{count, mean, order_statistic, runs};
 use crate::record::Quantity;
 use crate::text::engineering;
 use std::ops::Range;
@@ -47,7 +47,7 @@ fn clipped(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
         )
         .of(Quantity::Current)
         .figure("level", current.peak)
-        .figure("samples", number(samples))
+        .figure("samples", count(samples))
         .at(places),
     )
 }
@@ -122,7 +122,7 @@ fn without_current(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
     // Not the peak: a single spike would make all else slow.
     let fast = view.speed.as_ref().map(|speed| {
         let mut sizes: Vec<f64> = speed.values.iter().map(|w| w.abs()).collect();
-        quantile(&mut sizes, 0.95)
+        order_statistic(&mut sizes, 0.95)
     });
     let slow = |n: usize| match (&view.speed, fast) {
         (Some(speed), Some(fast)) => speed.values[n].abs() * view.volts_peak < 0.5 * fast * view.voltage[n].abs(),
@@ -159,7 +159,7 @@ fn without_current(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
              circuit.",
         )
         .of(Quantity::Current)
-        .figure("samples", number(places.iter().map(Range::len).sum()))
+        .figure("samples", count(places.iter().map(Range::len).sum()))
         .at(places)
     })
 }

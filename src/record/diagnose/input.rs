@@ -1,8 +1,8 @@
 //! The input: changes too fast for the clock, only one change, a reset at the end, an idle value.
 
 use super::Finding;
-use super::statistics::number;
 use super::view::View;
+use crate::numeric::count;
 use crate::record::Quantity;
 use crate::text::significant;
 
@@ -28,7 +28,7 @@ fn undersampled(view: &View<'_>) -> Option<Finding> {
     }
     let single = view.stretches.iter().filter(|s| s.samples.len() == 1).count();
     // Of a binary sequence that may switch at every sample a quarter of the samples stand alone.
-    let share = number(single) / number(view.len());
+    let share = count(single) / count(view.len());
     (share > 0.2).then(|| {
         Finding::new(
             "undersampled_input",

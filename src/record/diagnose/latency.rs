@@ -1,8 +1,8 @@
 //! The delay of the first edge.
 
 use super::Finding;
-use super::statistics::{mean, median, number};
 use super::view::{Channel, View};
+use crate::numeric::{count, mean, upper_median, whole};
 use crate::text::engineering;
 
 /// The first delay is this many times the later ones and this much more \[s\].
@@ -34,9 +34,8 @@ fn late(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
         })
         .collect();
     // Responses are compared over one length, so that those of a linear motor are alike.
-    let mut lengths: Vec<f64> = long.iter().map(|&k| number(view.stretches[k].samples.len())).collect();
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of samples")]
-    let length = median(&mut lengths) as usize;
+    let mut lengths: Vec<f64> = long.iter().map(|&k| count(view.stretches[k].samples.len())).collect();
+    let length = whole(upper_median(&mut lengths));
     let edges: Vec<Edge> = long.into_iter().filter_map(|k| edge(view, channel, k, length)).collect();
     if edges.len() < 3 || edges[0].at != view.stretches[0].samples.end {
         return None;
@@ -50,7 +49,7 @@ fn late(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
     if delays.len() < edges.len() {
         return None;
     }
-    let later = median(&mut delays[1..].to_vec());
+    let later = upper_median(&mut delays[1..].to_vec());
     let first = delays[0];
     (first > TIMES * later && first > later + MORE_S).then(|| {
         let [first_shown, later_shown] = [first, later].map(|delay| engineering(delay, "s", 3));
@@ -76,7 +75,7 @@ fn edge(view: &View<'_>, channel: &Channel<'_>, k: usize, length: usize) -> Opti
     if end > after.end + length / 10 || end > channel.values.len() {
         return None;
     }
-    let tail = |end: usize, count: usize| mean(&channel.values[end - count.min(end)..end]);
+    let tail = |end: usize, size: usize| if end == 0 { 0.0 } else { mean(&channel.values[end - size.min(end)..end]) };
     let few = (length / 10).clamp(2, before.len().max(2));
     let level = tail(at, few);
     let change = tail(end, few) - level;

@@ -16,12 +16,10 @@ mod ripple;
 mod sampling;
 mod sign;
 mod spectrum;
-mod statistics;
 mod units;
 mod view;
 
 use super::{Quantity, Record};
-pub(super) use statistics::noise;
 use std::ops::Range;
 use view::View;
 

@@ -2,8 +2,8 @@
 
 use super::Finding;
 use super::rest::MOVES;
-use super::statistics::{deviation, mean, number, runs};
 use super::view::{Channel, View};
+use crate::numeric::{count, mean, runs, standard_deviation};
 use crate::record::Quantity;
 use std::ops::Range;
 
@@ -40,7 +40,7 @@ pub(super) fn motion(view: &View<'_>, findings: &mut Vec<Finding>) {
                  flag, another channel, a hand on the shaft. The recording cannot be fitted as it is.",
             )
             .of(Quantity::Voltage)
-            .figure("places", number(places.len()))
+            .figure("places", count(places.len()))
             .at(places),
         );
     }
@@ -84,7 +84,7 @@ fn speeds_up(speed: &Channel<'_>, run: &Range<usize>) -> bool {
     }
     let level = |n: usize| mean(&speed.values[run.start + n * part..run.start + (n + 1) * part]);
     let levels = [0, 1, 2, 3].map(level);
-    let floor = (0.03 * speed.peak).max(speed.floor() / number(part).sqrt());
+    let floor = (0.03 * speed.peak).max(speed.floor() / count(part).sqrt());
     let same = levels.iter().all(|w| w.signum() == levels[0].signum());
     let rises = levels.windows(2).all(|w| w[1].abs() > w[0].abs());
     same && rises && levels[0].abs() > 0.1 * speed.peak && levels[3].abs() - levels[1].abs() > floor
@@ -120,15 +120,15 @@ fn does_not_move(view: &View<'_>, speed: &Channel<'_>) -> bool {
     let values = speed.values;
     let changes = values.windows(2).filter(|w| w[0].to_bits() != w[1].to_bits()).count();
     // An encoder that flickers by one count.
-    let flickers = speed.range <= 2.01 * speed.quantum && number(changes) < 0.02 * number(values.len());
-    let is_noise = speed.noise > 0.0 && deviation(values) < 1.25 * speed.noise;
+    let flickers = speed.range <= 2.01 * speed.quantum && count(changes) < 0.02 * count(values.len());
+    let is_noise = speed.noise > 0.0 && standard_deviation(values) < 1.25 * speed.noise;
     (flickers || is_noise) && !follows(view, values)
 }
 
 /// Whether a signal follows the voltage, at once or its running sum, in any of the first lags.
 fn follows(view: &View<'_>, values: &[f64]) -> bool {
-    let count = values.len();
-    let sure = 4.5 / number(count).sqrt();
+    let size = values.len();
+    let sure = 4.5 / count(size).sqrt();
     let mut sum = 0.0;
     let middle = mean(view.voltage);
     let slow: Vec<f64> = view
@@ -139,10 +139,10 @@ fn follows(view: &View<'_>, values: &[f64]) -> bool {
             sum
         })
         .collect();
-    let lags = [0, 1, 2, 3, 5, 8, 13, 21, 34, 55].into_iter().filter(|lag| lag + SAMPLES_MIN <= count);
+    let lags = [0, 1, 2, 3, 5, 8, 13, 21, 34, 55].into_iter().filter(|lag| lag + SAMPLES_MIN <= size);
     lags.into_iter().any(|lag| {
         let later = &values[lag..];
-        let (now, summed) = (&view.voltage[..count - lag], &slow[..count - lag]);
+        let (now, summed) = (&view.voltage[..size - lag], &slow[..size - lag]);
         correlation(now, later).abs() > sure || correlation(summed, later).abs() > 2.0 * sure
     })
 }
@@ -150,6 +150,6 @@ fn follows(view: &View<'_>, values: &[f64]) -> bool {
 pub(super) fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let (mean_a, mean_b) = (mean(a), mean(b));
     let product: f64 = a.iter().zip(b).map(|(a, b)| (a - mean_a) * (b - mean_b)).sum();
-    let size = deviation(a) * deviation(b) * number(a.len());
+    let size = standard_deviation(a) * standard_deviation(b) * count(a.len());
     if size > 0.0 { product / size } else { 0.0 }
 }

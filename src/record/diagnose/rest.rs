@@ -1,8 +1,8 @@
 //! What sensors read while the motor rests.
 
 use super::Finding;
-use super::statistics::{deviation, mean, number, peak};
 use super::view::{Channel, View};
+use crate::numeric::{count, mean, peak, standard_deviation};
 use crate::text::engineering;
 use std::ops::Range;
 
@@ -36,13 +36,13 @@ fn is_flat(channel: &Channel<'_>, rest: &Range<usize>) -> bool {
     let values = &channel.values[rest.clone()];
     let (first, last) = values.split_at(values.len() / 2);
     let drift = (mean(last) - mean(first)).abs();
-    drift <= deviation(values) * (8.0 / number(values.len()).sqrt()).min(1.0) + 1e-12 * channel.peak
+    drift <= standard_deviation(values) * (8.0 / count(values.len()).sqrt()).min(1.0) + 1e-12 * channel.peak
 }
 
 fn offset(channel: &Channel<'_>, rest: &Range<usize>) -> Option<Finding> {
     let values = &channel.values[rest.clone()];
-    let (level, spread) = (mean(values), deviation(values));
-    let sure = 6.0 * spread / number(values.len()).sqrt();
+    let (level, spread) = (mean(values), standard_deviation(values));
+    let sure = 6.0 * spread / count(values.len()).sqrt();
     let part = level.abs() / channel.peak;
     if channel.peak == 0.0 || level.abs() <= sure || part <= PART || !is_flat(channel, rest) {
         return None;

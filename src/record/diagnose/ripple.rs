@@ -2,8 +2,8 @@
 
 use super::Finding;
 use super::spectrum::{POINTS, power};
-use super::statistics::{mean, number, peak, slope};
 use super::view::{Channel, View};
+use crate::numeric::{count, mean, peak, slope};
 use crate::record::Quantity;
 use crate::text::{engineering, significant};
 
@@ -31,7 +31,7 @@ fn ripple(view: &View<'_>, speed: &Channel<'_>, start: usize) -> Option<Finding>
     let end = view.stretches.iter().find(|s| s.samples.contains(&start))?.samples.end;
     let values = &speed.values[start..end];
     let line: Vec<(f64, f64)> = (0..).map(|n: u32| f64::from(n)).zip(values.iter().copied()).collect();
-    let (slope, level, middle) = (slope(&line), mean(values), 0.5 * number(values.len() - 1));
+    let (slope, level, middle) = (slope(&line), mean(values), 0.5 * count(values.len() - 1));
     let flat: Vec<f64> = line.iter().map(|(n, w)| w - level - slope * (n - middle)).collect();
     if level.abs() < 0.05 * speed.peak || peak(&flat) == 0.0 {
         return None;
@@ -47,8 +47,8 @@ fn ripple(view: &View<'_>, speed: &Channel<'_>, start: usize) -> Option<Finding>
         return None;
     }
     // The transform of a sine of amplitude A under a Hann window is A/4 times the samples.
-    let amplitude = 4.0 * (power[at] / number(segments)).sqrt() / number(length);
-    let (hertz, part) = (number(at) / number(POINTS) / view.period(), amplitude / level.abs());
+    let amplitude = 4.0 * (power[at] / count(segments)).sqrt() / count(length);
+    let (hertz, part) = (count(at) / count(POINTS) / view.period(), amplitude / level.abs());
     // A quantized speed that flickers by one step has an amplitude of 0.64 steps at most.
     if part < PARTS[0] || !speed.is_fine() && amplitude < speed.quantum {
         return None;

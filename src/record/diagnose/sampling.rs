@@ -1,8 +1,8 @@
 //! Sensors that show less than they could: values held over several samples, coarse steps.
 
 use super::Finding;
-use super::statistics::{median, number, runs};
 use super::view::{Channel, View};
+use crate::numeric::{count, runs, upper_median};
 use crate::text::significant;
 
 /// Changes that a judgement rests on.
@@ -30,7 +30,7 @@ fn held(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
         let change = (values[n] - values[n - 1]).abs();
         if change > 0.0 {
             if change >= large && since > 0 {
-                lengths.push(number(n - since));
+                lengths.push(count(n - since));
             }
             since = n;
         }
@@ -40,8 +40,8 @@ fn held(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
     }
     // Noise of about one step gives runs of all lengths, half of them of one sample.
     let singles = lengths.iter().filter(|length| **length < 1.5).count();
-    let typical = median(&mut lengths);
-    if typical < 2.0 || number(singles) > 0.3 * number(lengths.len()) {
+    let typical = upper_median(&mut lengths);
+    if typical < 2.0 || count(singles) > 0.3 * count(lengths.len()) {
         return None;
     }
     let (quantity, seconds) = (channel.quantity, crate::text::engineering(typical * view.period(), "s", 3));
@@ -53,7 +53,7 @@ fn held(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
         )
         .of(quantity)
         .figure("run", typical)
-        .figure("changes", number(lengths.len())),
+        .figure("changes", count(lengths.len())),
     )
 }
 
@@ -74,7 +74,7 @@ fn coarse(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
             unforced += usize::from(!forced);
         }
     }
-    if changes < CHANGES_MIN || number(whole) < 0.9 * number(changes) || 2 * unforced < changes {
+    if changes < CHANGES_MIN || count(whole) < 0.9 * count(changes) || 2 * unforced < changes {
         return None;
     }
     let part = quantum / channel.range;

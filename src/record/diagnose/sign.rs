@@ -1,8 +1,8 @@
 //! A channel whose sign is reversed.
 
 use super::Finding;
-use super::statistics::{mean, number};
 use super::view::View;
+use crate::numeric::{count, mean};
 use crate::record::Quantity;
 
 /// A sum of products beyond this part of the sum of their sizes has a sign: far from what noise or braking does.
@@ -69,7 +69,7 @@ const EXPLAINED: f64 = 0.05;
 /// The sign of the first coefficient of a regression with a constant; `None` where there is no telling.
 pub(super) fn sign_of_first(rows: impl Iterator<Item = ([f64; 3], f64)> + Clone) -> Option<i32> {
     // Moments about the means: of the three, and of what is explained.
-    let count = number(rows.clone().count());
+    let count = count(rows.clone().count());
     let mut means = [0.0; 4];
     for ([a, b, c], y) in rows.clone() {
         means.iter_mut().zip([a, b, c, y]).for_each(|(mean, v)| *mean += v / count);

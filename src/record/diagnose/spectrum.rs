@@ -1,6 +1,6 @@
 //! Power spectra by Welch's method.
 
-use super::statistics::number;
+use crate::numeric::count;
 use realfft::num_complex::Complex;
 use realfft::{RealFftPlanner, RealToComplex};
 use std::cell::RefCell;
@@ -34,8 +34,8 @@ impl Plan {
     /// Adds |transform|² of one windowed segment to `power`.
     fn add(&mut self, segment: &[f64], power: &mut [f64]) {
         if self.window.len() != segment.len() {
-            let turn = std::f64::consts::TAU / number(segment.len());
-            self.window = (0..segment.len()).map(|n| 0.5 - 0.5 * ((number(n) + 0.5) * turn).cos()).collect();
+            let turn = std::f64::consts::TAU / count(segment.len());
+            self.window = (0..segment.len()).map(|n| 0.5 - 0.5 * ((count(n) + 0.5) * turn).cos()).collect();
         }
         for ((place, value), weight) in self.input.iter_mut().zip(segment).zip(&self.window) {
             *place = value * weight;

@@ -1,8 +1,8 @@
 //! Units that give no motor.
 
 use super::Finding;
-use super::statistics::{median, number};
 use super::view::{Channel, View};
+use crate::numeric::{count, upper_median};
 use crate::record::Quantity;
 use crate::text::{engineering, significant};
 
@@ -78,7 +78,7 @@ fn current_unit(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
 pub(super) fn is_whole(channel: &Channel<'_>) -> bool {
     let values = channel.values;
     let mut moving: Vec<f64> = values.iter().copied().filter(|v| *v != 0.0).collect();
-    let (count, whole) = (moving.len(), moving.iter().filter(|v| v.fract() == 0.0).count());
+    let (size, whole) = (moving.len(), moving.iter().filter(|v| v.fract() == 0.0).count());
     moving.truncate(2000);
-    count >= 10 && number(whole) > 0.98 * number(count) && median(&mut moving).abs() > 1.0
+    size >= 10 && count(whole) > 0.98 * count(size) && upper_median(&mut moving).abs() > 1.0
 }

@@ -1,6 +1,6 @@
 //! What several rules look at, computed once.
 
-use super::statistics::{deviation, noise, number, peak, quantile};
+use crate::numeric::{count, extremes, noise_sigma, order_statistic, peak, standard_deviation};
 use crate::record::{Quantity, Record};
 use std::ops::Range;
 
@@ -18,10 +18,10 @@ pub(super) struct Channel<'a> {
 
 impl<'a> Channel<'a> {
     fn new(quantity: Quantity, values: &'a [f64]) -> Self {
-        let (low, high) = extremes(values);
+        let [low, high] = extremes(values);
         let mut steps: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).collect();
-        let quantum = quantile(&mut steps, 0.05);
-        Self { quantity, values, peak: peak(values), range: high - low, noise: noise(values), quantum }
+        let quantum = order_statistic(&mut steps, 0.05);
+        Self { quantity, values, peak: peak(values), range: high - low, noise: noise_sigma(values), quantum }
     }
 
     /// Below this nothing is told from noise and quantization.
@@ -71,11 +71,11 @@ impl<'a> View<'a> {
     pub(super) fn new(record: &'a Record) -> Self {
         let samples = record.samples();
         let voltage = record.input();
-        let (low, high) = extremes(voltage);
+        let [low, high] = extremes(voltage);
         let volts_range = high - low;
         let steps: Vec<f64> = voltage.windows(2).map(|w| w[1] - w[0]).collect();
-        let own = deviation(voltage);
-        let volts_noise = noise(voltage);
+        let own = standard_deviation(voltage);
+        let volts_noise = noise_sigma(voltage);
         let tolerance = (6.0 * volts_noise).min(0.1 * volts_range).max(1e-9 * volts_range);
         Self {
             record,
@@ -85,7 +85,7 @@ impl<'a> View<'a> {
             volts_range,
             volts_noise,
             volts_spread: if own > 0.0 { own / peak(voltage) } else { 0.0 },
-            restless: if own > 0.0 { deviation(&steps) / own } else { 0.0 },
+            restless: if own > 0.0 { standard_deviation(&steps) / own } else { 0.0 },
             stretches: stretches(voltage, tolerance),
             current: samples.current.as_deref().map(|values| Channel::new(Quantity::Current, values)),
             speed: samples.speed.as_deref().map(|values| Channel::new(Quantity::Speed, values)),
@@ -137,22 +137,17 @@ impl<'a> View<'a> {
     }
 }
 
-/// Smallest and largest value.
-fn extremes(values: &[f64]) -> (f64, f64) {
-    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)))
-}
-
 fn stretches(voltage: &[f64], tolerance: f64) -> Vec<Stretch> {
     let mut found = Vec::new();
     let mut start = 0;
     let mut sum = 0.0;
     for (n, v) in voltage.iter().enumerate() {
         if (v - voltage[start]).abs() > tolerance {
-            found.push(Stretch { samples: start..n, volts: sum / number(n - start) });
+            found.push(Stretch { samples: start..n, volts: sum / count(n - start) });
             (start, sum) = (n, 0.0);
         }
         sum += v;
     }
-    found.push(Stretch { samples: start..voltage.len(), volts: sum / number(voltage.len() - start) });
+    found.push(Stretch { samples: start..voltage.len(), volts: sum / count(voltage.len() - start) });
     found
 }

@@ -93,7 +93,7 @@ pub(super) fn choose(headings: &[Heading], requests: &[ColumnRequest], need: Nee
     let without_voltage = requests.iter().any(|r| r.quantity == Quantity::Voltage && r.name == NONE);
     let unused = || (0..headings.len()).filter(|at| !used.iter().any(|u| u.at == *at)).map(|at| &headings[at]);
     let drive = unused().find(is_drive).filter(|_| !without_voltage);
-    let missing = missing(&|quantity| has(&used, quantity), (need, drive.is_some()), timed);
+    let missing = missing(&|quantity| has(&used, quantity), need, drive.is_some(), timed);
     if !missing.is_empty() {
         return Err(lacking(headings, &missing));
     }
@@ -135,7 +135,7 @@ fn headed_twice(headings: &[Heading], at: usize, quantity: Quantity) -> Result<(
 
 /// The quantities that are not there, by their canonical headings. A current drives a speed where there is no voltage,
 /// unless some column looks like one.
-fn missing(has: &dyn Fn(Quantity) -> bool, (need, drives): (Need, bool), timed: bool) -> Vec<&'static str> {
+fn missing(has: &dyn Fn(Quantity) -> bool, need: Need, drives: bool, timed: bool) -> Vec<&'static str> {
     let moves = has(Quantity::Speed) || has(Quantity::Position);
     let output = || has(Quantity::Current) || moves;
     let mut missing = Vec::new();
@@ -243,7 +243,7 @@ fn requested(headings: &[Heading], request: &ColumnRequest) -> Result<Used> {
     // Operations make volts of a flag or a duty, whatever the heading says of the cells.
     let unit =
         unit.or_else(|| if formula == Formula::AS_IT_IS { headings[at].unit.clone().or_else(own) } else { None });
-    column(quantity, at, &headings[at].name, (formula, unit))
+    column(quantity, at, &headings[at].name, formula, unit)
 }
 
 fn recognized(headings: &[Heading], requests: &[ColumnRequest], quantity: Quantity) -> Result<Option<Used>> {
@@ -251,7 +251,7 @@ fn recognized(headings: &[Heading], requests: &[ColumnRequest], quantity: Quanti
     let free = || headings.iter().enumerate().filter(|(at, _)| !taken.contains(at));
     if let Some((at, heading)) = free().find(|(_, h)| h.name == quantity.canonical() && h.unit.is_none()) {
         let unit = heading.understood().and_then(|(_, unit)| unit);
-        return column(quantity, at, &heading.name, (Formula::AS_IT_IS, unit)).map(Some);
+        return column(quantity, at, &heading.name, Formula::AS_IT_IS, unit).map(Some);
     }
     let mut matches = free().filter_map(|(at, heading)| {
         let (found, unit) = heading.understood()?;
@@ -271,11 +271,10 @@ fn recognized(headings: &[Heading], requests: &[ColumnRequest], quantity: Quanti
             format!("Say which: --columns {}={}.", quantity.key(), printable(heading)),
         ));
     }
-    column(quantity, at, heading, (Formula::AS_IT_IS, unit)).map(Some)
+    column(quantity, at, heading, Formula::AS_IT_IS, unit).map(Some)
 }
 
-fn column(quantity: Quantity, at: usize, heading: &str, how: (Formula, Option<String>)) -> Result<Used> {
-    let (formula, unit) = how;
+fn column(quantity: Quantity, at: usize, heading: &str, formula: Formula, unit: Option<String>) -> Result<Used> {
     let unit_named = unit.is_some() || matches!(formula, Formula::Levels(_));
     if quantity == Quantity::Position && !unit_named {
         // Counts, turns and radians are all common: none can be assumed.

@@ -1,5 +1,7 @@
 //! Decimal numbers from text, in one pass over their bytes and rounded as the standard library rounds them.
 
+use crate::numeric::real;
+
 /// A number in a line.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Number {
@@ -123,8 +125,7 @@ const FIFTHS: [(u64, u64); 28] = {
 fn quotient(whole: u64, places: usize) -> Option<f64> {
     // Both exact: one division rounds correctly (W. D. Clinger 1990).
     match EXACT.get(places) {
-        #[expect(clippy::cast_precision_loss, reason = "exact below 2^53")]
-        Some(ten) if whole < 1 << 53 => Some(whole as i64 as f64 / ten),
+        Some(ten) if whole < 1 << 53 => Some(real(whole.cast_signed()) / ten),
         _ => long_quotient(whole, places),
     }
 }
@@ -140,8 +141,7 @@ fn long_quotient(whole: u64, places: usize) -> Option<f64> {
     let spare = 10 + (product >> 63);
     let rest = product & ((1 << spare) - 1);
     let below = (1 << (spare - 1)) - 1;
-    #[expect(clippy::cast_precision_loss, reason = "at most 2^53")]
-    let mantissa = ((product >> spare) + u64::from(rest > below)) as i64 as f64;
+    let mantissa = real(((product >> spare) + u64::from(rest > below)).cast_signed());
     let power = f64::from_bits((exponent + spare - u64::from(shift)) << 52);
     (rest != below).then_some(mantissa * power)
 }

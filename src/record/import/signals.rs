@@ -2,6 +2,7 @@
 //! sample.
 
 use super::collect::Collected;
+use crate::numeric::{count, extremes, upper_median};
 use crate::record::{Lines, Quantity, Samples};
 use crate::text::engineering;
 use crate::{Error, Result};
@@ -23,8 +24,7 @@ impl Signals {
         let mut signals = Self { list, lines, notes };
         signals.drop_trailing_zeros();
         if let (None, Some(rate)) = (signals.get(Quantity::Time), rate_hz) {
-            #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-            let time = (0..signals.lines.len()).map(|n| n as f64 / rate).collect();
+            let time = (0..signals.lines.len()).map(|n| count(n) / rate).collect();
             signals.list.insert(0, (Quantity::Time, time));
             signals.notes.push(format!("time counted at {}", engineering(rate, "Hz", 6)));
         }
@@ -129,15 +129,14 @@ impl Signals {
 
     /// Whether a position is one of a counter that wraps: nothing says at which count.
     fn check_counter(&self, position: &[f64]) -> Result<()> {
-        let (low, high) = position.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let [low, high] = extremes(position);
         let range = high - low;
         let mut steps: Vec<f64> = position.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
         let jump = steps.iter().position(|step| *step > 0.5 * range);
         if steps.len() < 10 || range <= 1.001 * std::f64::consts::TAU {
             return Ok(());
         }
-        let middle = steps.len() / 2;
-        let (_, &mut usual, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
+        let usual = upper_median(&mut steps);
         match jump.filter(|_| usual < 0.05 * range) {
             None => Ok(()),
             Some(n) => {
@@ -174,7 +173,7 @@ impl Signals {
 /// A position within one turn goes on where it wraps around.
 fn unwrapped(mut position: Vec<f64>) -> Vec<f64> {
     use std::f64::consts::{PI, TAU};
-    let (low, high) = position.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let [low, high] = extremes(&position);
     let range = high - low;
     if !(range <= TAU * 1.001 && position.windows(2).any(|w| (w[1] - w[0]).abs() > PI)) {
         return position;

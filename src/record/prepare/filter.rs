@@ -4,6 +4,7 @@
 //! bilinear transformation with the cut-off prewarped, zeros at half the sampling rate. The gain at zero frequency is 1
 //! for every filter, so that steady values stay what they are.
 
+use crate::numeric::count;
 use crate::text::excerpt;
 use crate::{Error, Result};
 use std::f64::consts::PI;
@@ -71,8 +72,7 @@ impl FromStr for LowPass {
             return Err(bad(format!("\"{}\" has no positive cut-off", excerpt(text))));
         }
         let orders = 1..=ORDER_MAX;
-        #[expect(clippy::cast_precision_loss, reason = "small numbers")]
-        let Some(order) = orders.into_iter().find(|n| (*n as f64 - order).abs() < 1e-9) else {
+        let Some(order) = orders.into_iter().find(|n| (count(*n) - order).abs() < 1e-9) else {
             return Err(bad(format!("order {order}, expected a whole number from 1 to {ORDER_MAX}")));
         };
         if let FilterKind::Chebyshev { ripple_db } = kind
@@ -110,8 +110,7 @@ impl LowPass {
         }
         // The bilinear transformation with T = 2: s = (1 − z⁻¹)/(1 + z⁻¹), w = tan(π f h).
         let w = (PI * self.cutoff_hz * period_s).tan();
-        #[expect(clippy::cast_precision_loss, reason = "a small order")]
-        let order = self.order as f64;
+        let order = count(self.order);
         let (sinh, cosh) = match self.kind {
             FilterKind::Butterworth => (1.0, 1.0),
             FilterKind::Chebyshev { ripple_db } => {
@@ -121,8 +120,7 @@ impl LowPass {
             }
         };
         let pole = |k: usize| {
-            #[expect(clippy::cast_precision_loss, reason = "a small order")]
-            let angle = PI * (2 * k + 1) as f64 / (2.0 * order);
+            let angle = PI * count(2 * k + 1) / (2.0 * order);
             (w * sinh * angle.sin(), w * cosh * angle.cos())
         };
         let pairs = (0..self.order / 2).map(|k| {
@@ -235,8 +233,7 @@ mod tests {
         ] {
             let filter: LowPass = text.parse().unwrap();
             let x = (PI * f * h).tan() / (PI * filter.cutoff_hz * h).tan();
-            #[expect(clippy::cast_precision_loss, reason = "a small order")]
-            let n = filter.order as f64;
+            let n = count(filter.order);
             let expected = match filter.kind {
                 FilterKind::Butterworth => 1.0 / (1.0 + x.powf(2.0 * n)).sqrt(),
                 FilterKind::Chebyshev { ripple_db } => {

@@ -10,8 +10,8 @@ mod resample;
 pub use filter::{Cascade, FilterKind, LowPass};
 pub use mask::{Mask, parse_masks};
 
-use super::diagnose::noise;
 use super::{Excluded, Quantity, Record, SAMPLES_MAX, Samples, Source, time};
+use crate::numeric::{count, mean, noise_sigma, peak, whole};
 use crate::text::{engineering, significant};
 use crate::{Error, Result};
 use resample::{Resampled, Start, anti_alias, decimated, lines, regular};
@@ -122,20 +122,13 @@ impl Preparation {
             return Err(Error::usage(format!("--rate is {rate}"), "Give samples per second, more than 0."));
         }
         let time = &record.samples().time_s;
-        #[expect(clippy::cast_precision_loss, reason = "a limit far below 2^53")]
-        if (time[time.len() - 1] - time[0]) * rate > SAMPLES_MAX as f64 {
+        if (time[time.len() - 1] - time[0]) * rate > count(SAMPLES_MAX) {
             let message = format!("--rate {rate} makes more than {SAMPLES_MAX} samples");
             return Err(Error::usage(message, "Give a lower rate."));
         }
         let ratio = 1.0 / (record.period_s() * rate);
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a factor up to the samples there are"
-        )]
-        let every = (ratio - 0.01).ceil().clamp(1.0, 1e9) as usize;
-        #[expect(clippy::cast_precision_loss, reason = "a factor up to the samples there are")]
-        let fine = 1.0 / (rate * every as f64);
+        let every = whole((ratio - 0.01).ceil().clamp(1.0, 1e9));
+        let fine = 1.0 / (rate * count(every));
         if record.steps().step_index.is_empty() && (fine / record.period_s() - 1.0).abs() < 1e-6 {
             return every_so_manieth(record.lined(self), every);
         }
@@ -170,8 +163,7 @@ impl Preparation {
             filter.order,
             engineering(filter.cutoff_hz, "Hz", 4)
         );
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few periods of the cut-off")]
-        let tail = (2.0 / (filter.cutoff_hz * record.period_s())).ceil() as usize;
+        let tail = whole((2.0 / (filter.cutoff_hz * record.period_s())).ceil());
         let widened = |e: &Excluded| Excluded { end: (e.end + tail).min(record.len()), ..*e };
         let excluded = record.excluded().iter().map(widened).collect();
         let independent = record.independent() * cascade.noise_power();
@@ -217,25 +209,23 @@ const REST_MIN: usize = 10;
 /// The means of current and speed before the input first leaves its idle value, if that is near zero.
 fn rest_means(record: &Record) -> Vec<(Quantity, f64)> {
     let input = record.input();
-    let peak = input.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()));
+    let peak = peak(input);
     let rest = input.iter().take_while(|v| v.abs() <= 0.01 * peak).count();
     if rest < REST_MIN {
         return Vec::new();
     }
     let samples = record.samples();
     let channels = [(Quantity::Current, &samples.current), (Quantity::Speed, &samples.speed)];
-    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-    let mean = |signal: &[f64]| signal[..rest].iter().sum::<f64>() / rest as f64;
-    channels.into_iter().filter_map(|(quantity, signal)| Some((quantity, mean(signal.as_ref()?)))).collect()
+    channels.into_iter().filter_map(|(quantity, signal)| Some((quantity, mean(&signal.as_ref()?[..rest])))).collect()
 }
 
 impl Record {
     /// Whether nothing moves at the first sample, as far as noise lets it be told.
     fn starts_at_rest(&self) -> bool {
-        self.measured().into_iter().flatten().all(|signal| {
-            let peak = signal.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()));
-            signal[0].abs() <= (0.01 * peak).max(5.0 * noise(signal))
-        })
+        self.measured()
+            .into_iter()
+            .flatten()
+            .all(|signal| signal[0].abs() <= (0.01 * peak(signal)).max(5.0 * noise_sigma(signal)))
     }
 
     /// The same; the first samples do not count, because a filter that began in motion does not know what was before.

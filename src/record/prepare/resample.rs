@@ -6,6 +6,7 @@
 
 use super::filter::{Cascade, FilterKind, LowPass};
 use crate::Result;
+use crate::numeric;
 use crate::record::Samples;
 
 /// The edge of the anti-alias filter as a part of half the new rate.
@@ -24,8 +25,7 @@ pub(super) struct Start {
 
 /// The anti-alias filter for keeping one of `every` samples.
 pub(super) fn anti_alias(period_s: f64, every: usize) -> Result<Cascade> {
-    #[expect(clippy::cast_precision_loss, reason = "a small factor")]
-    let factor = every as f64;
+    let factor = numeric::count(every);
     let kind = FilterKind::Chebyshev { ripple_db: RIPPLE_DB };
     LowPass { kind, order: ORDER, cutoff_hz: EDGE * 0.5 / (period_s * factor) }.design(period_s)
 }
@@ -52,8 +52,7 @@ pub(super) fn lines(voltage: &[f64], held: bool) -> [Vec<f64>; 2] {
 /// One of so many samples of regular signals whose voltage rises by `slope` over each period.
 pub(super) fn decimated(samples: &Samples, slope: &[f64], filter: &Cascade, start: Start) -> Resampled {
     let Start { at_rest, every } = start;
-    #[expect(clippy::cast_precision_loss, reason = "a small factor")]
-    let factor = every as f64;
+    let factor = numeric::count(every);
     let from: Vec<usize> = (0..samples.time_s.len()).step_by(every).collect();
     let pass = |signal: &[f64]| filter.apply(signal, if at_rest { 0.0 } else { signal[0] });
     let picked = |signal: &[f64]| {
@@ -78,8 +77,7 @@ pub(super) fn decimated(samples: &Samples, slope: &[f64], filter: &Cascade, star
 /// Lines over short periods as lines over `every` of them: their means, and slopes with the same first moment.
 fn joined(mean: &[f64], slope: &[f64], every: usize) -> [Vec<f64>; 2] {
     let one = |(mean, slope): (&[f64], &[f64])| {
-        #[expect(clippy::cast_precision_loss, reason = "a small factor")]
-        let count = mean.len() as f64;
+        let count = numeric::count(mean.len());
         let (mut total, mut moment, mut place) = (0.0, 0.0, 0.5);
         for (m, s) in mean.iter().zip(slope) {
             total += m;
@@ -96,10 +94,8 @@ fn joined(mean: &[f64], slope: &[f64], every: usize) -> [Vec<f64>; 2] {
 pub(super) fn regular(samples: &Samples, slope: &[f64], period_s: f64) -> Resampled {
     let time_s = &samples.time_s;
     let (first, last) = (time_s[0], time_s[time_s.len() - 1]);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the caller has checked the duration")]
-    let count = ((last - first) / period_s * (1.0 + 1e-12)).floor() as usize + 1;
-    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-    let grid: Vec<f64> = (0..count).map(|n| first + n as f64 * period_s).collect();
+    let count = numeric::whole((last - first) / period_s * (1.0 + 1e-12)) + 1;
+    let grid: Vec<f64> = (0..count).map(|n| first + numeric::count(n) * period_s).collect();
     let mut at = 0;
     let mut step_of = |t: &f64| {
         while at + 2 < time_s.len() && time_s[at + 1] <= *t + 1e-9 * period_s {
@@ -115,8 +111,7 @@ pub(super) fn regular(samples: &Samples, slope: &[f64], period_s: f64) -> Resamp
         let [mean, _] = on_grid(time_s, [signal, &vec![0.0; signal.len()]], &grid, period_s);
         mean
     };
-    #[expect(clippy::cast_precision_loss, reason = "counts of samples are far below 2^53")]
-    let independent = (time_s.len() as f64 / count as f64).min(1.0);
+    let independent = (numeric::count(time_s.len()) / numeric::count(count)).min(1.0);
     let made = Samples {
         voltage: samples.voltage.clone(),
         torque: samples.torque.as_deref().map(torque),
@@ -214,7 +209,7 @@ mod tests {
             let samples = Samples { time_s, voltage: wave(f), speed: Some(wave(f)), ..Samples::default() };
             let filter = anti_alias(1e-3, 10).unwrap();
             let made = decimated(&samples, &vec![0.0; 4000], &filter, Start { at_rest: true, every: 10 }).samples;
-            made.speed.unwrap()[100..].iter().fold(0.0, |peak: f64, v| peak.max(v.abs()))
+            numeric::peak(&made.speed.unwrap()[100..])
         };
         assert!((of(5.0) - 1.0).abs() < 0.02, "{}", of(5.0));
         assert!(of(90.0) < 1e-3, "90 Hz would look like 10 Hz: {}", of(90.0));

@@ -113,7 +113,7 @@ fn mean_squares(comparison: &Comparison, parameters: &Parameters) -> Option<[f64
     let [current, speed] = record.measured();
     let of = |measured: Option<&[f64]>, model: &[f64]| {
         let squares: Vec<f64> = measured?.iter().zip(model).map(|(a, b)| (a - b).powi(2)).collect();
-        Some(crate::study::statistics::mean(&squares))
+        Some(crate::numeric::mean(&squares))
     };
     Some([of(current, &model.current)?, of(speed, &model.speed)?])
 }

@@ -2,10 +2,10 @@
 
 use crate::identify::Method;
 use crate::motor::{Parameter, Parameters, Response, response, simulate};
+use crate::numeric::{mean, quantile, sorted};
 use crate::optimize::{GeneticOptions, GwoOptions, JayaOptions};
 use crate::report::Table;
 use crate::study::compare::{Block, Comparison, Contest, FEW, Setting, reached};
-use crate::study::statistics::{mean, quantile};
 use crate::text::significant;
 
 /// The heading of a block: criterion, scale and budget.
@@ -351,7 +351,7 @@ pub fn quartiles(contest: &Contest) -> Vec<[f64; 3]> {
     let generations = contest.runs.iter().map(|run| run.history.len()).max().unwrap_or(0);
     let at = |generation: usize| {
         let costs: Vec<f64> = contest.runs.iter().filter_map(|run| run.history.get(generation).copied()).collect();
-        let sorted = crate::study::statistics::sorted(&costs);
+        let sorted = sorted(&costs);
         [0.25, 0.5, 0.75].map(|p| quantile(&sorted, p))
     };
     (0..generations).map(at).collect()

@@ -7,9 +7,9 @@ mod page;
 pub use page::inspect_page;
 
 use super::document::{record_head, warnings};
-use crate::criterion::{mean, noise_sigma, rms, standard_deviation};
 use crate::identify::{Inspection, Outlook};
 use crate::motor::{Parameter, response};
+use crate::numeric::{mean, noise_sigma, rms, standard_deviation};
 use crate::record::{Quantity, Record, Severity};
 use serde_json::{Map, Value, json as value};
 

@@ -1,7 +1,7 @@
 //! Histograms in panels, with limits as dashed lines.
 
 use super::{COLORS, nothing, small};
-use crate::study::statistics::{quantile, sorted};
+use crate::numeric::{self, quantile, sorted, whole};
 use kuva::backend::svg::SvgBackend;
 use kuva::plot::Histogram as Bars;
 use kuva::plot::annotations::ReferenceLine;
@@ -66,13 +66,11 @@ impl Histogram {
         }
         let sorted = sorted(&self.values);
         let quartiles = quantile(&sorted, 0.75) - quantile(&sorted, 0.25);
-        #[expect(clippy::cast_precision_loss, reason = "a count")]
-        let width = 2.0 * quartiles / (sorted.len() as f64).cbrt();
+        let width = 2.0 * quartiles / numeric::count(sorted.len()).cbrt();
         let count = (span / width).ceil().clamp(BINS[0], BINS[1]);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "60 at most")]
-        let (last, bin) = (count as u8 - 1, |value: f64| ((value - low) / span * count).floor() as usize);
-        let bin = |value: f64| bin(value).min(usize::from(last));
-        let edges: Vec<f64> = (0..=last + 1).map(|n| low + span * f64::from(n) / count).collect();
+        let last = whole(count) - 1;
+        let bin = |value: f64| whole((value - low) / span * count).min(last);
+        let edges: Vec<f64> = (0..=last + 1).map(|n| low + span * numeric::count(n) / count).collect();
         let (mut all, mut within) = (vec![0.0; edges.len() - 1], vec![0.0; edges.len() - 1]);
         for &value in self.values.iter().filter(|v| (low..=high).contains(*v)) {
             all[bin(value)] += 1.0;
@@ -121,8 +119,7 @@ pub(super) fn round_step(least: f64) -> f64 {
 pub(super) fn decimals(step: f64) -> TickFormat {
     match step.log10().floor() {
         power if power >= 0.0 => TickFormat::Fixed(0),
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "5 at most")]
-        power if power >= -5.0 => TickFormat::Fixed(-power as usize),
+        power if power >= -5.0 => TickFormat::Fixed(whole(-power)),
         _ => TickFormat::Auto,
     }
 }

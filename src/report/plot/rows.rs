@@ -2,6 +2,7 @@
 
 use super::histogram::{decimals, round_step};
 use super::{Boxes, COLORS, nothing};
+use crate::numeric::count;
 use crate::text::significant;
 use kuva::plot::BoxPlot;
 use kuva::render::layout::{Layout, TickFormat};
@@ -50,7 +51,6 @@ pub fn box_rows(panel: &Boxes, label: &str, [low, high]: [f64; 2], is_log: bool)
         let step = round_step((high - low).max(1e-9 * high.abs()).max(f64::MIN_POSITIVE) / 6.0);
         layout = layout.with_x_tick_step(step).with_x_tick_format(decimals(step));
     }
-    #[expect(clippy::cast_precision_loss, reason = "a count")]
-    let height = 110.0 + 34.0 * names.len().max(2) as f64;
+    let height = 110.0 + 34.0 * count(names.len().max(2));
     super::svg(plots, layout.with_height(height))
 }

@@ -2,8 +2,8 @@
 
 use super::words::{Unit, block_name, many, plural};
 use crate::motor::Parameter;
+use crate::numeric::{quantile, sorted};
 use crate::report::Table;
-use crate::study::statistics::{quantile, sorted};
 use crate::study::sweep::{Limits, NamedRun, Quantiles, SweepSummary};
 
 /// A parameter over all motors.

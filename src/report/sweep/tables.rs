@@ -3,6 +3,7 @@
 use super::line::line_tables;
 use super::words::{Unit, block_name, factors, grouped, heads, label, level, levels, lowest, noise, plural, under};
 use crate::motor::Parameter;
+use crate::numeric::count_u64;
 use crate::report::Table;
 use crate::report::compare::cell as number;
 use crate::study::sweep::{Cell, Limits, Quantiles, SweepSummary};
@@ -64,8 +65,7 @@ fn costs(summary: &SweepSummary, n: usize) -> Table {
 
 /// The mean time of a run.
 fn seconds(cell: &Cell) -> String {
-    #[expect(clippy::cast_precision_loss, reason = "a count")]
-    let mean = cell.seconds / cell.runs as f64;
+    let mean = cell.seconds / count_u64(cell.runs);
     if mean > 0.0 { engineering(mean, "s", 3) } else { "\u{2013}".to_owned() }
 }
 

@@ -1,7 +1,7 @@
 //! How blocks, cells, units and counts of a sweep are written, and its answer in one sentence.
 
 use crate::motor::Parameter;
-use crate::study::statistics::{quantile, sorted};
+use crate::numeric::{quantile, sorted};
 use crate::study::sweep::{Cell, Factors, Limits, SweepBlock, SweepSummary};
 use crate::text::{printable, significant};
 

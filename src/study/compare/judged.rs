@@ -2,7 +2,8 @@
 
 use super::{Block, Contest};
 use crate::motor::{Parameter, Parameters};
-use crate::study::statistics::{deviation, holm, mean, median_interval, quantile, sorted, superiority, wilcoxon};
+use crate::numeric::{mean, quantile, sample_deviation, sorted};
+use crate::study::statistics::{holm, median_interval, superiority, wilcoxon};
 
 /// Runs below which neither an interval nor a test of 5 % can be had.
 pub const FEW: usize = 6;
@@ -94,7 +95,7 @@ impl Contest {
     /// Standard deviations of the parameters over runs.
     #[must_use]
     pub fn deviations(&self) -> [f64; 5] {
-        Parameter::ALL.map(|p| deviation(&self.values(p)))
+        Parameter::ALL.map(|p| sample_deviation(&self.values(p)))
     }
 }
 

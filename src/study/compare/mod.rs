@@ -180,8 +180,9 @@ pub fn compare(
         .then(|| Steiglitz::of(&subject, spec, reference.as_ref().ok().map(AsRef::as_ref)))
         .transpose()?;
     let initial: Vec<[f64; 2]> = arena.problems[0].signals().iter().map(|signals| signals.initial()).collect();
-    let (found, estimate) = (reference.as_deref().ok(), steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok()));
-    add_costs(&mut blocks, &subject, spec, (found, estimate, &initial))?;
+    let estimate = steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok());
+    let estimated = Estimated { refined: reference.as_deref().ok(), steiglitz: estimate, initial: &initial };
+    add_costs(&mut blocks, &subject, spec, &estimated)?;
     let (device, mut warnings) = (arena.searches.device(), arena.searches.warnings().to_vec());
     if subject.truth.is_none() {
         warnings.extend(warnings_of_records(&subject.records));
@@ -216,21 +217,23 @@ fn check(spec: &CompareSpec) -> Result<()> {
     Ok(())
 }
 
-/// Costs of what was estimated without a search, in the criterion of each block.
-fn add_costs(
-    blocks: &mut [Block],
-    subject: &Subject,
-    spec: &CompareSpec,
-    (found, estimate, initial): (Option<&Identification>, Option<&Parameters>, &[[f64; 2]]),
-) -> Result<()> {
+/// The motors that were estimated without a search, and the initial states of the searches.
+struct Estimated<'a> {
+    refined: Option<&'a Identification>,
+    steiglitz: Option<&'a Parameters>,
+    initial: &'a [[f64; 2]],
+}
+
+/// Adds the costs of these motors in the criterion of each block.
+fn add_costs(blocks: &mut [Block], subject: &Subject, spec: &CompareSpec, estimated: &Estimated<'_>) -> Result<()> {
     for block in blocks {
         // Of all five parameters: what is held in the searches is not held in these.
         let problem = Problem::new(&subject.records, spec.model, Space::table2(), block.setting.criterion)?;
         let cost = |p: &Parameters| Some(Scalar::cost(&problem, &p.to_array())).filter(|cost| cost.is_finite());
         // The refinement may have estimated another initial state than the searches take.
-        let same = |found: &&Identification| found.initial.iter().flatten().eq(initial.iter().flatten());
-        block.reference_cost = found.filter(same).and_then(|found| cost(&found.parameters));
-        block.steiglitz_cost = estimate.and_then(cost);
+        let same = |found: &&Identification| found.initial.iter().flatten().eq(estimated.initial.iter().flatten());
+        block.reference_cost = estimated.refined.filter(same).and_then(|found| cost(&found.parameters));
+        block.steiglitz_cost = estimated.steiglitz.and_then(cost);
     }
     Ok(())
 }

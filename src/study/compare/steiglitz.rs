@@ -8,8 +8,8 @@ use crate::estimate::{SmOptions, try_steiglitz_mcbride};
 use crate::experiment::{Excitation, noise_of, simulated, with_noise};
 use crate::identify::Identification;
 use crate::motor::{Parameter, Parameters};
+use crate::numeric::{mean, sample_deviation};
 use crate::record::Record;
-use crate::study::statistics::{deviation, mean};
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -86,7 +86,7 @@ impl Steiglitz {
     /// Standard deviations of the parameters over the records with new noise.
     #[must_use]
     pub fn deviations(&self) -> [f64; 5] {
-        Parameter::ALL.map(|p| deviation(&self.values(p)))
+        Parameter::ALL.map(|p| sample_deviation(&self.values(p)))
     }
 
     /// Mean relative errors over them, in percent.

@@ -4,6 +4,7 @@
 //! a run and a target that have been reached, over targets even in the logarithm.
 
 use super::{Block, Contest};
+use crate::numeric::{count, quantile, sorted};
 
 /// Targets between the first generations and the best.
 const TARGETS: usize = 51;
@@ -25,20 +26,17 @@ pub fn reached(block: &Block, target: Option<f64>) -> (Vec<f64>, Vec<Reached>) {
     let targets = target.map_or_else(|| range(block), |target| vec![target]);
     let share = |contest: &Contest| {
         let generations = contest.runs.iter().map(|run| run.history.len()).max().unwrap_or(0);
-        #[expect(clippy::cast_precision_loss, reason = "counts")]
         let (pairs, agents, all) = (
-            (contest.runs.len() * targets.len()).max(1) as f64,
-            block.setting.population as f64,
-            block.setting.generations as f64,
+            count((contest.runs.len() * targets.len()).max(1)),
+            count(block.setting.population),
+            count(block.setting.generations),
         );
-        #[expect(clippy::cast_precision_loss, reason = "counts")]
         let by = |generation: usize| {
             let cost = |run: &super::Outcome| run.history.get(generation).or(run.history.last()).copied();
             let met = |cost: f64| targets.iter().filter(|target| cost <= **target).count();
-            contest.runs.iter().filter_map(cost).map(met).sum::<usize>() as f64 / pairs
+            count(contest.runs.iter().filter_map(cost).map(met).sum()) / pairs
         };
-        #[expect(clippy::cast_precision_loss, reason = "counts")]
-        let evaluations: Vec<f64> = (1..=generations).map(|g| g as f64 * agents).collect();
+        let evaluations: Vec<f64> = (1..=generations).map(|g| count(g) * agents).collect();
         let seconds = contest
             .seconds
             .map_or(Vec::new(), |whole| evaluations.iter().map(|count| whole * count / (agents * all)).collect());
@@ -51,15 +49,13 @@ pub fn reached(block: &Block, target: Option<f64>) -> (Vec<f64>, Vec<Reached>) {
 /// Targets from the median cost after the first generation down to the lowest of all, the easiest first.
 fn range(block: &Block) -> Vec<f64> {
     let runs = || block.contests.iter().flat_map(|contest| &contest.runs);
-    let firsts =
-        crate::study::statistics::sorted(&runs().filter_map(|run| run.history.first().copied()).collect::<Vec<_>>());
-    let easiest = crate::study::statistics::quantile(&firsts, 0.5);
+    let firsts = sorted(&runs().filter_map(|run| run.history.first().copied()).collect::<Vec<_>>());
+    let easiest = quantile(&firsts, 0.5);
     let hardest = runs().filter_map(|run| run.history.last().copied()).fold(f64::INFINITY, f64::min);
     if !(easiest.is_finite() && hardest.is_finite()) {
         return Vec::new();
     }
     let (top, bottom) = (easiest.max(1e-300).ln(), hardest.max(1e-12 * easiest).max(1e-300).ln());
-    #[expect(clippy::cast_precision_loss, reason = "small")]
-    let target = |n: usize| (top + (bottom - top) * n as f64 / (TARGETS - 1) as f64).exp() * (1.0 + 1e-12);
+    let target = |n: usize| (top + (bottom - top) * count(n) / count(TARGETS - 1)).exp() * (1.0 + 1e-12);
     (0..TARGETS).map(target).collect()
 }

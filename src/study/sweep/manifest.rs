@@ -2,6 +2,7 @@
 
 use super::store::unreadable;
 use super::study::{Entry, Factors, Study};
+use crate::numeric::index;
 use crate::record::Reading;
 use crate::text::{excerpt, hexadecimal};
 use crate::{Error, Result};
@@ -134,7 +135,6 @@ impl Runs {
 
     /// A run by its number.
     #[must_use]
-    #[expect(clippy::cast_possible_truncation, reason = "remainders are below counts that came from usize")]
     pub fn job(&self, id: u64) -> Job {
         let s = &self.study;
         let mut rest = id;
@@ -144,7 +144,7 @@ impl Runs {
             rest /= levels;
         }
         let [method, polish, population, generations, criterion, scale, noise] =
-            std::array::from_fn(|n| places[n] as usize);
+            std::array::from_fn(|n| index(places[n]));
         let factors = Factors {
             method: s.methods[method],
             polish: s.polish[polish],
@@ -155,7 +155,7 @@ impl Runs {
             noise,
             seed: s.seeds.at(places[7]),
         };
-        Job { id, motor: rest as usize, factors }
+        Job { id, motor: index(rest), factors }
     }
 
     /// The number of a motor's run at places of the factors, from the slowest to the fastest.

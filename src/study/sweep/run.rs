@@ -7,6 +7,7 @@ use super::shard::Shard;
 use super::store::{Head, Log, files, scan};
 use crate::evaluate::Level;
 use crate::identify::Warning;
+use crate::numeric::count_u64;
 use crate::{Error, Result};
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -31,17 +32,15 @@ pub struct SweepProgress {
 impl SweepProgress {
     /// Runs a second; `None` before there is any.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     pub fn rate(&self) -> Option<f64> {
-        let rate = ((self.done - self.before) as f64 + self.under_way) / self.seconds;
+        let rate = (count_u64(self.done - self.before) + self.under_way) / self.seconds;
         (rate.is_finite() && rate > 0.0).then_some(rate)
     }
 
     /// Seconds that are left at this rate.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     pub fn remaining(&self) -> Option<f64> {
-        Some((((self.total - self.done) as f64 - self.under_way) / self.rate()?).max(0.0))
+        Some(((count_u64(self.total - self.done) - self.under_way) / self.rate()?).max(0.0))
     }
 }
 

@@ -8,6 +8,7 @@ use super::run::{End, Finished, Running};
 use super::scene::{Read, outcome, problem};
 use crate::evaluate::{Problem, Scalar};
 use crate::identify::{IdentifySpec, Lockstep, polished};
+use crate::numeric;
 use crate::optimize::{Budget, Run, Setup, Stop as SearchStop, minimize};
 use crate::record::Record;
 use crate::{Error, ErrorKind, Result};
@@ -118,7 +119,6 @@ impl Running<'_> {
     }
 
     /// Candidates of a generation that a piece has room for.
-    #[expect(clippy::cast_possible_truncation, reason = "bounded above")]
     fn room(&self, generations: usize, motor: usize) -> usize {
         let by_time = STEPS / (self.samples(motor) * generations as u64).max(1);
         let least = if self.sweep.pinned().0 == Device::Gpu {
@@ -126,7 +126,7 @@ impl Running<'_> {
         } else {
             CANDIDATES * rayon::current_num_threads()
         };
-        (by_time as usize).clamp(least, VALUES / 5)
+        numeric::index(by_time).clamp(least, VALUES / 5)
     }
 
     /// About how many samples a motor's recordings have: one takes some 40 bytes of a file.
@@ -159,8 +159,7 @@ impl Running<'_> {
             };
             let budget = Budget { generations, slice: lockstep.slice() };
             let stop = minimize(&mut runs, budget, lockstep, &mut |progress| {
-                #[expect(clippy::cast_precision_loss, reason = "a share")]
-                let share = progress.generation as f64 / generations as f64 * count as f64;
+                let share = numeric::count(progress.generation) / numeric::count(generations) * numeric::count(count);
                 ended = self.progress(share);
                 if ended.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             });
@@ -170,11 +169,14 @@ impl Running<'_> {
             if stop? == SearchStop::Interrupted {
                 return Ok(Some(ended.unwrap_or(End::Interrupted)));
             }
-            #[expect(clippy::cast_precision_loss, reason = "a count of runs")]
-            let seconds = begun.elapsed().as_secs_f64() / count as f64;
-            let on = (device.0, device.2);
+            let seconds = begun.elapsed().as_secs_f64() / numeric::count(count);
+            let evaluated = Evaluated {
+                device: if device.0 == "gpu" { Device::Gpu } else { Device::Cpu },
+                precision: if device.2 == "f32" { Precision::F32 } else { Precision::F64 },
+                seconds,
+            };
             let done: Vec<Vec<Finished>> =
-                ready.into_par_iter().zip(runs).map(|(one, run)| sweep.results(&one, &run, on, seconds)).collect();
+                ready.into_par_iter().zip(runs).map(|(one, run)| sweep.results(&one, &run, &evaluated)).collect();
             finished.extend(done.into_iter().flatten());
         }
         Ok(self.keep(finished))
@@ -249,7 +251,7 @@ impl Sweep {
     }
 
     /// What a search found, for each polish that it is wanted with.
-    fn results(&self, one: &Ready, run: &Run, (kind, precision): (&str, &str), seconds: f64) -> Vec<Finished> {
+    fn results(&self, one: &Ready, run: &Run, evaluated: &Evaluated) -> Vec<Finished> {
         let best = run.optimizer.best().filter(|best| Scalar::cost(&one.problem, best.values).is_finite());
         let of = |job: &Job| {
             let begun = Instant::now();
@@ -263,15 +265,21 @@ impl Sweep {
                 Ok(outcome) => Outcome { evaluations: run.evaluations, stop: Stop::BudgetSpent, ..outcome },
                 Err(error) => self.failed(&error),
             };
-            outcome.device = if kind == "gpu" { Device::Gpu } else { Device::Cpu };
-            outcome.precision = if precision == "f32" { Precision::F32 } else { Precision::F64 };
+            (outcome.device, outcome.precision) = (evaluated.device, evaluated.precision);
             if outcome.device != self.pinned().0 {
                 outcome.warnings.push("gpu_failed".to_owned());
             }
-            Finished::new(self, job, &outcome, seconds + begun.elapsed().as_secs_f64())
+            Finished::new(self, job, &outcome, evaluated.seconds + begun.elapsed().as_secs_f64())
         };
         one.jobs.iter().map(of).collect()
     }
+}
+
+/// The device that evaluated a run, its precision, and the seconds that the run took of the search.
+struct Evaluated {
+    device: Device,
+    precision: Precision,
+    seconds: f64,
 }
 
 /// The first populations. A run is that of `identify` with its seed.

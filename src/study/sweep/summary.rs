@@ -6,7 +6,7 @@ use super::manifest::Job;
 use super::run::Failures;
 use super::study::Factors;
 use crate::motor::Parameter;
-use crate::study::statistics::{quantile, sorted};
+use crate::numeric::{quantile, sorted};
 use crate::text::excerpt;
 use crate::{Error, Result};
 

@@ -3,6 +3,7 @@
 //! Behind its header of 128 bytes, a file is elements: a tag with type and length, then the data, filled up to 8 bytes.
 //! Up to 4 bytes of data stand inside the tag.
 
+use crate::numeric::{count_u64, real};
 use crate::text::excerpt;
 use crate::{Error, Result};
 use flate2::read::ZlibDecoder;
@@ -97,8 +98,8 @@ impl<'a> Elements<'a> {
             6 => all(data, |b| u32::from_le_bytes(b).into()),
             7 => all(data, |b| f32::from_le_bytes(b).into()),
             9 => all(data, f64::from_le_bytes),
-            12 => all(data, |b| i64::from_le_bytes(b) as f64),
-            13 => all(data, |b| u64::from_le_bytes(b) as f64),
+            12 => all(data, |b| real(i64::from_le_bytes(b))),
+            13 => all(data, |b| count_u64(u64::from_le_bytes(b))),
             _ => None,
         }
     }
