@@ -31,6 +31,7 @@ pub mod motor;
 pub mod optimize;
 pub mod record;
 pub mod report;
+pub mod setting;
 pub mod study;
 pub mod text;
 

@@ -6,10 +6,11 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Each module with those that it may use. Every module may use the ground: error, text, candidates.
-const ALLOWED: [(&str, &[&str]); 13] = [
+/// Each module with those that it may use. Every module may use the ground: error, text, setting, candidates.
+const ALLOWED: [(&str, &[&str]); 14] = [
     ("error", &[]),
     ("text", &[]),
+    ("setting", &[]),
     ("candidates", &[]),
     ("record", &[]),
     ("motor", &[]),
@@ -36,7 +37,7 @@ const ALLOWED: [(&str, &[&str]); 13] = [
         ],
     ),
 ];
-const GROUND: [&str; 6] = ["error", "text", "candidates", "Error", "ErrorKind", "Result"];
+const GROUND: [&str; 7] = ["error", "text", "setting", "candidates", "Error", "ErrorKind", "Result"];
 
 fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());

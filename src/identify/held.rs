@@ -11,6 +11,7 @@ use crate::estimate::{RefineOptions, Refined, refine};
 use crate::evaluate::{Initial, Model};
 use crate::motor::{Axis, Discretization, Input, Parameter, Scope, Space};
 use crate::record::{Quantity, Record};
+use crate::setting::text;
 use crate::text::{engineering, significant};
 use crate::{Error, Result};
 
@@ -153,7 +154,7 @@ impl Between {
         };
         let smaller = significant(100.0 * (1.0 - self.sigma_ratio), 2);
         Warning {
-            remedy: Some(format!("Use --discretization {flag}.")),
+            remedy: Some(text!("Use " [Discretization = "{flag}"] ".")),
             place: Some(Place { quantity: Some(driver), ..Place::default() }),
             ..Warning::new(
                 "between_samples",

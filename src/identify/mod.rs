@@ -60,6 +60,7 @@ use crate::evaluate::{Problem, Scalar};
 use crate::motor::{Axis, Space};
 use crate::optimize::Progress;
 use crate::record::Record;
+use crate::setting::Text;
 use crate::{Error, ErrorKind, Result};
 use search::{Found, around, population, steiglitz_mcbride, taken};
 use std::ops::ControlFlow;
@@ -322,6 +323,6 @@ fn assemble(records: &[Record], spec: &IdentifySpec, attempt: Attempt) -> Result
     })
 }
 
-fn not_identified(message: impl Into<String>, remedy: impl Into<String>) -> Error {
+fn not_identified(message: impl Into<Text>, remedy: impl Into<Text>) -> Error {
     Error::new(ErrorKind::NotIdentified, message, remedy)
 }

@@ -7,6 +7,7 @@ use super::warnings::{Warning, record_warnings};
 use super::{Characteristic, Characteristics, Identification, Method, identify};
 use crate::motor::{Discretization, Parameter};
 use crate::record::{Quantity, Record};
+use crate::setting::Text;
 use crate::text::significant;
 
 /// A recording that was looked at.
@@ -31,9 +32,9 @@ pub enum Outlook {
     /// Not all of them.
     Lacks {
         /// Why.
-        message: String,
+        message: Text,
         /// What to do.
-        remedy: String,
+        remedy: Text,
     },
 }
 
@@ -79,7 +80,7 @@ impl<'a> Inspection<'a> {
             Err(error) => {
                 let between = between_samples(record, None, spec.model.discretization);
                 say(between.ok().flatten().map(|between| between.warning()));
-                Outlook::Lacks { message: error.to_string(), remedy: error.remedy() }
+                Outlook::Lacks { message: error.text(), remedy: error.hint().clone() }
             }
         };
         Self { record, warnings, outlook }
@@ -97,7 +98,7 @@ fn lacking(found: &Identification) -> Outlook {
     };
     let told: Vec<String> = Characteristics::named_of(found).into_iter().filter_map(one).collect();
     Outlook::Lacks {
-        message: warning.map_or_else(String::new, |warning| warning.message.clone()),
-        remedy: if told.is_empty() { String::new() } else { format!("Told are {}.", told.join(", ")) },
+        message: warning.map_or_else(Text::default, |warning| warning.message.clone()),
+        remedy: if told.is_empty() { Text::default() } else { format!("Told are {}.", told.join(", ")).into() },
     }
 }

@@ -123,7 +123,7 @@ pub fn ranges(items: &[String], flag: &str) -> Result<Vec<(Parameter, f64, f64)>
 /// `Usage` when it is not.
 pub fn named(items: &[String], flag: &str) -> Result<Vec<Parameter>> {
     let names = items.iter().map(|item| item.trim()).filter(|item| !item.is_empty());
-    names.map(|name| name.parse().map_err(|e: Error| Error::usage(format!("{flag}: {e}"), e.remedy()))).collect()
+    names.map(|name| name.parse().map_err(|e: Error| Error::usage(format!("{flag}: {e}"), e.hint()))).collect()
 }
 
 /// `40dB`, or `i=0.05,w=0.5`.

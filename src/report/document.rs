@@ -1,6 +1,7 @@
 //! Results as JSON documents. What is not available or not finite is `null`.
 
 use super::identified;
+use super::spelling::command_line;
 use crate::estimate::{ReferenceKind, Uncertainty};
 use crate::evaluate::{Level, Problem, cpu_name};
 use crate::identify::{
@@ -19,7 +20,11 @@ pub fn json(document: &Value) -> String {
 
 /// Warnings of a severity: those of a result and, apart from them, remarks.
 pub(super) fn warnings(list: &[Warning], severity: Severity) -> Value {
-    let one = |w: &Warning| value!({"code": w.code, "message": w.message, "place": w.place.as_ref().map(place_of), "remedy": w.remedy});
+    let one = |w: &Warning| {
+        let place = w.place.as_ref().map(place_of);
+        let remedy = w.remedy.as_ref().map(|remedy| remedy.spelled(command_line));
+        value!({"code": w.code, "message": w.message.spelled(command_line), "place": place, "remedy": remedy})
+    };
     list.iter().filter(|w| w.severity == severity).map(one).collect()
 }
 

@@ -7,6 +7,7 @@ use super::held_out::held_out;
 use super::identified::{repeatability_text, with_error};
 use super::ladder::ladder_table;
 use super::page::{Figure, Page, Part, Section};
+use super::spelling::command_line;
 use super::{Names, Table};
 use crate::identify::{Characteristics, Estimated, Identification, IdentifySpec, Named, Status, Warning};
 use crate::motor::{Parameters, Scope};
@@ -32,7 +33,7 @@ pub(super) fn section(heading: &str, parts: Vec<Part>) -> Section {
 }
 
 fn warnings(list: &[Warning]) -> Vec<Part> {
-    list.iter().filter(|w| w.severity == Severity::Report).map(|w| Part::Warning(w.text())).collect()
+    list.iter().filter(|w| w.severity == Severity::Report).map(|w| Part::Warning(w.spelled(command_line))).collect()
 }
 
 /// How to make it again.

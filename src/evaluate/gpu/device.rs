@@ -1,6 +1,7 @@
 //! Adapters and devices: what is there, opening one, and turning what goes wrong into errors.
 
 use super::shader::Fetch;
+use crate::setting::Text;
 use crate::text::printable;
 use crate::{Error, ErrorKind, Result};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -48,7 +49,7 @@ const SLOWEST_STEPS_PER_SECOND: u64 = 20_000_000;
 const SPIN_STEPS: u64 = 1_000_000;
 const SPIN: Duration = Duration::from_micros(300);
 
-fn error(message: impl Into<String>, remedy: impl Into<String>) -> Error {
+fn error(message: impl Into<Text>, remedy: impl Into<Text>) -> Error {
     Error::new(ErrorKind::Device, message, remedy)
 }
 

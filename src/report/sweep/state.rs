@@ -1,6 +1,7 @@
 //! The documents of `sweep run --json` and `sweep status --json`.
 
 use crate::identify::Warning;
+use crate::report::spelling::command_line;
 use crate::study::sweep::{FailedRun, Shard, ShardStatus, SweepStatus, Tally};
 use serde_json::{Value, json as value};
 
@@ -12,7 +13,7 @@ impl TallyDocument {
     #[must_use]
     pub fn of(shard: Shard, tally: &Tally) -> Value {
         let failed = |f: &FailedRun| value!({"id": f.id, "runs": f.runs, "motor": f.motor, "message": f.message});
-        let warning = |w: &Warning| value!({"code": w.code, "message": w.message});
+        let warning = |w: &Warning| value!({"code": w.code, "message": w.message.spelled(command_line)});
         value!({
             "motorfit": env!("CARGO_PKG_VERSION"),
             "shard": {"index": shard.index, "count": shard.count},

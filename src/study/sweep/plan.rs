@@ -77,7 +77,7 @@ impl Sweep {
             let message = format!("is of motorfit {}, which plans otherwise", printable(&manifest.motorfit));
             return Err(Error::data(message, remedy).in_file(&path));
         }
-        let study = Study::parse(&manifest.study, &path).map_err(|e| broken(e.message()))?;
+        let study = Study::parse(&manifest.study, &path).map_err(|e| broken(e.message().to_string()))?;
         let runs = Runs::new(study, manifest.motors.len());
         if runs.count() != manifest.runs || manifest.runs == 0 {
             return Err(broken(format!("says {} runs, its study makes {}", manifest.runs, runs.count())));
