@@ -3,6 +3,7 @@
 use crate::criterion::Noise;
 use crate::motor::{Beginning, Discretization, Drive, Extended, Extensions, Parameters, Setting, walk, walk_extended};
 use crate::record::{Record, SAMPLES_MAX, Samples};
+use crate::setting::text;
 use crate::{Error, Result};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
@@ -47,7 +48,7 @@ impl Excitation {
         if !(1.0..SAMPLES_MAX as f64).contains(&steps) {
             return Err(Error::usage(
                 format!("{steps} steps, expected 1 to {}", SAMPLES_MAX - 1),
-                "Change --duration or --period.",
+                text!("Change " [Duration] " or " [Period] "."),
             ));
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked against the limit above")]

@@ -5,6 +5,7 @@ use super::normal::{Fit, Normal, Sigma};
 use super::refine::{EVALUATIONS_MAX, Refined, SMALLEST, STEP_MAX};
 use super::uncertainty::uncertainty;
 use crate::evaluate::Signals;
+use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -44,7 +45,7 @@ impl<'a> Search<'a> {
             return Err(Error::new(
                 ErrorKind::NotIdentified,
                 "the motor diverges where the refinement begins",
-                "Start elsewhere, or use --discretization zoh, which cannot diverge by itself.",
+                text!("Start elsewhere, or use " [Discretization = "zoh"] ", which cannot diverge by itself."),
             ));
         }
         Ok(Self { fit, lower, upper, at, normal, sigma, damping: 1e-3, evaluations: 1 })

@@ -12,6 +12,7 @@ use super::triangle::{BLOCK, Triangle, solve};
 use crate::evaluate::{Model, Problem, Signals};
 use crate::motor::{Discretization, Parameters};
 use crate::record::Record;
+use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
 use std::ops::Range;
 
@@ -94,9 +95,9 @@ impl SmFailure {
 impl From<SmFailure> for Error {
     fn from(failure: SmFailure) -> Self {
         let remedy = match failure {
-            SmFailure::ChannelMissing | SmFailure::Irregular | SmFailure::Held => "Use --method auto.",
-            SmFailure::RankDeficient => "Record while the voltage changes.",
-            _ => "Use --method auto; check the signs and units of the columns.",
+            SmFailure::ChannelMissing | SmFailure::Irregular | SmFailure::Held => text!("Use " [Method = "auto"] "."),
+            SmFailure::RankDeficient => "Record while the voltage changes.".into(),
+            _ => text!("Use " [Method = "auto"] "; check the signs and units of the columns."),
         };
         Self::new(ErrorKind::NotIdentified, format!("Steiglitz–McBride failed: {}", failure.message()), remedy)
     }

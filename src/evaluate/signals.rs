@@ -4,6 +4,7 @@ use super::span::{Span, Stretch, spans, stretches};
 use crate::criterion::{Criterion, noise_sigma, peak};
 use crate::motor::{Beginning, Discretization, Drive};
 use crate::record::Record;
+use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
 use std::sync::OnceLock;
 
@@ -312,11 +313,11 @@ fn divisor(criterion: &Criterion, channel: usize, signal: &[f64]) -> Result<f64>
     let (message, remedy) = match criterion.scale {
         crate::criterion::Scale::Noise => (
             format!("the noise of the {name} cannot be estimated: it shows none"),
-            "Give it (--noise i=SIGMA,w=SIGMA) or choose another --scale.",
+            text!("Give it (" [Noise = "i=SIGMA,w=SIGMA"] ") or choose another " [Scale] "."),
         ),
         _ => (
             format!("the {name} is constant, {}: it tells nothing about the motor", signal[0]),
-            "Record while the voltage changes, or leave the column out if it was not connected.",
+            "Record while the voltage changes, or leave the column out if it was not connected.".into(),
         ),
     };
     Err(Error::new(ErrorKind::NotIdentified, message, remedy))

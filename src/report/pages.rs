@@ -164,7 +164,8 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
         sure.push(Part::Warning("This comparison was interrupted: it shows the best so far.".to_owned()));
     }
     sure.extend(
-        comparison.reference.as_ref().err().map(|e| Part::Warning(format!("There is no refined estimate: {e}"))),
+        (comparison.reference.as_ref().err())
+            .map(|e| Part::Warning(format!("There is no refined estimate: {}", e.spelled(command_line)))),
     );
     let failed = comparison.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().err());
     sure.extend(failed.map(|e| Part::Warning(format!("Steiglitz\u{2013}McBride cannot serve: {e}."))));
