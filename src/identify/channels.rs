@@ -12,6 +12,7 @@ use crate::Result;
 use crate::criterion::peak;
 use crate::motor::{Axis, Parameter, Scope, Space};
 use crate::record::Record;
+use crate::setting::text;
 
 /// A motor that stands for all that do the same.
 pub(super) struct Stand {
@@ -74,7 +75,7 @@ pub(super) fn stand_in(records: &[Record], spec: &IdentifySpec) -> Result<Option
         space: Space::new(free, fix)?,
         motor,
         unknown: unknown.iter().copied().filter(|p| !held(*p)).collect(),
-        warning: Warning::new("channel_missing", format!("{what}; {told}; for the others {remedy}")),
+        warning: Warning::new("channel_missing", text!({what} "; {told}; for the others " {remedy})),
     }))
 }
 

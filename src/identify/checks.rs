@@ -8,6 +8,7 @@ use crate::estimate::{Refined, describe};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Parameter, Space};
 use crate::record::{Quantity, Record, diagnose};
+use crate::setting::text;
 use crate::{Error, Result};
 
 /// Whether the spec, the recordings and the criterion leave anything to be found at all.
@@ -15,7 +16,7 @@ pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem)
     if spec.method == Method::SteiglitzMcBride && !spec.space.fixed().is_empty() {
         return Err(Error::usage(
             "Steiglitz–McBride estimates all five parameters and cannot hold any",
-            "Leave --fix out, or use --method auto.",
+            text!("Leave " [Fix] " out, or use " [Method = "auto"] "."),
         ));
     }
     setup(spec, problem.space()).check()?;
@@ -35,13 +36,13 @@ pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem)
     if values <= free {
         return Err(not_identified(
             format!("{values} measured values under {} for {free} free parameters", driver(records)),
-            "Record longer or faster, or hold parameters with --fix.",
+            text!("Record longer or faster, or hold parameters with " [Fix] "."),
         ));
     }
     if !problem.has_weight() {
         return Err(not_identified(
-            "no sample counts: --time-origin is at or after the end of the recording",
-            "Give --time-origin in seconds from the start of the recording.",
+            text!("no sample counts: " [TimeOrigin] " is at or after the end of the recording"),
+            text!("Give " [TimeOrigin] " in seconds from the start of the recording."),
         ));
     }
     if spec.polish == Polish::LevenbergMarquardt
@@ -68,17 +69,17 @@ pub(super) fn after(
     let Some(what) = unknown(spec, space, refined) else { return Ok(()) };
     let constant = |r: &Record| r.input().windows(2).all(|v| v[0].to_bits() == v[1].to_bits());
     let input = driver(records);
-    let remedy = if records.iter().all(constant) {
-        format!("the {input} is constant: record it changing, or a step from rest, or hold parameters with --fix")
+    let (first, capital, what_else) = if records.iter().all(constant) {
+        ("the", "The", format!(" {input} is constant: record it changing, or a step from rest"))
     } else {
-        format!("record faster or longer, under a {input} that changes more, or hold parameters with --fix")
+        ("record", "Record", format!(" faster or longer, under a {input} that changes more"))
     };
+    let rest = text!("{what_else}, or hold parameters with "[Fix]);
     if spec.polish == Polish::LevenbergMarquardt {
         reversed_sign(records)?;
-        let (first, rest) = remedy.split_at(1);
-        return Err(not_identified(what, format!("{}{rest}.", first.to_uppercase())));
+        return Err(not_identified(what, text!("{capital}" {rest} ".")));
     }
-    warnings.push(Warning::new("not_identifiable", format!("{what}; {remedy}")));
+    warnings.push(Warning::new("not_identifiable", text!("{what}; {first}" {rest})));
     Ok(())
 }
 

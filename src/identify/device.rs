@@ -4,6 +4,7 @@
 use super::pace::{AdapterPace, Work};
 use super::{IdentifySpec, Warning};
 use crate::evaluate::{Evaluator, Problem, Simd};
+use crate::setting::text;
 use crate::text::excerpt;
 use crate::{Error, ErrorKind, Result};
 use std::str::FromStr;
@@ -41,8 +42,8 @@ impl FromStr for DeviceSpec {
                 Some((_, Ok(index))) => Ok(Self::GpuIndex(index)),
                 Some((name, Err(_))) if !name.is_empty() => Ok(Self::GpuName(name.to_owned())),
                 _ => Err(Error::usage(
-                    format!("--device: \"{}\" is no device", excerpt(other)),
-                    "Give auto, cpu, gpu, gpu:INDEX or gpu:NAME; motorfit devices lists what is there.",
+                    text!([Device](": \"{}\" is no device", excerpt(other))),
+                    text!("Give auto, cpu, gpu, gpu:INDEX or gpu:NAME; " [Command::Devices] " lists what is there."),
                 )),
             },
         }
@@ -154,7 +155,7 @@ impl Opened {
                 Ok(evaluator) => self.evaluator = evaluator,
                 Err(error) => return self.replace(&error, failures + 1),
             }
-            self.warnings.push(Warning::new("gpu_reopened", format!("{error}; the device was opened anew")));
+            self.warnings.push(Warning::new("gpu_reopened", text!({error.text()} "; the device was opened anew")));
         } else if self.kind == "gpu" && matches!(self.on_loss, OnLoss::Cpu | OnLoss::ReopenOrCpu) {
             self.warnings.push(taken_over(error));
             self.evaluator = Box::new(self.simd);
@@ -171,7 +172,7 @@ impl Opened {
         if spec.precision == PrecisionSpec::F32 && matches!(spec.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
             return Err(Error::usage(
                 "f32 is for GPUs: the CPU evaluates in f64 only",
-                "Add --device gpu, or leave --precision out.",
+                text!("Add " [Device = "gpu"] ", or leave " [Precision] " out."),
             ));
         }
         let mut opened = open(spec, problem)?;
@@ -226,7 +227,7 @@ fn open_gpu(selector: &gpu::Selector, precision: PrecisionSpec) -> Result<Opened
     };
     let gpu = Gpu::open(selector, precision)?;
     let software = gpu.facts().kind == "software";
-    let message = format!("{} is a software adapter: slower than --device cpu", gpu.facts().name);
+    let message = text!(("{} is a software adapter: slower than ", gpu.facts().name)[Device = "cpu"]);
     let warnings = software.then_some(Warning::new("software_adapter", message));
     let slice_steps = if software { SLICE_STEPS } else { SLICE_STEPS_GPU };
     let warnings = warnings.into_iter().collect();
@@ -243,12 +244,12 @@ fn open(spec: &IdentifySpec, _: &Problem) -> Result<Opened> {
     Err(Error::new(
         ErrorKind::Device,
         "this build has no GPU evaluation",
-        "Build with the feature gpu, or use --device cpu.",
+        text!("Build with the feature gpu, or use " [Device = "cpu"] "."),
     ))
 }
 
 pub(super) fn taken_over(error: &Error) -> Warning {
-    Warning::new("gpu_failed", format!("{error}; the CPU evaluates instead"))
+    Warning::new("gpu_failed", text!({error.text()} "; the CPU evaluates instead"))
 }
 
 /// The place of a real adapter that will win; `None` where the work is too small for that to be looked for. Adapters that

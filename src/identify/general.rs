@@ -17,6 +17,7 @@ use crate::evaluate::Problem;
 use crate::motor::{Axis, Input, Parameter, Scope, Space};
 use crate::optimize::Progress;
 use crate::record::Record;
+use crate::setting::text;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
@@ -80,8 +81,10 @@ fn asked_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
     match (&spec.with, held_motor(&spec.space)) {
         (With::These(list), Some(motor)) => extended_space(records, spec, &spec.space, (list, &motor)),
         (With::Auto, Some(_)) => {
-            let message = "every parameter is held, and --with auto compares fits of the linear motor with others";
-            Err(crate::Error::usage(message, "Name the extensions, as in --with load, or leave a parameter free."))
+            let what = "compares fits of the linear motor with others";
+            let message = text!("every parameter is held, and " [With = "auto"] " {what}");
+            let hint = text!("Name the extensions, as in " [With = "load"] ", or leave a parameter free.");
+            Err(crate::Error::usage(message, hint))
         }
         _ => Ok(spec.space.clone()),
     }
@@ -102,18 +105,21 @@ fn check_per_recording(spec: &IdentifySpec, space: &Space) -> Result<()> {
     let extension = Extension::ALL.into_iter().find(|e| e.parameters().contains(parameter));
     let is_held = space.fixed().iter().any(|(of, ..)| of == parameter);
     let (what, remedy) = match extension {
-        _ if is_held => ("is held", format!("Leave {symbol} out of --per-recording, or do not hold it.")),
-        Some(extension) => ("is not in the model", format!("Add --with {}, or leave {symbol} out.", extension.name())),
-        None => ("is not in the model", format!("Leave {symbol} out of --per-recording.")),
+        _ if is_held => ("is held", text!("Leave {symbol} out of " [PerRecording] ", or do not hold it.")),
+        Some(extension) => {
+            ("is not in the model", text!("Add " [With = "{}", extension.name()] ", or leave {symbol} out."))
+        }
+        None => ("is not in the model", text!("Leave {symbol} out of " [PerRecording] ".")),
     };
-    Err(crate::Error::usage(format!("--per-recording: {symbol} {what}"), remedy))
+    Err(crate::Error::usage(text!([PerRecording] ": {symbol} {what}"), remedy))
 }
 
 /// The space of a search with the extensions of a spec.
 pub(super) fn search_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
     let With::These(list) = &spec.with else {
-        let message = "--with auto chooses by fits, and there are none here";
-        return Err(crate::Error::usage(message, "Name the extensions, as in --with coulomb,dead-time."));
+        let message = text!([With = "auto"] " chooses by fits, and there are none here");
+        let hint = text!("Name the extensions, as in " [With = "coulomb,dead-time"] ".");
+        return Err(crate::Error::usage(message, hint));
     };
     let (motors, space) = near(records, spec, None)?;
     let space = extended_space(records, spec, &space, (list, &motors[0]))?;

@@ -196,11 +196,11 @@ fn coarse_against(records: &[Record], fastest: f64) -> Option<Warning> {
     let what = if record.is_interpolated() { "what stands between samples" } else { "what the input does within" };
     Some(Warning::new(
         "coarse_rate",
-        format!(
-            "{} between samples is long against the fastest time constant, {}: {what} is not known well enough, and the \
-             parameters are off by more than their errors; give a higher --rate, decimate less, or leave both out",
-            engineering(record.period_s(), "s", 3),
-            engineering(fastest, "s", 3)
+        text!(
+            ("{} between samples is long against ", engineering(record.period_s(), "s", 3))
+            ("the fastest time constant, {}: {what} is not known well enough, ", engineering(fastest, "s", 3))
+            "and the parameters are off by more than their errors; give a higher " [Rate]
+            ", decimate less, or leave both out"
         ),
     ))
 }

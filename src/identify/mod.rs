@@ -60,7 +60,7 @@ use crate::evaluate::{Problem, Scalar};
 use crate::motor::{Axis, Space};
 use crate::optimize::Progress;
 use crate::record::Record;
-use crate::setting::Text;
+use crate::setting::{Text, text};
 use crate::{Error, ErrorKind, Result};
 use search::{Found, around, population, steiglitz_mcbride, taken};
 use std::ops::ControlFlow;
@@ -97,7 +97,8 @@ pub fn identify_with(
 /// `Usage` when threads cannot be started, and those of `work`.
 pub fn with_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
     let pool = threads.map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build()).transpose();
-    let pool = pool.map_err(|e| Error::usage(format!("threads cannot be started: {e}"), "Give fewer --threads."))?;
+    let hint = || text!("Give fewer " [Threads] ".");
+    let pool = pool.map_err(|e| Error::usage(format!("threads cannot be started: {e}"), hint()))?;
     match pool {
         Some(pool) => pool.install(work),
         None => rayon::scope(|_| work()),

@@ -11,6 +11,7 @@ use crate::evaluate::{Problem, Scalar};
 use crate::motor::{Axis, Space};
 use crate::optimize::{Budget, Progress, Run, Setup, Stop, minimize};
 use crate::record::Record;
+use crate::setting::text;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -124,7 +125,10 @@ pub(super) fn population(
     let Some(best) = best else {
         return Err(not_identified(
             format!("all {} candidates diverge", run.evaluations),
-            "Check the units of the recording and --bounds; --discretization zoh cannot diverge by itself.",
+            text!(
+                "Check the units of the recording and " [Bounds] "; " [Discretization = "zoh"]
+                " cannot diverge by itself."
+            ),
         ));
     };
     let cost_difference = evaluation.cost_difference(0, best.values);

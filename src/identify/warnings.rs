@@ -9,7 +9,7 @@ use crate::estimate::{Estimate, SmFailure, Whiteness};
 use crate::evaluate::Initial;
 use crate::motor::{Axis, Input, Parameter};
 use crate::record::{Finding, Quantity, Record, Severity, diagnose};
-use crate::setting::{Spelling, Text};
+use crate::setting::{Spelling, Text, text};
 use crate::text::{engineering, significant};
 use std::fmt;
 
@@ -122,9 +122,9 @@ pub(super) fn poor_fit(fit_percent: [Option<f64>; 2]) -> Option<Warning> {
     };
     let list: Vec<String> = ["current", "speed"].into_iter().zip(fit_percent).filter_map(poor).collect();
     (!list.is_empty()).then(|| {
-        let message = format!(
-            "the model does not fit ({}): do not use these parameters; check columns, units and signs, and --bounds",
-            list.join(", ")
+        let message = text!(
+            ("the model does not fit ({}): do not use these parameters; check columns, ", list.join(", "))
+            "units and signs, and " [Bounds]
         );
         Warning::new("poor_fit", message)
     })
@@ -140,10 +140,11 @@ pub(super) fn warnings_of(records: &[Record], spec: &IdentifySpec) -> Vec<Warnin
     }
     warnings.extend(
         missing_channel(records, spec)
-            .map(|(what, remedy)| Warning::new("channel_missing", format!("{what}; {remedy}"))),
+            .map(|(what, remedy)| Warning::new("channel_missing", what.and("; ").and(remedy))),
     );
     if spec.model.initial == Initial::Zero && records.iter().flat_map(Record::measured).flatten().any(moves_at_start) {
-        let message = "a recording does not start at rest, but --initial zero says so; use --initial free";
+        let say = "a recording does not start at rest, but ";
+        let message = text!("{say}" [Initial = "zero"] " says so; use " [Initial = "free"]);
         warnings.push(Warning::new("initial_state", message));
     }
     warnings
@@ -171,11 +172,11 @@ pub(super) fn name_of(record: &Record) -> String {
 /// What is said of a result.
 pub(super) fn of_result(found: &Identification, estimate: &std::result::Result<Estimate, SmFailure>) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let mut warn = |code, message: String| warnings.push(Warning::new(code, message));
+    let mut warn = |code, message: Text| warnings.push(Warning::new(code, message));
     if found.searched.is_fallback && found.input == Input::Voltage {
         let failure = estimate.as_ref().err().copied().unwrap_or(SmFailure::PoorFit);
         let message = format!("Steiglitz–McBride cannot serve: {}; a population search took over", failure.message());
-        warn("sm_failed", message);
+        warn("sm_failed", message.into());
     }
     for parameter in Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS) {
         if let Some(side) = found.at_bound(parameter) {
@@ -184,25 +185,23 @@ pub(super) fn of_result(found: &Identification, estimate: &std::result::Result<E
                 let name = parameter.name();
                 warn(
                     "extension_idle",
-                    format!("the recordings show no {name}: {symbol} ended where it changes nothing"),
+                    format!("the recordings show no {name}: {symbol} ended where it changes nothing").into(),
                 );
                 continue;
             }
             warn(
                 "at_bound",
-                format!(
-                    "{symbol} ended at its {side} bound; widen it with --bounds, or the others hold only if it is right"
+                text!(
+                    "{symbol} ended at its {side} bound; widen it with " [Bounds]
+                    ", or the others hold only if it is right"
                 ),
             );
         }
     }
     warnings.extend(poor_fit(found.fit_percent));
-    let mut warn = |code, message: String| warnings.push(Warning::new(code, message));
+    let mut warn = |code, message: Text| warnings.push(Warning::new(code, message));
     if !found.converged {
-        warn(
-            "not_converged",
-            "the refinement has not come to its end: the result may be near the optimum only".to_owned(),
-        );
+        warn("not_converged", "the refinement has not come to its end: the result may be near the optimum only".into());
     }
     if let Some(uncertainty) = &found.uncertainty {
         let colored = |(name, white): (&str, &Option<Whiteness>)| {
@@ -217,7 +216,8 @@ pub(super) fn of_result(found: &Identification, estimate: &std::result::Result<E
                     "the residuals are correlated, {}: the model misses something, or the sensors filter; the standard \
                      errors are then too small",
                     list.join(", ")
-                ),
+                )
+                .into(),
             );
         }
     }
@@ -227,9 +227,9 @@ pub(super) fn of_result(found: &Identification, estimate: &std::result::Result<E
         let what = if rescued { "the refinement left it for a better one" } else { "a reference fits better" };
         warn(
             "search_stuck",
-            format!(
+            text!(
                 "the search ended in another optimum, whose weighted sum of squares is {times} times the best; {what}; \
-                 use --method auto, more --generations or another --seed"
+                 use " [Method = "auto"] ", more " [Generations] " or another " [Seed]
             ),
         );
     }
@@ -265,7 +265,7 @@ pub(super) fn long_dead_time(found: &Identification) -> Option<Warning> {
 }
 
 /// What speed alone or current alone cannot give, and what to do.
-pub(super) fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option<(String, String)> {
+pub(super) fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option<(Text, Text)> {
     if is_driven_by_current(records) {
         return None;
     }
@@ -274,23 +274,27 @@ pub(super) fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option
     let missing = |channel: usize| records.iter().all(|r| r.measured()[channel].is_none());
     let unused = unused_columns(records);
     if missing(0) && free.len() > 3 {
-        let what =
-            format!("no current{unused}: speed alone fixes three combinations of the {} free parameters", free.len());
-        Some((what, "record the current, or hold two with --fix, R and K for example.".to_owned()))
+        let count = free.len();
+        Some((
+            text!("no current" {unused} ": speed alone fixes three combinations of the {count} free parameters"),
+            text!("record the current, or hold two with " [Fix] ", R and K for example."),
+        ))
     } else if missing(1) && [Parameter::K, Parameter::B, Parameter::J].into_iter().all(is_free) {
-        let what = format!("no speed{unused}: current alone leaves K, B and J free along K : B : J = 1 : 2 : 2");
-        Some((what, "record the speed or hold K with --fix.".to_owned()))
+        Some((
+            text!("no speed" {unused} ": current alone leaves K, B and J free along K : B : J = 1 : 2 : 2"),
+            text!("record the speed or hold K with " [Fix] "."),
+        ))
     } else {
         None
     }
 }
 
 /// The columns that were not used, in words.
-pub(super) fn unused_columns(records: &[Record]) -> String {
+pub(super) fn unused_columns(records: &[Record]) -> Text {
     let unused: Vec<String> = records.iter().flat_map(|r| r.source().ignored.iter().cloned()).take(12).collect();
     match unused.len() {
-        0 => String::new(),
-        _ => format!(" (columns not used: {}; name one with --columns)", unused.join(", ")),
+        0 => Text::default(),
+        _ => text!((" (columns not used: {}; name one with ", unused.join(", ")) [Columns] ")"),
     }
 }
 
@@ -317,9 +321,9 @@ pub fn record_warnings(record: &Record) -> Vec<Warning> {
     let period = record.period_s();
     let unit_open = columns.iter().any(|c| c.quantity == Quantity::Time && !c.unit_named);
     if period >= PERIOD_DOUBTED_S && unit_open && !warnings.iter().any(|w| w.code == "units") {
-        let message = format!(
-            "{period} s between samples is long for a motor; if the times are milliseconds, name the unit: --columns \
-             time=HEADING:ms"
+        let message = text!(
+            "{period} s between samples is long for a motor; if the times are milliseconds, name the unit: "
+                [Columns = "time=HEADING:ms"]
         );
         warnings.push(Warning::new("period_unit", message));
     }
@@ -334,7 +338,7 @@ pub fn record_warnings(record: &Record) -> Vec<Warning> {
     let assumed: Vec<String> =
         (columns.iter().filter(|c| !c.unit_named)).map(|c| format!("{} in {}", c.heading, c.unit)).collect();
     if !assumed.is_empty() {
-        let message = format!("no unit is named, taken to be {}; name it with --columns", assumed.join(", "));
+        let message = text!(("no unit is named, taken to be {}; name it with ", assumed.join(", "))[Columns]);
         warnings.push(Warning::new("unit_assumed", message));
     }
     if record.source().last_line_open {

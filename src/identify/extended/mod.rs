@@ -14,6 +14,7 @@ use super::spec::IdentifySpec;
 use crate::criterion::peak;
 use crate::motor::{Axis, Parameter, Scope, Space};
 use crate::record::Record;
+use crate::setting::text;
 use crate::text::nearest;
 use crate::{Error, Result};
 
@@ -114,7 +115,7 @@ impl std::str::FromStr for Extension {
             let names = Self::ALL.map(Self::name);
             let near = nearest(name, &names).map_or(String::new(), |near| format!("; did you mean {near}?"));
             Error::usage(
-                format!("--with: \"{}\" is no extension{near}", crate::text::excerpt(name)),
+                text!([With](": \"{}\" is no extension{near}", crate::text::excerpt(name))),
                 format!("Name {}, or auto.", names.join(", ")),
             )
         })
@@ -147,7 +148,7 @@ impl With {
             return match names.len() {
                 1 => Ok(Self::Auto),
                 _ => Err(Error::usage(
-                    "--with auto chooses among all extensions, yet others are named beside it",
+                    text!([With = "auto"] " chooses among all extensions, yet others are named beside it"),
                     "Give auto alone, or name the extensions.",
                 )),
             };
