@@ -1,7 +1,7 @@
 //! The library's settings by name, and texts that refer to them.
 //!
 //! A message of the library names no flag, key or keyword. It refers to a [`Setting`] or a [`Command`], and a front end
-//! gives the [`Spelling`]: `--fix K=…` on the command line, `fix = {K = …}` in a study, `fix="K=…"` in Python.
+//! gives the [`Spelling`]: a flag on the command line, `fix = {K = …}` in a study, `fix="K=…"` in Python.
 
 use crate::text::printable;
 use std::fmt;

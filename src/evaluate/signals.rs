@@ -27,7 +27,7 @@ impl Initial {
     /// All there are.
     pub const ALL: [Self; 4] = [Self::Auto, Self::Zero, Self::Measured, Self::Free];
 
-    /// Its name in flags and results.
+    /// Its name in settings and results.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

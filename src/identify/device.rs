@@ -66,7 +66,7 @@ impl PrecisionSpec {
     /// All there are.
     pub const ALL: [Self; 3] = [Self::Auto, Self::F32, Self::F64];
 
-    /// Its name in flags and results.
+    /// Its name in settings and results.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

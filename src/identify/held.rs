@@ -141,20 +141,20 @@ pub(super) fn lag_by_speed(record: &Record) -> Result<[f64; 2]> {
 
 /// What the outputs say of an assumption, in words.
 impl Between {
-    /// As a warning, with the flag that follows it.
+    /// As a warning, with the setting that follows it.
     #[must_use]
     pub fn warning(&self) -> Warning {
         self.warning_of(Quantity::Voltage)
     }
 
     fn warning_of(&self, driver: Quantity) -> Warning {
-        let (what, flag) = match self.better {
+        let (what, follows) = match self.better {
             Discretization::Foh => ("as if it had been sampled while it went on in between", "foh"),
             _ => ("as if it had been held in between", "zoh"),
         };
         let smaller = significant(100.0 * (1.0 - self.sigma_ratio), 2);
         Warning {
-            remedy: Some(text!("Use " [Discretization = "{flag}"] ".")),
+            remedy: Some(text!("Use " [Discretization = "{follows}"] ".")),
             place: Some(Place { quantity: Some(driver), ..Place::default() }),
             ..Warning::new(
                 "between_samples",

@@ -55,7 +55,7 @@ impl Outlook {
 const LENGTH_SEARCHED: usize = 50_000;
 
 impl<'a> Inspection<'a> {
-    /// Looks for what is odd, and identifies the motor without any flag for what that says of the recording.
+    /// Looks for what is odd, and identifies the motor with the usual settings for what that says of the recording.
     #[must_use]
     pub fn of(record: &'a Record) -> Self {
         // Where Steiglitz–McBride cannot serve, a search of a long recording takes longer than an inspection may.

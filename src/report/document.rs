@@ -63,7 +63,7 @@ fn columns(record: &Record) -> Value {
     columns.collect()
 }
 
-/// The document of `identify --json`.
+/// The JSON document of an identification.
 pub struct IdentifyDocument;
 
 impl IdentifyDocument {
@@ -146,7 +146,7 @@ fn validation(validation: &Validation) -> Value {
     })
 }
 
-/// The document of `evaluate --json`.
+/// The JSON document of an evaluation.
 pub struct EvaluateDocument {
     /// How many were evaluated.
     pub candidates: u64,
@@ -273,15 +273,15 @@ fn ladder(ladder: &Ladder) -> Value {
     ladder.rungs.iter().map(rung).collect()
 }
 
-/// Settings by the names of their flags.
+/// Settings by their names.
 pub struct Names {
-    /// `--criterion`.
+    /// The criterion.
     pub criterion: &'static str,
-    /// `--scale`.
+    /// The scaling of the errors.
     pub scale: &'static str,
-    /// `--discretization`.
+    /// The one-step method.
     pub discretization: &'static str,
-    /// `--initial`.
+    /// The state at the first sample.
     pub initial: &'static str,
 }
 
@@ -298,7 +298,7 @@ impl Names {
     }
 }
 
-/// The document of `devices --json`.
+/// The JSON document of the devices of this machine.
 pub struct Devices;
 
 impl Devices {

@@ -61,7 +61,7 @@ impl Extension {
     /// What delays, and imitates each other.
     pub const LATE: [Self; 3] = [Self::DeadTime, Self::Latency, Self::SensorAverage];
 
-    /// Its name in flags and results.
+    /// Its name in settings and results.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

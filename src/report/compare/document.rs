@@ -1,4 +1,4 @@
-//! The document of `compare --json`.
+//! The JSON document of a comparison.
 
 use super::paper::paper_tables;
 use super::tables::{setting_name, tables};
@@ -10,7 +10,7 @@ use crate::report::spelling::command_line;
 use crate::study::compare::{Block, Comparison, Contest, Outcome, reached};
 use serde_json::{Map, Value, json as value};
 
-/// The document of `compare --json`.
+/// The JSON document of a comparison.
 pub struct CompareDocument;
 
 impl CompareDocument {

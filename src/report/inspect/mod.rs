@@ -73,7 +73,7 @@ impl SignalFacts {
     }
 }
 
-/// The document of `inspect --json`.
+/// The JSON document of inspections.
 pub struct InspectDocument;
 
 impl InspectDocument {

@@ -1,4 +1,4 @@
-//! What is compared, in words: the forms that flags and keyword arguments share.
+//! What is compared, in words: the forms that front ends share.
 
 use super::{Setting, Subject};
 use crate::criterion::Criterion;
