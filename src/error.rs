@@ -1,5 +1,6 @@
 //! The library's one error: what happened, where, and what to do about it.
 
+use crate::setting::{Spelling, Text};
 use crate::text::printable;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -21,9 +22,10 @@ pub enum ErrorKind {
     Device,
 }
 
-/// An error with its place and its remedy.
+/// An error with its place and its hint.
 ///
-/// `Display` gives place and message on one line, free of control characters; [`Error::remedy`] says what to do.
+/// `Display` gives place and message on one line, free of control characters; [`Error::hint`] says what to do. Both name
+/// settings as the library does; a front end spells them by [`Error::spelled`] and [`Text::spelled`].
 #[derive(Debug, Clone)]
 pub struct Error(Box<Inner>);
 
@@ -34,29 +36,29 @@ struct Inner {
     part: Option<String>,
     line: Option<u64>,
     column: Option<String>,
-    message: String,
-    remedy: String,
+    message: Text,
+    hint: Text,
 }
 
 impl Error {
     /// An error of a kind, with what happened and what to do.
-    pub fn new(kind: ErrorKind, message: impl Into<String>, remedy: impl Into<String>) -> Self {
-        let (message, remedy) = (message.into(), remedy.into());
-        Self(Box::new(Inner { kind, path: None, part: None, line: None, column: None, message, remedy }))
+    pub fn new(kind: ErrorKind, message: impl Into<Text>, hint: impl Into<Text>) -> Self {
+        let (message, hint) = (message.into().printable(), hint.into().printable());
+        Self(Box::new(Inner { kind, path: None, part: None, line: None, column: None, message, hint }))
     }
 
     /// A wrong setting.
-    pub fn usage(message: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self::new(ErrorKind::Usage, message, remedy)
+    pub fn usage(message: impl Into<Text>, hint: impl Into<Text>) -> Self {
+        Self::new(ErrorKind::Usage, message, hint)
     }
 
     /// Bad data.
-    pub fn data(message: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self::new(ErrorKind::Data, message, remedy)
+    pub fn data(message: impl Into<Text>, hint: impl Into<Text>) -> Self {
+        Self::new(ErrorKind::Data, message, hint)
     }
 
     /// Data that do not determine what was asked for.
-    pub fn not_identified(message: impl Into<String>, remedy: impl Into<String>) -> Self {
+    pub fn not_identified(message: impl Into<Text>, remedy: impl Into<Text>) -> Self {
         Self::new(ErrorKind::NotIdentified, message, remedy)
     }
 
@@ -94,44 +96,67 @@ impl Error {
         self.0.kind
     }
 
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        self.0.path.as_deref()
+    }
+
+    /// The part of the file: a sheet, a test.
+    #[must_use]
+    pub fn part(&self) -> Option<&str> {
+        self.0.part.as_deref()
+    }
+
     /// The line of the file, counted from 1 with the heading.
     #[must_use]
     pub fn line(&self) -> Option<u64> {
         self.0.line
     }
 
-    /// What happened, without its place.
+    /// The column of the file, by its heading.
     #[must_use]
-    pub fn message(&self) -> String {
-        printable(&self.0.message)
+    pub fn column(&self) -> Option<&str> {
+        self.0.column.as_deref()
+    }
+
+    /// What happened, without its place, free of control characters.
+    #[must_use]
+    pub fn message(&self) -> &Text {
+        &self.0.message
     }
 
     /// What to do about it, free of control characters.
     #[must_use]
-    pub fn remedy(&self) -> String {
-        printable(&self.0.remedy)
+    pub fn hint(&self) -> &Text {
+        &self.0.hint
+    }
+
+    /// Place and message on one line.
+    #[must_use]
+    pub fn text(&self) -> Text {
+        let inner = &self.0;
+        let place = [
+            inner.path.as_ref().map(|path| path.display().to_string()),
+            inner.part.clone(),
+            inner.line.map(|line| format!("line {line}")),
+            inner.column.as_ref().map(|column| format!("column {column}")),
+        ];
+        let place = place.into_iter().flatten().collect::<Vec<_>>().join(", ");
+        let joint = if place.is_empty() { "" } else { ": " };
+        Text::from(printable(&place)).and(joint).and(&inner.message)
+    }
+
+    /// Place and message in the words of a front end.
+    #[must_use]
+    pub fn spelled(&self, spelling: Spelling) -> String {
+        self.text().spelled(spelling)
     }
 }
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let inner = &self.0;
-        let mut place = Vec::new();
-        if let Some(path) = &inner.path {
-            place.push(path.display().to_string());
-        }
-        if let Some(part) = &inner.part {
-            place.push(part.clone());
-        }
-        if let Some(line) = inner.line {
-            place.push(format!("line {line}"));
-        }
-        if let Some(column) = &inner.column {
-            place.push(format!("column {column}"));
-        }
-        let place = place.join(", ");
-        let joint = if place.is_empty() { "" } else { ": " };
-        f.write_str(&printable(&format!("{place}{joint}{}", inner.message)))
+        self.text().fmt(f)
     }
 }
 

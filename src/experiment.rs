@@ -4,6 +4,7 @@ use crate::criterion::Noise;
 use crate::motor::{Beginning, Discretization, Drive, Extended, Extensions, Parameters, Setting, walk, walk_extended};
 use crate::numeric::{count, whole};
 use crate::record::{Record, SAMPLES_MAX, Samples};
+use crate::setting::text;
 use crate::{Error, Result};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
@@ -47,7 +48,7 @@ impl Excitation {
         if !(1.0..count(SAMPLES_MAX)).contains(&steps) {
             return Err(Error::usage(
                 format!("{steps} steps, expected 1 to {}", SAMPLES_MAX - 1),
-                "Change --duration or --period.",
+                text!("Change " [Duration] " or " [Period] "."),
             ));
         }
         Ok((0..=whole(steps)).map(|n| count(n) * period_s).collect())

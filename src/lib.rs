@@ -37,6 +37,7 @@ pub mod numeric;
 pub mod optimize;
 pub mod record;
 pub mod report;
+pub mod setting;
 pub mod study;
 pub mod text;
 pub mod warning;

@@ -1,6 +1,7 @@
 //! Warnings: what the reader of a result should know, with its place in a recording.
 
 use crate::record::{Finding, Quantity, Record, Severity};
+use crate::setting::{Spelling, Text};
 use crate::text::significant;
 use std::fmt;
 
@@ -12,11 +13,11 @@ pub struct Warning {
     /// Whether parameters are likely off for it, or it is just good to know.
     pub severity: Severity,
     /// In words.
-    pub message: String,
+    pub message: Text,
     /// Where it is, of what is found in a recording.
     pub place: Option<Place>,
     /// What to do about it, where the message does not say.
-    pub remedy: Option<String>,
+    pub remedy: Option<Text>,
 }
 
 /// Where in a recording something is.
@@ -80,7 +81,7 @@ impl Place {
 
 impl Warning {
     /// A warning without a place.
-    pub fn new(code: &'static str, message: impl Into<String>) -> Self {
+    pub fn new(code: &'static str, message: impl Into<Text>) -> Self {
         Self { code, severity: Severity::Report, message: message.into(), place: None, remedy: None }
     }
 
@@ -91,13 +92,14 @@ impl Warning {
         Self { code, severity, message, place, remedy: Some(remedy) }
     }
 
-    /// On one line, for people.
+    /// Returns the warning on one line, in the words of a front end.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub fn spelled(&self, spelling: Spelling) -> String {
         let place = self.place.as_ref().map_or_else(String::new, |place| format!("{place}: "));
-        let remedy = self.remedy.as_ref().map_or_else(String::new, |remedy| format!(" {remedy}"));
-        let end = if self.remedy.is_some() && !self.message.ends_with('.') { "." } else { "" };
-        format!("{place}{}{end}{remedy}", self.message)
+        let message = self.message.spelled(spelling);
+        let remedy = self.remedy.as_ref().map_or_else(String::new, |remedy| format!(" {}", remedy.spelled(spelling)));
+        let end = if self.remedy.is_some() && !message.ends_with('.') { "." } else { "" };
+        format!("{place}{message}{end}{remedy}")
     }
 }
 

@@ -205,7 +205,7 @@ fn unknown_adapters_are_errors() {
     for selector in [Selector::Index(99), Selector::Name("no such adapter".to_owned())] {
         let error = Gpu::open(&selector, None).err().unwrap();
         assert_eq!(error.kind(), motorfit::ErrorKind::Device);
-        assert!(!error.remedy().is_empty());
+        assert!(!error.hint().is_empty());
     }
 }
 

@@ -7,10 +7,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// The modules in the order of the flow. Each may use those before it, and the ground: error, text, numeric, candidates.
-const ORDER: [&str; 16] = [
+/// The modules in the order of the flow. Each may use those before it, and the ground: error, text, setting, numeric, candidates.
+const ORDER: [&str; 17] = [
     "error",
     "text",
+    "setting",
     "numeric",
     "candidates",
     "record",
@@ -34,7 +35,7 @@ const FORBIDDEN: [(&str, &[&str]); 5] = [
     ("evaluate", &["optimize", "experiment", "warning"]),
     ("estimate", &["optimize", "experiment", "warning"]),
 ];
-const GROUND: [&str; 7] = ["error", "text", "numeric", "candidates", "Error", "ErrorKind", "Result"];
+const GROUND: [&str; 8] = ["error", "text", "setting", "numeric", "candidates", "Error", "ErrorKind", "Result"];
 
 fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
@@ -231,6 +232,49 @@ fn a_circle_of_files_is_found() {
 fn the_reader_of_paths_reads_paths() {
     let text = "use crate::{Error, motor::X};\nlet a = crate::study::go(); // crate::cli";
     assert_eq!(used(text).into_iter().collect::<Vec<_>>(), ["Error", "motor", "study"]);
+}
+
+/// The flags and commands of the program that a source names: `--word`, or its name before one of its commands.
+fn spelled(source: &str) -> Vec<String> {
+    const COMMANDS: [&str; 10] =
+        ["identify", "evaluate", "compare", "sweep", "simulate", "inspect", "bench", "devices", "completions", "man"];
+    let word = |text: &str| text.chars().take_while(|c| c.is_ascii_lowercase() || *c == '-').collect::<String>();
+    let follows = |before: &str| !before.ends_with(|c: char| c.is_alphanumeric() || c == '-');
+    let mut found = Vec::new();
+    for (at, dashes) in source.match_indices("--") {
+        let name = word(&source[at + dashes.len()..]);
+        if follows(&source[..at]) && name.starts_with(|c: char| c.is_ascii_lowercase()) {
+            found.push(format!("--{name}"));
+        }
+    }
+    for (at, program) in source.match_indices("motorfit ") {
+        let name = word(&source[at + program.len()..]);
+        found.extend(COMMANDS.contains(&name.as_str()).then(|| format!("{program}{name}")));
+    }
+    found
+}
+
+/// The library's sources without their tests: those of the command line are in folders of their own.
+#[test]
+fn the_library_names_no_flag() {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    for path in files(&source) {
+        let relative = path.strip_prefix(&source).unwrap();
+        let parts: Vec<&str> = relative.iter().map(|part| part.to_str().unwrap()).collect();
+        let is_test = parts.iter().any(|part| ["tests", "tests.rs", "sample.rs"].contains(part));
+        if parts[0] == "cli" || is_test || relative.extension().is_none_or(|kind| kind != "rs") {
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).unwrap();
+        let library = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
+        assert_eq!(spelled(library), Vec::<String>::new(), "{}", relative.display());
+    }
+}
+
+#[test]
+fn the_reader_of_flags_reads_flags() {
+    let text = "\"use --fix K=1 (--time-origin)\" a --> b // `motorfit sweep run`, motorfit records, x--y";
+    assert_eq!(spelled(text), ["--fix", "--time-origin", "motorfit sweep"]);
 }
 
 #[test]

@@ -240,7 +240,7 @@ fn offsets_and_cuts() {
         Preparation { decimate: Some(2000), ..Preparation::default() },
         Preparation { filter: Some("butterworth:600".parse().unwrap()), ..Preparation::default() },
     ] {
-        assert!(!bad.apply(&clean).unwrap_err().remedy().is_empty());
+        assert!(!bad.apply(&clean).unwrap_err().hint().is_empty());
     }
 }
 

@@ -96,7 +96,7 @@ fn columns_can_be_named() {
     ] {
         let error = read_with(CANONICAL, columns).unwrap_err();
         assert!(error.to_string().contains(part), "{error}");
-        assert!(!error.remedy().is_empty());
+        assert!(!error.hint().is_empty());
     }
     let both = CANONICAL.replace("voltage_V", "current_1_A").replace("current_A", "current_2_A");
     assert!(read(&both).unwrap_err().to_string().contains("look like current"));
@@ -132,7 +132,7 @@ fn faults_name_their_place() {
         let error = read(&text).unwrap_err();
         assert_eq!(error.line(), line, "{error}");
         assert!(error.to_string().contains(part), "{error} lacks {part}");
-        assert!(!error.remedy().is_empty());
+        assert!(!error.hint().is_empty());
     }
     for bytes in [&b"\xff\xfet\0i\0"[..], b"\x7fELF\0\0\0", b"\xef\xbb\xbf"] {
         assert!(read_csv_bytes(bytes, None, &[]).is_err());
@@ -179,7 +179,7 @@ proptest! {
     ) {
         for head in [heading.as_str(), "t,u,i,w", "t;u;i;w"] {
             if let Err(error) = read(&format!("{head}\n{body}")) {
-                prop_assert!(!error.remedy().is_empty());
+                prop_assert!(!error.hint().is_empty());
                 prop_assert!(!error.to_string().chars().any(motorfit::text::is_unsafe));
             }
         }

@@ -535,7 +535,7 @@ fn what_the_data_cannot_tell_is_an_error_with_words() {
     let error = identify(&[steady], &IdentifySpec::default()).unwrap_err();
     assert_eq!(error.kind(), motorfit::ErrorKind::NotIdentified);
     assert!(error.to_string().contains("cannot tell"), "{error}");
-    assert!(error.remedy().contains("voltage is constant"), "{}", error.remedy());
+    assert!(error.hint().to_string().contains("voltage is constant"), "{}", error.hint());
 }
 
 #[test]

@@ -23,7 +23,7 @@ fuzz_target!(|bytes: &[u8]| {
         ..ReadOptions::default()
     };
     match read_bytes(bytes, None, &options) {
-        Err(error) => assert!(!error.remedy().is_empty()),
+        Err(error) => assert!(!error.hint().is_empty()),
         Ok(records) => {
             for record in records {
                 let samples = record.samples();

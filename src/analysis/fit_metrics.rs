@@ -4,6 +4,7 @@ use crate::estimate::Refined;
 use crate::evaluate::Problem;
 use crate::numeric::{count, mean, squares_about};
 use crate::record::Record;
+use crate::setting::text;
 use crate::text::significant;
 use crate::warning::Warning;
 use std::borrow::Cow;
@@ -129,9 +130,9 @@ pub(crate) fn poor_fit(fit_percent: [Option<f64>; 2]) -> Option<Warning> {
     };
     let list: Vec<String> = ["current", "speed"].into_iter().zip(fit_percent).filter_map(poor).collect();
     (!list.is_empty()).then(|| {
-        let message = format!(
-            "the model does not fit ({}): do not use these parameters; check columns, units and signs, and --bounds",
-            list.join(", ")
+        let message = text!(
+            ("the model does not fit ({}): do not use these parameters; check columns, ", list.join(", "))
+            "units and signs, and " [Bounds]
         );
         Warning::new("poor_fit", message)
     })

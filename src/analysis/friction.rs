@@ -53,7 +53,7 @@ fn of_parameter(records: &[Record], parameter: Parameter, plain: &Problem, share
     let remedy = "Fit the recordings one by one, or record them alike: warm, with the same load, at like speeds.";
     Some(Warning {
         place: Some(Place { recording: Some("all recordings".to_owned()), figures, ..Place::default() }),
-        remedy: Some(remedy.to_owned()),
+        remedy: Some(remedy.into()),
         ..Warning::new("friction_differs", message)
     })
 }

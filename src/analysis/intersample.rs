@@ -11,6 +11,7 @@ use crate::evaluate::{Initial, Model};
 use crate::motor::{Axis, Discretization, Input, Parameter, Scope, Space};
 use crate::numeric;
 use crate::record::{Quantity, Record};
+use crate::setting::text;
 use crate::text::{engineering, significant};
 use crate::warning::{Place, Warning};
 use crate::{Error, Result};
@@ -140,20 +141,20 @@ pub(crate) fn lag_by_speed(record: &Record) -> Result<[f64; 2]> {
 
 /// What the outputs say of an assumption, in words.
 impl Between {
-    /// As a warning, with the flag that follows it.
+    /// As a warning, with the setting that follows it.
     #[must_use]
     pub fn warning(&self) -> Warning {
         self.warning_of(Quantity::Voltage)
     }
 
     fn warning_of(&self, driver: Quantity) -> Warning {
-        let (what, flag) = match self.better {
+        let (what, follows) = match self.better {
             Discretization::Foh => ("as if it had been sampled while it went on in between", "foh"),
             _ => ("as if it had been held in between", "zoh"),
         };
         let smaller = significant(100.0 * (1.0 - self.sigma_ratio), 2);
         Warning {
-            remedy: Some(format!("Use --discretization {flag}.")),
+            remedy: Some(text!("Use " [Discretization = "{follows}"] ".")),
             place: Some(Place { quantity: Some(driver), ..Place::default() }),
             ..Warning::new(
                 "between_samples",
@@ -195,11 +196,11 @@ fn coarse_against(records: &[Record], fastest: f64) -> Option<Warning> {
     let what = if record.is_interpolated() { "what stands between samples" } else { "what the input does within" };
     Some(Warning::new(
         "coarse_rate",
-        format!(
-            "{} between samples is long against the fastest time constant, {}: {what} is not known well enough, and the \
-             parameters are off by more than their errors; give a higher --rate, decimate less, or leave both out",
-            engineering(record.period_s(), "s", 3),
-            engineering(fastest, "s", 3)
+        text!(
+            ("{} between samples is long against ", engineering(record.period_s(), "s", 3))
+            ("the fastest time constant, {}: {what} is not known well enough, ", engineering(fastest, "s", 3))
+            "and the parameters are off by more than their errors; give a higher " [Rate]
+            ", decimate less, or leave both out"
         ),
     ))
 }

@@ -1,6 +1,7 @@
 //! Warnings about recordings, whatever they are used for.
 
 use crate::record::{Finding, Quantity, Record, Severity, diagnose};
+use crate::setting::{Text, text};
 use crate::warning::{Place, Warning, name_of};
 
 /// What is suspicious about recordings, each named.
@@ -18,11 +19,11 @@ pub fn warnings_of_records(records: &[Record]) -> Vec<Warning> {
 }
 
 /// The columns that were not used, in words.
-pub(crate) fn unused_columns(records: &[Record]) -> String {
+pub(crate) fn unused_columns(records: &[Record]) -> Text {
     let unused: Vec<String> = records.iter().flat_map(|r| r.source().ignored.iter().cloned()).take(12).collect();
     match unused.len() {
-        0 => String::new(),
-        _ => format!(" (columns not used: {}; name one with --columns)", unused.join(", ")),
+        0 => Text::default(),
+        _ => text!((" (columns not used: {}; name one with ", unused.join(", ")) [Columns] ")"),
     }
 }
 
@@ -45,9 +46,9 @@ pub fn record_warnings(record: &Record) -> Vec<Warning> {
     let period = record.period_s();
     let unit_open = columns.iter().any(|c| c.quantity == Quantity::Time && !c.unit_named);
     if period >= PERIOD_DOUBTED_S && unit_open && !warnings.iter().any(|w| w.code == "units") {
-        let message = format!(
-            "{period} s between samples is long for a motor; if the times are milliseconds, name the unit: --columns \
-             time=HEADING:ms"
+        let message = text!(
+            "{period} s between samples is long for a motor; if the times are milliseconds, name the unit: "
+                [Columns = "time=HEADING:ms"]
         );
         warnings.push(Warning::new("period_unit", message));
     }
@@ -62,7 +63,7 @@ pub fn record_warnings(record: &Record) -> Vec<Warning> {
     let assumed: Vec<String> =
         (columns.iter().filter(|c| !c.unit_named)).map(|c| format!("{} in {}", c.heading, c.unit)).collect();
     if !assumed.is_empty() {
-        let message = format!("no unit is named, taken to be {}; name it with --columns", assumed.join(", "));
+        let message = text!(("no unit is named, taken to be {}; name it with ", assumed.join(", "))[Columns]);
         warnings.push(Warning::new("unit_assumed", message));
     }
     if record.source().last_line_open {

@@ -8,6 +8,7 @@ use crate::estimate::{best_start, explained, fit_problem, initial_states, signal
 use crate::evaluate::{Model, Problem};
 use crate::motor::{Axis, Input, Parameter, Scope, Space};
 use crate::record::{Quantity, Record};
+use crate::setting::text;
 use crate::{Error, Result};
 use std::sync::Arc;
 
@@ -82,11 +83,11 @@ fn check_input(record: &Record, found: &FittedMotor<'_>) -> Result<()> {
     let (message, remedy) = match found.input {
         Input::Current => (
             "has a voltage, but the motor was fitted to recordings without one, whose input is the current",
-            "Leave its voltage out (--columns voltage=-), or fit recordings with a voltage.",
+            text!("Leave its voltage out (" [Columns = "voltage=-"] "), or fit recordings with a voltage."),
         ),
         Input::Voltage => (
             "has no voltage, but the motor was fitted to recordings with one",
-            "Hold out recordings with a voltage, or fit all without it (--columns voltage=-).",
+            text!("Hold out recordings with a voltage, or fit all without it (" [Columns = "voltage=-"] ")."),
         ),
     };
     Err(record.source().path.iter().fold(Error::data(message, remedy), |error, path| error.in_file(path)))

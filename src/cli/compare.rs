@@ -169,7 +169,6 @@ fn asked(args: &CompareArgs) -> Asked {
         set: args.set.clone(),
         bounds: args.bounds.clone(),
         fix: args.fix.clone(),
-        dashes: "--",
     }
 }
 

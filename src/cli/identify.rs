@@ -16,6 +16,7 @@ use motorfit::report::{
     IdentifyDocument, Names, characteristics_lines, identify_page, json, ladder_table, ladder_text, repeatability_text,
     verdicts,
 };
+use motorfit::setting::Setting;
 use motorfit::text::{engineering, significant};
 use motorfit::{Error, Result};
 use std::fmt::Write as _;
@@ -144,7 +145,7 @@ fn spec(args: &IdentifyArgs, style: &Style) -> Result<IdentifySpec> {
 fn method(args: &IdentifyArgs) -> Result<Method> {
     let mut method = methods::named(args.method);
     for item in &args.set {
-        let (key, value) = values::pair(item, "--set", "mutation=0.1")?;
+        let (key, value) = values::pair(item, Setting::Set, "mutation=0.1")?;
         method.set(key, value)?;
     }
     Ok(method)

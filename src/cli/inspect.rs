@@ -5,7 +5,8 @@ use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
 use super::{Outcome, reading};
 use motorfit::identify::{Inspection, Outlook};
-use motorfit::report::{InspectDocument, SignalFacts, inspect_page, json};
+use motorfit::report::{InspectDocument, SignalFacts, command_line, inspect_page, json};
+use motorfit::setting::Text;
 use motorfit::text::{printable, significant};
 use motorfit::{Error, Result};
 use std::fmt::Write as _;
@@ -85,7 +86,8 @@ fn identifiability(outlook: &Outlook) -> String {
             format!("  {STRONG}identifies{STRONG:#}: {errors} (standard errors)\n")
         }
         Outlook::Lacks { message, remedy } => {
-            format!("  {STRONG}does not identify all five{STRONG:#}: {}. {}\n", printable(message), printable(remedy))
+            let spelled = |text: &Text| printable(&text.spelled(command_line));
+            format!("  {STRONG}does not identify all five{STRONG:#}: {}. {}\n", spelled(message), spelled(remedy))
         }
     }
 }

@@ -5,6 +5,7 @@ use anstyle::{AnsiColor, Style as Paint};
 use clap::error::{ContextKind, ContextValue};
 use motorfit::identify::Warning;
 use motorfit::record::Severity;
+use motorfit::report::command_line;
 use motorfit::text::{nearest as nearest_of, printable};
 use motorfit::{Error, Result};
 use std::io::{self, IsTerminal as _, Write as _};
@@ -51,7 +52,8 @@ impl Style {
     }
 
     pub(crate) fn error(&self, error: &Error) {
-        self.line(&format!("{ERROR}error:{ERROR:#} {error}\n{HELP}help:{HELP:#} {}", error.remedy()));
+        let (message, hint) = (error.spelled(command_line), error.hint().spelled(command_line));
+        self.line(&format!("{ERROR}error:{ERROR:#} {message}\n{HELP}help:{HELP:#} {hint}"));
     }
 
     /// Warnings; remarks only where details are asked for.
@@ -63,7 +65,7 @@ impl Style {
     /// Warnings and remarks.
     pub(crate) fn findings<'a>(&self, warnings: impl IntoIterator<Item = &'a Warning>) {
         for warning in warnings.into_iter().filter(|_| !self.quiet) {
-            let text = printable(&warning.text());
+            let text = printable(&warning.spelled(command_line));
             match warning.severity {
                 Severity::Report => self.line(&format!("{WARNING}warning:{WARNING:#} {text} [{}]", warning.code)),
                 Severity::Mention => self.line(&format!("{DIM}note:{DIM:#} {text} [{}]", warning.code)),

@@ -7,6 +7,7 @@ use motorfit::criterion::{Criterion, Norm, Scale};
 use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::{DeviceSpec, IdentifySpec, PrecisionSpec, With, values};
 use motorfit::motor::{Discretization, Space};
+use motorfit::setting::Setting;
 use motorfit::{Error, Result};
 
 /// More threads than any machine has cores help nobody.
@@ -41,10 +42,10 @@ pub(super) fn spec(args: &ProblemArgs, device: &DeviceArgs, style: &Style) -> Re
     Ok(IdentifySpec {
         criterion: Criterion { norm, scale, time_origin_s: args.time_origin, noise },
         model: Model { discretization: args.discretization.map_or(Discretization::Zoh, discretization), initial },
-        space: space(&values::bounds(&args.bounds)?, &values::parameters(&args.fix, "--fix")?)?,
+        space: space(&values::bounds(&args.bounds)?, &values::parameters(&args.fix, Setting::Fix)?)?,
         auto_bounds: values::auto_bounds(&args.bounds)?,
         with: With::parse(&args.with)?,
-        per_recording: values::named(&args.per_recording, "--per-recording")?,
+        per_recording: values::named(&args.per_recording, Setting::PerRecording)?,
         ..chosen
     })
 }

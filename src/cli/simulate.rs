@@ -8,6 +8,7 @@ use motorfit::identify::values;
 use motorfit::motor::Discretization;
 use motorfit::record::{parse_columns, read_inputs, write_csv};
 use motorfit::report::SignalFacts;
+use motorfit::setting::Setting;
 use motorfit::text::{excerpt, significant};
 use motorfit::{Error, Result};
 use std::path::Path;
@@ -54,7 +55,7 @@ fn excitation(args: &SimulateArgs) -> Result<Excitation> {
         let message = format!("--input: \"{}\" is not step:VOLTS@SECONDS", excerpt(&args.input));
         return Err(Error::usage(message, "Write --input step:10.5@1."));
     };
-    let (volts, at) = (values::number(volts, "--input")?, values::number(at, "--input")?);
+    let (volts, at) = (values::number(volts, Setting::Input)?, values::number(at, Setting::Input)?);
     if at > args.duration {
         let message = format!("the step at {at} s is after the end at {} s", args.duration);
         return Err(Error::usage(message, "Lengthen --duration or step earlier."));

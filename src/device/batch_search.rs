@@ -5,6 +5,7 @@ use crate::Result;
 use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Evaluator, Group, Pending, Problem, Scalar};
 use crate::optimize::Evaluate;
+use crate::setting::text;
 use crate::warning::Warning;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -172,7 +173,7 @@ impl Lockstep {
         match self.opened.evaluator.evaluate(&Batch { groups: &groups }, &mut cost) {
             Ok(()) => Some(cost[0] - Scalar::cost(&problem, values)),
             Err(error) => {
-                let message = format!("{error}; the result itself is the oracle's");
+                let message = text!({error.text()} "; the result itself is the oracle's");
                 self.opened.warnings.push(Warning::new("gpu_failed", message));
                 None
             }

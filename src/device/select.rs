@@ -4,6 +4,7 @@ use super::throughput_profile::Paces;
 #[cfg(feature = "gpu")]
 use super::throughput_profile::{AdapterPace, Work};
 use crate::evaluate::{Evaluator, Problem, Simd};
+use crate::setting::text;
 use crate::text::excerpt;
 use crate::warning::Warning;
 use crate::{Error, ErrorKind, Result};
@@ -42,8 +43,8 @@ impl FromStr for DeviceSpec {
                 Some((_, Ok(index))) => Ok(Self::GpuIndex(index)),
                 Some((name, Err(_))) if !name.is_empty() => Ok(Self::GpuName(name.to_owned())),
                 _ => Err(Error::usage(
-                    format!("--device: \"{}\" is no device", excerpt(other)),
-                    "Give auto, cpu, gpu, gpu:INDEX or gpu:NAME; motorfit devices lists what is there.",
+                    text!([Device](": \"{}\" is no device", excerpt(other))),
+                    text!("Give auto, cpu, gpu, gpu:INDEX or gpu:NAME; " [Command::Devices] " lists what is there."),
                 )),
             },
         }
@@ -66,7 +67,7 @@ impl PrecisionSpec {
     /// All there are.
     pub const ALL: [Self; 3] = [Self::Auto, Self::F32, Self::F64];
 
-    /// Its name in flags and results.
+    /// Its name in settings and results.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -172,7 +173,7 @@ impl Opened {
                 Ok(evaluator) => self.evaluator = evaluator,
                 Err(error) => return self.replace(&error, failures + 1),
             }
-            self.warnings.push(Warning::new("gpu_reopened", format!("{error}; the device was opened anew")));
+            self.warnings.push(Warning::new("gpu_reopened", text!({error.text()} "; the device was opened anew")));
         } else if self.kind == "gpu" && matches!(self.on_loss, OnLoss::Cpu | OnLoss::ReopenOrCpu) {
             self.warnings.push(taken_over(error));
             self.evaluator = Box::new(self.simd);
@@ -189,7 +190,7 @@ impl Opened {
         if settings.precision == PrecisionSpec::F32 && matches!(settings.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
             return Err(Error::usage(
                 "f32 is for GPUs: the CPU evaluates in f64 only",
-                "Add --device gpu, or leave --precision out.",
+                text!("Add " [Device = "gpu"] ", or leave " [Precision] " out."),
             ));
         }
         let mut opened = open(settings, problem)?;
@@ -244,7 +245,7 @@ fn open_gpu(selector: &gpu::Selector, precision: PrecisionSpec) -> Result<Opened
     };
     let gpu = Gpu::open(selector, precision)?;
     let software = gpu.facts().kind == "software";
-    let message = format!("{} is a software adapter: slower than --device cpu", gpu.facts().name);
+    let message = text!(("{} is a software adapter: slower than ", gpu.facts().name)[Device = "cpu"]);
     let warnings = software.then_some(Warning::new("software_adapter", message));
     let slice_steps = if software { SLICE_STEPS } else { SLICE_STEPS_GPU };
     let warnings = warnings.into_iter().collect();
@@ -261,12 +262,12 @@ fn open(settings: &DeviceSettings, _: &Problem) -> Result<Opened> {
     Err(Error::new(
         ErrorKind::Device,
         "this build has no GPU evaluation",
-        "Build with the feature gpu, or use --device cpu.",
+        text!("Build with the feature gpu, or use " [Device = "cpu"] "."),
     ))
 }
 
 pub(super) fn taken_over(error: &Error) -> Warning {
-    Warning::new("gpu_failed", format!("{error}; the CPU evaluates instead"))
+    Warning::new("gpu_failed", text!({error.text()} "; the CPU evaluates instead"))
 }
 
 /// The place of a real adapter that will win; `None` where the work is too small for that to be looked for. Adapters that

@@ -1,5 +1,6 @@
 //! The threads that work runs on.
 
+use crate::setting::text;
 use crate::{Error, Result};
 
 /// Does `work` inside a pool of so many threads, `None` in that of the caller: its threads then need no waking between
@@ -9,7 +10,8 @@ use crate::{Error, Result};
 /// `Usage` when threads cannot be started, and those of `work`.
 pub fn with_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
     let pool = threads.map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build()).transpose();
-    let pool = pool.map_err(|e| Error::usage(format!("threads cannot be started: {e}"), "Give fewer --threads."))?;
+    let hint = || text!("Give fewer " [Threads] ".");
+    let pool = pool.map_err(|e| Error::usage(format!("threads cannot be started: {e}"), hint()))?;
     match pool {
         Some(pool) => pool.install(work),
         None => rayon::scope(|_| work()),

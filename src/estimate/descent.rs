@@ -6,6 +6,7 @@ use super::refined::{EVALUATIONS_MAX, Refined, SMALLEST, STEP_MAX};
 use super::uncertainty::uncertainty;
 use crate::evaluate::Signals;
 use crate::numeric;
+use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -45,7 +46,7 @@ impl<'a> Search<'a> {
             return Err(Error::new(
                 ErrorKind::NotIdentified,
                 "the motor diverges where the refinement begins",
-                "Start elsewhere, or use --discretization zoh, which cannot diverge by itself.",
+                text!("Start elsewhere, or use " [Discretization = "zoh"] ", which cannot diverge by itself."),
             ));
         }
         Ok(Self { fit, lower, upper, at, normal, sigma, damping: 1e-3, evaluations: 1 })

@@ -1,5 +1,6 @@
 //! Reasons why Steiglitz–McBride gives no estimate.
 
+use crate::setting::text;
 use crate::{Error, ErrorKind};
 
 /// Why there is no estimate.
@@ -59,9 +60,9 @@ impl SmFailure {
 impl From<SmFailure> for Error {
     fn from(failure: SmFailure) -> Self {
         let remedy = match failure {
-            SmFailure::ChannelMissing | SmFailure::Irregular | SmFailure::Held => "Use --method auto.",
-            SmFailure::RankDeficient => "Record while the voltage changes.",
-            _ => "Use --method auto; check the signs and units of the columns.",
+            SmFailure::ChannelMissing | SmFailure::Irregular | SmFailure::Held => text!("Use " [Method = "auto"] "."),
+            SmFailure::RankDeficient => "Record while the voltage changes.".into(),
+            _ => text!("Use " [Method = "auto"] "; check the signs and units of the columns."),
         };
         Self::new(ErrorKind::NotIdentified, format!("Steiglitz–McBride failed: {}", failure.message()), remedy)
     }

@@ -10,6 +10,7 @@ use crate::motor::{
     Discretization, Extended, Extensions, Extent, Input, Method, Parameters, Setting, Space, walk, walk_extended,
 };
 use crate::record::{Quantity, Record};
+use crate::setting::text;
 use std::sync::Arc;
 
 /// Stretches of constant inputs.
@@ -225,9 +226,11 @@ fn input(records: &[Record]) -> Result<Input> {
         (None, _) => Ok(Input::Voltage),
         (Some(record), Some(_)) => {
             let message = "has no voltage, while other recordings of this fit have one";
-            let remedy =
-                "Fit the recordings without a voltage by themselves, or name the column: --columns voltage=HEADING:V.";
-            let error = crate::Error::data(message, remedy);
+            let hint = text!(
+                "Fit the recordings without a voltage by themselves, or name the column: "
+                [Columns = "voltage=HEADING:V"] "."
+            );
+            let error = crate::Error::data(message, hint);
             Err(record.source().path.iter().fold(error, |error, path| error.in_file(path)))
         }
     }

@@ -5,6 +5,7 @@ use crate::criterion::Criterion;
 use crate::motor::{Beginning, Discretization, Drive};
 use crate::numeric::{count, noise_sigma, peak};
 use crate::record::Record;
+use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
 use std::sync::OnceLock;
 
@@ -27,7 +28,7 @@ impl Initial {
     /// All there are.
     pub const ALL: [Self; 4] = [Self::Auto, Self::Zero, Self::Measured, Self::Free];
 
-    /// Its name in flags and results.
+    /// Its name in settings and results.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -311,11 +312,11 @@ fn divisor(criterion: &Criterion, channel: usize, signal: &[f64]) -> Result<f64>
     let (message, remedy) = match criterion.scale {
         crate::criterion::Scale::Noise => (
             format!("the noise of the {name} cannot be estimated: it shows none"),
-            "Give it (--noise i=SIGMA,w=SIGMA) or choose another --scale.",
+            text!("Give it (" [Noise = "i=SIGMA,w=SIGMA"] ") or choose another " [Scale] "."),
         ),
         _ => (
             format!("the {name} is constant, {}: it tells nothing about the motor", signal[0]),
-            "Record while the voltage changes, or leave the column out if it was not connected.",
+            "Record while the voltage changes, or leave the column out if it was not connected.".into(),
         ),
     };
     Err(Error::new(ErrorKind::NotIdentified, message, remedy))

@@ -8,6 +8,7 @@ use crate::estimate::{Refined, describe};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Parameter, Space};
 use crate::record::{Record, diagnose, driver};
+use crate::setting::text;
 use crate::warning::Warning;
 use crate::{Error, Result};
 
@@ -16,7 +17,7 @@ pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem)
     if spec.method == Method::SteiglitzMcBride && !spec.space.fixed().is_empty() {
         return Err(Error::usage(
             "Steiglitz–McBride estimates all five parameters and cannot hold any",
-            "Leave --fix out, or use --method auto.",
+            text!("Leave " [Fix] " out, or use " [Method = "auto"] "."),
         ));
     }
     spec.search(problem.space()).check()?;
@@ -36,13 +37,13 @@ pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem)
     if values <= free {
         return Err(Error::not_identified(
             format!("{values} measured values under {} for {free} free parameters", driver(records)),
-            "Record longer or faster, or hold parameters with --fix.",
+            text!("Record longer or faster, or hold parameters with " [Fix] "."),
         ));
     }
     if !problem.has_weight() {
         return Err(Error::not_identified(
-            "no sample counts: --time-origin is at or after the end of the recording",
-            "Give --time-origin in seconds from the start of the recording.",
+            text!("no sample counts: " [TimeOrigin] " is at or after the end of the recording"),
+            text!("Give " [TimeOrigin] " in seconds from the start of the recording."),
         ));
     }
     if spec.is_polished()
@@ -63,17 +64,17 @@ pub(super) fn after(
     let Some(what) = unknown(spec, space, refined) else { return Ok(None) };
     let constant = |r: &Record| r.input().windows(2).all(|v| v[0].to_bits() == v[1].to_bits());
     let input = driver(records);
-    let remedy = if records.iter().all(constant) {
-        format!("the {input} is constant: record it changing, or a step from rest, or hold parameters with --fix")
+    let (first, capital, what_else) = if records.iter().all(constant) {
+        ("the", "The", format!(" {input} is constant: record it changing, or a step from rest"))
     } else {
-        format!("record faster or longer, under a {input} that changes more, or hold parameters with --fix")
+        ("record", "Record", format!(" faster or longer, under a {input} that changes more"))
     };
+    let rest = text!("{what_else}, or hold parameters with "[Fix]);
     if spec.is_polished() {
         reversed_sign(records)?;
-        let (first, rest) = remedy.split_at(1);
-        return Err(Error::not_identified(what, format!("{}{rest}.", first.to_uppercase())));
+        return Err(Error::not_identified(what, text!("{capital}" {rest} ".")));
     }
-    Ok(Some(Warning::new("not_identifiable", format!("{what}; {remedy}"))))
+    Ok(Some(Warning::new("not_identifiable", text!("{what}; {first}" {rest}))))
 }
 
 /// The one parameter that the recordings cannot tell, where they tell all others: a direction of its own, or one of the

@@ -11,6 +11,7 @@ use crate::analysis::{lag_by_speed, unused_columns};
 use crate::motor::{Axis, Discretization, Extension, Parameter, Scope, Space, With};
 use crate::numeric::peak;
 use crate::record::{Quantity, Record, is_driven_by_current};
+use crate::setting::{Text, text};
 use crate::warning::Warning;
 use crate::{Error, Result};
 
@@ -35,8 +36,10 @@ pub fn needs_voltage(records: &[Record]) -> Result<()> {
     let Some(record) = records.iter().find(|record| record.driver() == Quantity::Current) else { return Ok(()) };
     let error = Error::data(
         "has no voltage: costs of R, L, K, B and J cannot be told without one",
-        "Use motorfit identify, which takes the current as the input, or name the column: --columns \
-         voltage=HEADING:V.",
+        text!(
+            "Use " [Command::Identify] ", which takes the current as the input, or name the column: "
+            [Columns = "voltage=HEADING:V"] "."
+        ),
     );
     Err(record.source().path.iter().fold(error, |error, path| error.in_file(path)))
 }
@@ -83,7 +86,8 @@ pub(super) fn current_driven(records: &[Record], spec: &IdentifySpec) -> Result<
 fn check(spec: &IdentifySpec) -> Result<()> {
     if spec.method == Method::SteiglitzMcBride {
         let message = "Steiglitz–McBride needs voltage, current and speed, and the recordings have no voltage";
-        return Err(Error::usage(message, "Use --method auto, or name the column: --columns voltage=HEADING:V."));
+        let hint = text!("Use " [Method = "auto"] ", or name the column: " [Columns = "voltage=HEADING:V"] ".");
+        return Err(Error::usage(message, hint));
     }
     let asked: &[Extension] = if let With::These(list) = &spec.with { list } else { &[] };
     let extent = spec.space.extent();
@@ -99,9 +103,11 @@ fn check(spec: &IdentifySpec) -> Result<()> {
         _ => format!("{} is about the voltage, and the recordings have none", extension.name()),
     };
     let remedy = match extension {
-        Extension::Offset => "An offset of the current acts as a load: --with load, or subtract it with --offset.",
-        Extension::SensorAverage => "Leave Ni out; that of the speed is Nw.",
-        _ => "Leave it out, or name the voltage's column: --columns voltage=HEADING:V.",
+        Extension::Offset => {
+            text!("An offset of the current acts as a load: " [With = "load"] ", or subtract it with " [Offset] ".")
+        }
+        Extension::SensorAverage => "Leave Ni out; that of the speed is Nw.".into(),
+        _ => text!("Leave it out, or name the voltage's column: " [Columns = "voltage=HEADING:V"] "."),
     };
     Err(Error::usage(message, remedy))
 }
@@ -113,7 +119,7 @@ fn check_bounds(spec: &IdentifySpec) -> Result<()> {
     let symbol = axis.parameter.symbol();
     Err(Error::usage(
         format!("{symbol} has bounds, but current and speed tell only ratios of K, B, J, Tc and TL"),
-        format!("Hold K with --fix K=…, or leave the bounds of {symbol} out."),
+        text!("Hold K with " [Fix = "K=…"] ", or leave the bounds of {symbol} out."),
     ))
 }
 
@@ -144,18 +150,20 @@ fn guess(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
 
 fn warning(records: &[Record], spec: &IdentifySpec, scaled: bool) -> Warning {
     let between = match spec.model.discretization {
-        Discretization::Foh => "a line between its samples",
-        _ => {
-            "held between its samples, which takes it for late by half a period if it was measured (--discretization foh)"
-        }
+        Discretization::Foh => "a line between its samples".into(),
+        _ => text!(
+            "held between its samples, which takes it for late by half a period if it was measured ("
+            [Discretization = "foh"] ")"
+        ),
     };
     let told = match scaled {
-        true => "R and L have no part in it",
-        false => {
-            "ratios are told, as kS, kV, kA, kG, gain and time constant; for K, B, J, Tc and TL hold one of them, as in \
-             --fix K=…; R and L have no part in it"
-        }
+        true => Text::default(),
+        false => text!(
+            "ratios are told, as kS, kV, kA, kG, gain and time constant; for K, B, J, Tc and TL hold one of them, as in "
+            [Fix = "K=…"] "; "
+        ),
     };
     let unused = unused_columns(records);
-    Warning::new("channel_missing", format!("no voltage{unused}: the current is the input, {between}; {told}"))
+    let message = text!("no voltage" {unused} ": the current is the input, " {between} "; " {told});
+    Warning::new("channel_missing", message.and("R and L have no part in it"))
 }

@@ -8,6 +8,7 @@ use crate::analysis::{Characteristic, Characteristics, between_samples, record_w
 use crate::device::DeviceSpec;
 use crate::motor::{Discretization, Parameter};
 use crate::record::{Quantity, Record};
+use crate::setting::Text;
 use crate::text::significant;
 use crate::warning::Warning;
 
@@ -33,9 +34,9 @@ pub enum Outlook {
     /// Not all of them.
     Lacks {
         /// Why.
-        message: String,
+        message: Text,
         /// What to do.
-        remedy: String,
+        remedy: Text,
     },
 }
 
@@ -56,7 +57,7 @@ impl Outlook {
 const LENGTH_SEARCHED: usize = 50_000;
 
 impl<'a> Inspection<'a> {
-    /// Looks for what is odd, and identifies the motor without any flag for what that says of the recording.
+    /// Looks for what is odd, and identifies the motor with the usual settings for what that says of the recording.
     #[must_use]
     pub fn of(record: &'a Record) -> Self {
         // Where Steiglitz–McBride cannot serve, a search of a long recording takes longer than an inspection may.
@@ -81,7 +82,7 @@ impl<'a> Inspection<'a> {
             Err(error) => {
                 let between = between_samples(record, None, spec.model.discretization);
                 say(between.ok().flatten().map(|between| between.warning()));
-                Outlook::Lacks { message: error.to_string(), remedy: error.remedy() }
+                Outlook::Lacks { message: error.text(), remedy: error.hint().clone() }
             }
         };
         Self { record, warnings, outlook }
@@ -99,7 +100,7 @@ fn lacking(found: &Identification) -> Outlook {
     };
     let told: Vec<String> = Characteristics::named_of(found).into_iter().filter_map(one).collect();
     Outlook::Lacks {
-        message: warning.map_or_else(String::new, |warning| warning.message.clone()),
-        remedy: if told.is_empty() { String::new() } else { format!("Told are {}.", told.join(", ")) },
+        message: warning.map_or_else(Text::default, |warning| warning.message.clone()),
+        remedy: if told.is_empty() { Text::default() } else { format!("Told are {}.", told.join(", ")).into() },
     }
 }

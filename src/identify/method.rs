@@ -2,6 +2,7 @@
 
 use super::values;
 use crate::optimize::{Genetic, GeneticOptions, Gwo, GwoOptions, Jaya, JayaOptions, Optimizer, Random, Setup, Sharing};
+use crate::setting::{Setting, text};
 use crate::text::excerpt;
 use crate::{Error, Result};
 
@@ -51,7 +52,7 @@ impl Method {
     /// # Errors
     /// `Usage` when the method has no such setting, or it cannot be this.
     pub fn set(&mut self, key: &str, value: &str) -> Result<()> {
-        let number = || values::number(value, "--set");
+        let number = || values::number(value, Setting::Set);
         match (self, key, value) {
             (Self::Gwo(gwo), "a-start", _) => gwo.a_start = number()?,
             (Self::Gwo(gwo), "a-end", _) => gwo.a_end = number()?,
@@ -64,13 +65,13 @@ impl Method {
             (Self::Genetic(genetic), "crossover", _) => genetic.crossover = number()?,
             (Self::Genetic(genetic), "elites", _) => {
                 genetic.elites = value.parse().map_err(|_| {
-                    let message = format!("--set elites=\"{}\" is no count", excerpt(value));
+                    let message = text!([Set](" elites=\"{}\" is no count", excerpt(value)));
                     Error::usage(message, "Give a whole number, 0 or more.")
                 })?;
             }
             _ => {
                 return Err(Error::usage(
-                    format!("--set \"{}={}\" is no setting of this method", excerpt(key), excerpt(value)),
+                    text!([Set](" \"{}={}\" is no setting of this method", excerpt(key), excerpt(value))),
                     "gwo has a-start and a-end; jaya sharing=generation|agent and greedy=true|false; \
                      ga mutation, pressure, crossover and elites.",
                 ));

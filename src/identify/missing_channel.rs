@@ -10,6 +10,7 @@ use crate::analysis::{guess_by_speed, unused_columns};
 use crate::motor::{Axis, Parameter, Scope, Space};
 use crate::numeric::peak;
 use crate::record::{Record, is_driven_by_current};
+use crate::setting::{Text, text};
 use crate::warning::Warning;
 
 /// Friction of the motor that stands for others by their speed, in parts of K²/R.
@@ -59,7 +60,7 @@ pub(super) fn single_channel(records: &[Record], spec: &IdentifySpec) -> Result<
         space: Space::new(free, fix)?,
         motor,
         unknown: unknown.iter().copied().filter(|p| !held(*p)).collect(),
-        warning: Warning::new("channel_missing", format!("{what}; {told}; for the others {remedy}")),
+        warning: Warning::new("channel_missing", text!({what} "; {told}; for the others " {remedy})),
     }))
 }
 
@@ -106,7 +107,7 @@ fn of_current(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
 }
 
 /// What speed alone or current alone cannot give, and what to do.
-pub(super) fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option<(String, String)> {
+pub(super) fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option<(Text, Text)> {
     if is_driven_by_current(records) {
         return None;
     }
@@ -115,12 +116,16 @@ pub(super) fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option
     let missing = |channel: usize| records.iter().all(|r| r.measured()[channel].is_none());
     let unused = unused_columns(records);
     if missing(0) && free.len() > 3 {
-        let what =
-            format!("no current{unused}: speed alone fixes three combinations of the {} free parameters", free.len());
-        Some((what, "record the current, or hold two with --fix, R and K for example.".to_owned()))
+        let count = free.len();
+        Some((
+            text!("no current" {unused} ": speed alone fixes three combinations of the {count} free parameters"),
+            text!("record the current, or hold two with " [Fix] ", R and K for example."),
+        ))
     } else if missing(1) && [Parameter::K, Parameter::B, Parameter::J].into_iter().all(is_free) {
-        let what = format!("no speed{unused}: current alone leaves K, B and J free along K : B : J = 1 : 2 : 2");
-        Some((what, "record the speed or hold K with --fix.".to_owned()))
+        Some((
+            text!("no speed" {unused} ": current alone leaves K, B and J free along K : B : J = 1 : 2 : 2"),
+            text!("record the speed or hold K with " [Fix] "."),
+        ))
     } else {
         None
     }

@@ -12,6 +12,7 @@ use crate::estimate::{Refined, best_start, carried, explained, refine_on, warmed
 use crate::evaluate::Problem;
 use crate::motor::{Extension, Parameter, Scope, Space, With};
 use crate::record::{Record, is_driven_by_current};
+use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -232,11 +233,13 @@ pub(super) fn check_per_recording(spec: &IdentifySpec, space: &Space) -> Result<
     let extension = Extension::ALL.into_iter().find(|e| e.parameters().contains(parameter));
     let is_held = space.fixed().iter().any(|(of, ..)| of == parameter);
     let (what, remedy) = match extension {
-        _ if is_held => ("is held", format!("Leave {symbol} out of --per-recording, or do not hold it.")),
-        Some(extension) => ("is not in the model", format!("Add --with {}, or leave {symbol} out.", extension.name())),
-        None => ("is not in the model", format!("Leave {symbol} out of --per-recording.")),
+        _ if is_held => ("is held", text!("Leave {symbol} out of " [PerRecording] ", or do not hold it.")),
+        Some(extension) => {
+            ("is not in the model", text!("Add " [With = "{}", extension.name()] ", or leave {symbol} out."))
+        }
+        None => ("is not in the model", text!("Leave {symbol} out of " [PerRecording] ".")),
     };
-    Err(Error::usage(format!("--per-recording: {symbol} {what}"), remedy))
+    Err(Error::usage(text!([PerRecording] ": {symbol} {what}"), remedy))
 }
 
 /// Returns the space of a search with the extensions that a spec names.
@@ -246,8 +249,9 @@ pub(super) fn check_per_recording(spec: &IdentifySpec, space: &Space) -> Result<
 pub(super) fn named_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
     let prepared = Prepared::as_given(records, spec)?;
     let Some(list) = prepared.named() else {
-        let message = "--with auto chooses by fits, and there are none here";
-        return Err(Error::usage(message, "Name the extensions, as in --with coulomb,dead-time."));
+        let message = text!([With = "auto"] " chooses by fits, and there are none here");
+        let hint = text!("Name the extensions, as in " [With = "coulomb,dead-time"] ".");
+        return Err(Error::usage(message, hint));
     };
     let start = start(&prepared)?;
     let space = extended_space(records, spec, &start.space, (list, &start.motors[0]))?;

@@ -6,6 +6,7 @@ use crate::estimate::Estimate;
 use crate::evaluate::{Problem, Scalar};
 use crate::motor::Axis;
 use crate::optimize::{Budget, Progress, Run, Stop, minimize};
+use crate::setting::text;
 use crate::warning::Warning;
 use crate::{Error, Result};
 use std::ops::ControlFlow;
@@ -68,7 +69,10 @@ pub(super) fn population(
     let Some(best) = best else {
         return Err(Error::not_identified(
             format!("all {} candidates diverge", run.evaluations),
-            "Check the units of the recording and --bounds; --discretization zoh cannot diverge by itself.",
+            text!(
+                "Check the units of the recording and " [Bounds] "; " [Discretization = "zoh"]
+                " cannot diverge by itself."
+            ),
         ));
     };
     let cost_difference = evaluation.cost_difference(0, best.values);

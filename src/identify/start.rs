@@ -13,6 +13,7 @@ use crate::estimate::{
 use crate::evaluate::{Problem, Scalar};
 use crate::motor::{Axis, Parameter, Space, With};
 use crate::record::Record;
+use crate::setting::text;
 use crate::{Error, Result};
 
 /// Where an identification starts.
@@ -129,8 +130,10 @@ pub(super) fn asked_space(records: &[Record], spec: &IdentifySpec) -> Result<Spa
     match (&spec.with, held_motor(&spec.space)) {
         (With::These(list), Some(motor)) => extended_space(records, spec, &spec.space, (list, &motor)),
         (With::Auto, Some(_)) => {
-            let message = "every parameter is held, and --with auto compares fits of the linear motor with others";
-            Err(Error::usage(message, "Name the extensions, as in --with load, or leave a parameter free."))
+            let what = "compares fits of the linear motor with others";
+            let message = text!("every parameter is held, and " [With = "auto"] " {what}");
+            let hint = text!("Name the extensions, as in " [With = "load"] ", or leave a parameter free.");
+            Err(Error::usage(message, hint))
         }
         _ => Ok(spec.space.clone()),
     }

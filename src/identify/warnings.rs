@@ -11,6 +11,7 @@ use crate::estimate::{SmFailure, Whiteness};
 use crate::evaluate::Initial;
 use crate::motor::{Input, Parameter};
 use crate::record::Record;
+use crate::setting::{Text, text};
 use crate::text::{engineering, significant};
 use crate::warning::Warning;
 
@@ -27,10 +28,11 @@ pub(super) fn of_recordings(records: &[Record], spec: &IdentifySpec) -> Vec<Warn
     }
     warnings.extend(
         missing_channel(records, spec)
-            .map(|(what, remedy)| Warning::new("channel_missing", format!("{what}; {remedy}"))),
+            .map(|(what, remedy)| Warning::new("channel_missing", what.and("; ").and(remedy))),
     );
     if spec.model.initial == Initial::Zero && records.iter().flat_map(Record::measured).flatten().any(moves_at_start) {
-        let message = "a recording does not start at rest, but --initial zero says so; use --initial free";
+        let say = "a recording does not start at rest, but ";
+        let message = text!("{say}" [Initial = "zero"] " says so; use " [Initial = "free"]);
         warnings.push(Warning::new("initial_state", message));
     }
     warnings
@@ -48,11 +50,11 @@ pub(super) fn with_normalized(mut warnings: Vec<Warning>, model: Option<&Normali
 /// What is said of a result.
 pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let mut warn = |code, message: String| warnings.push(Warning::new(code, message));
+    let mut warn = |code, message: Text| warnings.push(Warning::new(code, message));
     if found.searched.is_fallback && found.input == Input::Voltage {
         let failure = failure.unwrap_or(SmFailure::PoorFit);
         let message = format!("Steiglitz–McBride cannot serve: {}; a population search took over", failure.message());
-        warn("sm_failed", message);
+        warn("sm_failed", message.into());
     }
     for parameter in Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS) {
         if let Some(side) = found.at_bound(parameter) {
@@ -61,25 +63,23 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
                 let name = parameter.name();
                 warn(
                     "extension_idle",
-                    format!("the recordings show no {name}: {symbol} ended where it changes nothing"),
+                    format!("the recordings show no {name}: {symbol} ended where it changes nothing").into(),
                 );
                 continue;
             }
             warn(
                 "at_bound",
-                format!(
-                    "{symbol} ended at its {side} bound; widen it with --bounds, or the others hold only if it is right"
+                text!(
+                    "{symbol} ended at its {side} bound; widen it with " [Bounds]
+                    ", or the others hold only if it is right"
                 ),
             );
         }
     }
     warnings.extend(poor_fit(found.fit_percent));
-    let mut warn = |code, message: String| warnings.push(Warning::new(code, message));
+    let mut warn = |code, message: Text| warnings.push(Warning::new(code, message));
     if !found.converged {
-        warn(
-            "not_converged",
-            "the refinement has not come to its end: the result may be near the optimum only".to_owned(),
-        );
+        warn("not_converged", "the refinement has not come to its end: the result may be near the optimum only".into());
     }
     if let Some(uncertainty) = &found.uncertainty {
         let colored = |(name, white): (&str, &Option<Whiteness>)| {
@@ -94,7 +94,8 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
                     "the residuals are correlated, {}: the model misses something, or the sensors filter; the standard \
                      errors are then too small",
                     list.join(", ")
-                ),
+                )
+                .into(),
             );
         }
     }
@@ -104,9 +105,9 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
         let what = if rescued { "the refinement left it for a better one" } else { "a reference fits better" };
         warn(
             "search_stuck",
-            format!(
+            text!(
                 "the search ended in another optimum, whose weighted sum of squares is {times} times the best; {what}; \
-                 use --method auto, more --generations or another --seed"
+                 use " [Method = "auto"] ", more " [Generations] " or another " [Seed]
             ),
         );
     }

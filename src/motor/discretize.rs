@@ -35,7 +35,7 @@ impl Discretization {
     /// All there are.
     pub const ALL: [Self; 4] = [Self::Zoh, Self::Foh, Self::Rk4, Self::Euler];
 
-    /// Its name in flags and results.
+    /// Its name in settings and results.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -1,6 +1,7 @@
 //! Extensions of the linear motor: what real motors, drives and sensors add to it.
 
 use super::parameter::Parameter;
+use crate::setting::text;
 use crate::text::nearest;
 use crate::{Error, Result};
 
@@ -47,7 +48,7 @@ impl Extension {
     /// What delays, and imitates each other.
     pub const LATE: [Self; 3] = [Self::DeadTime, Self::Latency, Self::SensorAverage];
 
-    /// Its name in flags and results.
+    /// Its name in settings and results.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -90,7 +91,7 @@ impl std::str::FromStr for Extension {
             let names = Self::ALL.map(Self::name);
             let near = nearest(name, &names).map_or(String::new(), |near| format!("; did you mean {near}?"));
             Error::usage(
-                format!("--with: \"{}\" is no extension{near}", crate::text::excerpt(name)),
+                text!([With](": \"{}\" is no extension{near}", crate::text::excerpt(name))),
                 format!("Name {}, or auto.", names.join(", ")),
             )
         })
@@ -123,7 +124,7 @@ impl With {
             return match names.len() {
                 1 => Ok(Self::Auto),
                 _ => Err(Error::usage(
-                    "--with auto chooses among all extensions, yet others are named beside it",
+                    text!([With = "auto"] " chooses among all extensions, yet others are named beside it"),
                     "Give auto alone, or name the extensions.",
                 )),
             };

@@ -112,7 +112,7 @@ impl Parameter {
         &FACTS[self as usize]
     }
 
-    /// Its symbol, as in results and flags.
+    /// Its symbol, as in results and settings.
     #[must_use]
     pub fn symbol(self) -> &'static str {
         self.facts().symbol

@@ -1,5 +1,6 @@
 //! Headings: which column holds what, in which unit.
 
+use crate::setting::text;
 use crate::text::{alternatives, excerpt};
 use crate::{Error, Result};
 use std::fmt;
@@ -129,7 +130,7 @@ impl Quantity {
         }
     }
 
-    /// Its name in `--columns`.
+    /// The name of the quantity in requests for columns.
     pub(super) fn key(self) -> &'static str {
         match self {
             Time => "time",
@@ -181,10 +182,9 @@ impl Quantity {
             };
             Error::data(
                 format!("unit \"{}\" of {self} is not known", excerpt(unit)),
-                format!(
-                    "Name the unit with --columns {}=HEADING:UNIT, one of {}{more}.",
-                    self.key(),
-                    alternatives(&known)
+                text!(
+                    "Name the unit with " [Columns = "{}=HEADING:UNIT", self.key()]
+                    (", one of {}{more}.", alternatives(&known))
                 ),
             )
         })
@@ -230,18 +230,23 @@ pub struct ColumnRequest {
 /// # Errors
 /// `Usage` when an item has no `=`, an empty heading, or names no quantity, or a quantity comes twice.
 pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
-    const EXAMPLE: &str = "Write --columns time=Tempo:s,voltage=Tensao:V,current=Corrente:mA,speed=Velocidade:rad/s, or \
-                           columns by their numbers: --columns time=#1:s,voltage=#2:V.";
+    let example = || {
+        text!(
+            "Write " [Columns = "time=Tempo:s,voltage=Tensao:V,current=Corrente:mA,speed=Velocidade:rad/s"]
+            ", or columns by their numbers: " [Columns = "time=#1:s,voltage=#2:V"] "."
+        )
+    };
     let mut requests: Vec<ColumnRequest> = Vec::new();
     for item in text.split(',').filter(|item| !item.trim().is_empty()) {
         let Some((key, name)) = item.split_once('=').filter(|(_, name)| !name.trim().is_empty()) else {
-            return Err(Error::usage(format!("\"{}\" names no column", excerpt(item)), EXAMPLE));
+            return Err(Error::usage(format!("\"{}\" names no column", excerpt(item)), example()));
         };
         let quantity = Quantity::COLUMNS.into_iter().find(|q| q.key() == key.trim()).ok_or_else(|| {
-            Error::usage(format!("\"{}\" is no quantity of a recording", excerpt(key.trim())), EXAMPLE)
+            Error::usage(format!("\"{}\" is no quantity of a recording", excerpt(key.trim())), example())
         })?;
         if requests.iter().any(|r| r.quantity == quantity) {
-            return Err(Error::usage(format!("--columns names {quantity} twice"), "Name each quantity once."));
+            let message = text!([Columns] " names {quantity} twice");
+            return Err(Error::usage(message, "Name each quantity once."));
         }
         requests.push(ColumnRequest { quantity, name: name.trim().to_owned() });
     }

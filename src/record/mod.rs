@@ -22,6 +22,7 @@ pub use samples::Samples;
 pub use time::{Gaps, Steps, TIME_JITTER_UNIFORM};
 
 use crate::numeric::{count, whole};
+use crate::setting::text;
 use crate::{Error, Result};
 use std::path::PathBuf;
 
@@ -158,7 +159,8 @@ impl Record {
         let at = whole((count(self.len()) * fraction.clamp(0.0, 1.0)).round());
         if at < 2 || self.len() - at < 2 {
             let message = format!("a split at {fraction} leaves {at} and {} samples", self.len() - at);
-            return Err(Error::usage(message, "Give a fraction between 0 and 1, as in --split 0.7."));
+            let hint = text!("Give a fraction between 0 and 1, as in " [Split = "0.7"] ".");
+            return Err(Error::usage(message, hint));
         }
         let part = |range, note: &str| self.part(range, Some(note.to_owned()));
         Ok([part(0..at, "the first part of a split")?, part(at..self.len(), "the held-out part of a split")?])

@@ -1,6 +1,7 @@
 //! Files as prepared recordings: how they are read and what is done to them, in one thing.
 
 use super::{Offset, Preparation, Quantity, ReadOptions, Record, parse_number, read, read_bytes, read_joined};
+use crate::setting::{Setting, text};
 use crate::text::excerpt;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -41,10 +42,11 @@ impl Reading {
     fn check(&self) -> Result<()> {
         let rates = [self.options.rate_hz, self.preparation.rate_hz];
         if let Some(rate) = rates.into_iter().flatten().find(|rate| !(rate.is_finite() && *rate > 0.0)) {
-            return Err(Error::usage(format!("--rate is {rate}"), "Give samples per second, more than 0."));
+            let message = text!([Rate] " is {rate}");
+            return Err(Error::usage(message, "Give samples per second, more than 0."));
         }
         if self.preparation.decimate == Some(0) {
-            return Err(Error::usage("--decimate is 0", "Give a whole number from 1 on."));
+            return Err(Error::usage(text!([Decimate] " is 0"), "Give a whole number from 1 on."));
         }
         Ok(())
     }
@@ -86,23 +88,24 @@ fn joined(path: &Path) -> Option<Vec<PathBuf>> {
 pub fn parse_crop(text: &str) -> Result<[Option<f64>; 2]> {
     let Some((from, to)) = text.split_once(':') else {
         return Err(Error::usage(
-            format!("--crop: \"{}\" is not FROM:TO", excerpt(text)),
-            "Write --crop 0.2:1.5 (seconds).",
+            text!([Crop](": \"{}\" is not FROM:TO", excerpt(text))),
+            text!("Write " [Crop = "0.2:1.5"] " (seconds)."),
         ));
     };
-    let number = |text: &str| if text.trim().is_empty() { Ok(None) } else { number(text, "--crop").map(Some) };
+    let number = |text: &str| if text.trim().is_empty() { Ok(None) } else { number(text, Setting::Crop).map(Some) };
     let range = [number(from)?, number(to)?];
     if let [Some(from), Some(to)] = range
         && from >= to
     {
-        return Err(Error::usage(format!("--crop: {from} to {to} holds nothing"), "Give the earlier time first."));
+        let message = text!([Crop] ": {from} to {to} holds nothing");
+        return Err(Error::usage(message, "Give the earlier time first."));
     }
     Ok(range)
 }
 
-fn number(text: &str, flag: &str) -> Result<f64> {
+fn number(text: &str, of: Setting) -> Result<f64> {
     parse_number(text, false)
-        .map_err(|found| Error::usage(format!("{flag}: {found}"), "Use a decimal point and SI units."))
+        .map_err(|found| Error::usage(text!({of} ": {found}"), "Use a decimal point and SI units."))
 }
 
 /// Reads `auto`, or `current=0.02,speed=…`.
@@ -116,18 +119,19 @@ pub fn parse_offset(text: &str) -> Result<Offset> {
     let mut list: Vec<(Quantity, f64)> = Vec::new();
     for item in text.split(',').filter(|item| !item.trim().is_empty()) {
         let (key, value) = item.split_once('=').map(|(key, value)| (key.trim(), value.trim())).ok_or_else(|| {
-            let message = format!("--offset: \"{}\" is not KEY=VALUE", excerpt(item));
-            Error::usage(message, "Write --offset auto, or --offset current=0.02,speed=-0.1.")
+            let given = Setting::Offset.to("current=0.02,speed=-0.1");
+            let hint = text!("Write " [Offset = "auto"] ", or " {given} ".");
+            Error::usage(text!([Offset](": \"{}\" is not KEY=VALUE", excerpt(item))), hint)
         })?;
         let known = [Quantity::Voltage, Quantity::Current, Quantity::Speed, Quantity::Torque];
         let Some(quantity) = known.into_iter().find(|q| q.to_string().replace(' ', "_") == key) else {
-            let message = format!("--offset: \"{}\" is no signal", excerpt(key));
+            let message = text!([Offset](": \"{}\" is no signal", excerpt(key)));
             return Err(Error::usage(message, "Give voltage, current, speed or load_torque."));
         };
         if list.iter().any(|(q, _)| *q == quantity) {
-            return Err(Error::usage(format!("--offset gives {quantity} twice"), "Give each once."));
+            return Err(Error::usage(text!([Offset] " gives {quantity} twice"), "Give each once."));
         }
-        list.push((quantity, number(value, "--offset")?));
+        list.push((quantity, number(value, Setting::Offset)?));
     }
     Ok(Offset::Given(list))
 }

@@ -2,6 +2,7 @@
 
 use super::Lines;
 use crate::numeric::{count, extremes, upper_median};
+use crate::setting::{Text, text};
 use crate::{Error, Result};
 
 /// What becomes of gaps in time.
@@ -41,6 +42,11 @@ impl Steps {
     }
 }
 
+/// The hint where only evenly spaced samples serve.
+pub(super) fn regular_clock() -> Text {
+    text!("Bring the recording to a regular clock with " [Rate = "HZ"] ".")
+}
+
 /// Periods and times that a recording can have \[s\]; seconds since 1970 are among them.
 const PERIOD_MIN: f64 = 1e-12;
 const PERIOD_MAX: f64 = 1e6;
@@ -65,8 +71,10 @@ pub(super) fn steps(time_s: &[f64], lines: &Lines, keep_gaps: bool) -> Result<St
         let (what, was) = (if differences[n] < 0.0 { "goes back" } else { "is repeated" }, time_s[n]);
         let error = Error::data(
             format!("time {what}: found {} s after {was} s, expected a later time", time_s[n + 1]),
-            "Remove the row, cut the recording there, or leave out rows of repeated time with --drop-repeats; each row \
-             needs a time of its own, enough digits included.",
+            text!(
+                "Remove the row, cut the recording there, or leave out rows of repeated time with " [DropRepeats]
+                "; each row needs a time of its own, enough digits included."
+            ),
         );
         return Err(located(error, n + 1));
     }
@@ -82,7 +90,7 @@ pub(super) fn steps(time_s: &[f64], lines: &Lines, keep_gaps: bool) -> Result<St
                 time_s[0],
                 time_s[time_s.len() - 1]
             ),
-            "Correct the times, or name their unit: --columns time=HEADING:ms.",
+            text!("Correct the times, or name their unit: " [Columns = "time=HEADING:ms"] "."),
         ));
     }
     if longest > period_s * GAP
@@ -98,9 +106,9 @@ pub(super) fn steps(time_s: &[f64], lines: &Lines, keep_gaps: bool) -> Result<St
                 time_s[n],
                 crate::text::significant(differences[n] / period_s, 3)
             ),
-            format!(
-                "About {missing} samples are missing: --gaps split makes a recording of each stretch, --gaps keep holds \
-                 the voltage over the gap."
+            text!(
+                "About {missing} samples are missing: " [Gaps = "split"] " makes a recording of each stretch, "
+                [Gaps = "keep"] " holds the voltage over the gap."
             ),
         );
         return Err(located(error, n + 1));
@@ -167,10 +175,7 @@ fn table(time_s: &[f64], period_s: f64) -> Result<(Vec<f64>, Vec<u16>)> {
     distinct.sort_unstable_by(f64::total_cmp);
     distinct.dedup_by(|a, b| a.to_bits() == b.to_bits());
     if distinct.len() > usize::from(u16::MAX) {
-        return Err(Error::data(
-            format!("{} different steps between samples", distinct.len()),
-            "Bring the recording to a regular clock with --rate HZ.",
-        ));
+        return Err(Error::data(format!("{} different steps between samples", distinct.len()), regular_clock()));
     }
     let index = |tick: &f64| distinct.partition_point(|d| d < tick);
     let mut step_index: Vec<u16> = ticks.iter().map(|tick| u16::try_from(index(tick)).unwrap_or(u16::MAX)).collect();

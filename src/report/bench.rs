@@ -1,10 +1,10 @@
-//! The document of `bench --json`.
+//! The JSON document of a benchmark.
 
 use crate::evaluate::Level;
 use crate::study::{Crossover, Measurement, Throughput, ThroughputSpec};
 use serde_json::{Value, json as value};
 
-/// The document of `bench --json`.
+/// The JSON document of a benchmark.
 pub struct BenchDocument;
 
 impl BenchDocument {

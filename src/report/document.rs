@@ -1,6 +1,7 @@
 //! Results as JSON documents. What is not available or not finite is `null`.
 
 use super::identified;
+use super::spelling::command_line;
 use crate::estimate::{ReferenceKind, Uncertainty};
 use crate::evaluate::{Level, Problem, cpu_name};
 use crate::identify::{
@@ -19,7 +20,11 @@ pub fn json(document: &Value) -> String {
 
 /// Warnings of a severity: those of a result and, apart from them, remarks.
 pub(super) fn warnings(list: &[Warning], severity: Severity) -> Value {
-    let one = |w: &Warning| value!({"code": w.code, "message": w.message, "place": w.place.as_ref().map(place_of), "remedy": w.remedy});
+    let one = |w: &Warning| {
+        let place = w.place.as_ref().map(place_of);
+        let remedy = w.remedy.as_ref().map(|remedy| remedy.spelled(command_line));
+        value!({"code": w.code, "message": w.message.spelled(command_line), "place": place, "remedy": remedy})
+    };
     list.iter().filter(|w| w.severity == severity).map(one).collect()
 }
 
@@ -58,7 +63,7 @@ fn columns(record: &Record) -> Value {
     columns.collect()
 }
 
-/// The document of `identify --json`.
+/// The JSON document of an identification.
 pub struct IdentifyDocument;
 
 impl IdentifyDocument {
@@ -141,7 +146,7 @@ fn validation(validation: &Validation) -> Value {
     })
 }
 
-/// The document of `evaluate --json`.
+/// The JSON document of an evaluation.
 pub struct EvaluateDocument {
     /// How many were evaluated.
     pub candidates: u64,
@@ -268,15 +273,15 @@ fn ladder(ladder: &Ladder) -> Value {
     ladder.rungs.iter().map(rung).collect()
 }
 
-/// Settings by the names of their flags.
+/// Settings by their names.
 pub struct Names {
-    /// `--criterion`.
+    /// The criterion.
     pub criterion: &'static str,
-    /// `--scale`.
+    /// The scaling of the errors.
     pub scale: &'static str,
-    /// `--discretization`.
+    /// The one-step method.
     pub discretization: &'static str,
-    /// `--initial`.
+    /// The state at the first sample.
     pub initial: &'static str,
 }
 
@@ -293,7 +298,7 @@ impl Names {
     }
 }
 
-/// The document of `devices --json`.
+/// The JSON document of the devices of this machine.
 pub struct Devices;
 
 impl Devices {

@@ -20,6 +20,7 @@ mod page;
 mod pages;
 #[cfg(feature = "report")]
 pub mod plot;
+mod spelling;
 #[cfg(feature = "report")]
 pub mod sweep;
 #[cfg(feature = "report")]
@@ -37,5 +38,6 @@ pub use ladder::{ladder_table, ladder_text};
 pub use page::{Figure, Item, Page, Part, Section};
 #[cfg(feature = "report")]
 pub use pages::{Reproduced, compare_page, identify_page};
+pub use spelling::command_line;
 #[cfg(feature = "report")]
 pub use table::{Table, folded};

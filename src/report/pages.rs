@@ -7,6 +7,7 @@ use super::held_out::held_out;
 use super::identified::{repeatability_text, with_error};
 use super::ladder::ladder_table;
 use super::page::{Figure, Page, Part, Section};
+use super::spelling::command_line;
 use super::{Names, Table};
 use crate::identify::{Characteristics, Estimated, Identification, IdentifySpec, Named, Status, Warning};
 use crate::motor::{Parameters, Scope};
@@ -32,7 +33,7 @@ pub(super) fn section(heading: &str, parts: Vec<Part>) -> Section {
 }
 
 fn warnings(list: &[Warning]) -> Vec<Part> {
-    list.iter().filter(|w| w.severity == Severity::Report).map(|w| Part::Warning(w.text())).collect()
+    list.iter().filter(|w| w.severity == Severity::Report).map(|w| Part::Warning(w.spelled(command_line))).collect()
 }
 
 /// How to make it again.
@@ -163,7 +164,8 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
         sure.push(Part::Warning("This comparison was interrupted: it shows the best so far.".to_owned()));
     }
     sure.extend(
-        comparison.reference.as_ref().err().map(|e| Part::Warning(format!("There is no refined estimate: {e}"))),
+        (comparison.reference.as_ref().err())
+            .map(|e| Part::Warning(format!("There is no refined estimate: {}", e.spelled(command_line)))),
     );
     let failed = comparison.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().err());
     sure.extend(failed.map(|e| Part::Warning(format!("Steiglitz\u{2013}McBride cannot serve: {e}."))));

@@ -2,6 +2,7 @@
 
 use crate::evaluate::{Batch, Evaluator, Group, Level, Scalar, Simd, cpu_name};
 use crate::numeric::count;
+use crate::setting::text;
 use crate::{Error, Result};
 use std::time::Instant;
 
@@ -38,8 +39,8 @@ impl Contender {
     /// `Usage` when threads cannot be started.
     pub fn on_cpu(name: String, evaluator: Box<dyn Evaluator>, threads: usize) -> Result<Self> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool =
-            pool.map_err(|e| Error::usage(format!("threads cannot be started: {e}"), "Give fewer --threads."))?;
+        let hint = || text!("Give fewer " [Threads] ".");
+        let pool = pool.map_err(|e| Error::usage(format!("threads cannot be started: {e}"), hint()))?;
         let (kind, precision, pool, operations) = ("cpu", "f64", Some(pool), CPU_OPERATIONS);
         let (device, driver) = (cpu_name(), None);
         Ok(Self { name, device, kind, precision, threads, driver, operations, opening_s: 0.0, evaluator, pool })

@@ -4,6 +4,7 @@ use crate::identify::{Costs, Identification, IdentifySpec, identify, needs_volta
 use crate::motor::Parameter;
 use crate::numeric::count;
 use crate::record::Record;
+use crate::setting::text;
 use crate::{Error, Result};
 
 /// Costs over two parameters, all others at the optimum.
@@ -69,12 +70,14 @@ pub fn cost_map(records: &[Record], spec: &IdentifySpec, parameters: [Parameter;
     if parameters[0] == parameters[1] || !(2..=4096).contains(&side) {
         let message =
             format!("a slice of {} and {} with {side} points a side", parameters[0].symbol(), parameters[1].symbol());
-        return Err(Error::usage(message, "Name two different parameters and 2 to 4096 points, as in --slice R,L."));
+        let hint = text!("Name two different parameters and 2 to 4096 points, as in " [Slice = "R,L"] ".");
+        return Err(Error::usage(message, hint));
     }
     let axes = spec.space.free().to_vec();
     let place = |p: Parameter| {
         axes.iter().position(|axis| axis.parameter == p).ok_or_else(|| {
-            Error::usage(format!("{} is held: there is nothing to vary", p.symbol()), "Leave it out of --fix.")
+            let message = format!("{} is held: there is nothing to vary", p.symbol());
+            Error::usage(message, text!("Leave it out of " [Fix] "."))
         })
     };
     let places = [place(parameters[0])?, place(parameters[1])?];

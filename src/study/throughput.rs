@@ -15,6 +15,7 @@ use crate::motor::{Discretization, Parameters, Space};
 use crate::numeric::{count, whole};
 use crate::optimize::{Sample, Sampling};
 use crate::record::SAMPLES_MAX;
+use crate::setting::{Setting, text};
 use crate::{Error, Result};
 use rand::SeedableRng as _;
 use rand::seq::SliceRandom as _;
@@ -49,20 +50,21 @@ impl ThroughputSpec {
     /// # Errors
     /// `Usage` where not.
     pub fn checked(mut self) -> Result<Self> {
-        let bad = |name: &str, n: usize, range: &str| {
-            Err(Error::usage(format!("--{name}: {n} cannot be measured"), format!("Give {range}.")))
+        let bad = |name: Setting, n: usize, range: &str| {
+            Err(Error::usage(text!({name} ": {n} cannot be measured"), format!("Give {range}.")))
         };
         if let Some(&n) = self.populations.iter().find(|n| !(1..=POPULATION_MAX).contains(*n)) {
-            return bad("populations", n, &format!("1 to {POPULATION_MAX} candidates"));
+            return bad(Setting::Populations, n, &format!("1 to {POPULATION_MAX} candidates"));
         }
         if let Some(&n) = self.samples.iter().find(|n| !(2..=SAMPLES_MAX).contains(*n)) {
-            return bad("samples", n, &format!("2 to {SAMPLES_MAX} samples"));
+            return bad(Setting::Samples, n, &format!("2 to {SAMPLES_MAX} samples"));
         }
         if self.populations.is_empty() || self.samples.is_empty() {
-            return Err(Error::usage("a bench needs --populations and --samples", "Give at least one of each."));
+            let message = text!("a bench needs " [Populations] " and " [Samples]);
+            return Err(Error::usage(message, "Give at least one of each."));
         }
         if !(self.budget_s.is_finite() && self.budget_s > 0.0) {
-            let message = format!("--seconds is {}", self.budget_s);
+            let message = text!([Seconds](" is {}", self.budget_s));
             return Err(Error::usage(message, "Give the seconds that measuring may take, more than 0."));
         }
         for list in [&mut self.populations, &mut self.samples] {

@@ -120,7 +120,6 @@ fn asked(py: Python<'_>, keys: &Keywords<'_, '_>) -> PyResult<Asked> {
         set: keys.items("set")?,
         bounds: keys.items("bounds")?,
         fix: keys.items("fix")?,
-        dashes: "",
     })
 }
 

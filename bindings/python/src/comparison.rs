@@ -2,8 +2,8 @@
 
 use crate::answers::{Answer, Held, given, result};
 use crate::arrays::{array, rows};
+use crate::errors::keyword;
 use crate::figure::Svg;
-use motorfit::identify::Warning;
 use motorfit::motor::{Parameter, Parameters};
 use motorfit::report::compare::{CompareDocument, setting_name};
 use motorfit::report::{figures, json};
@@ -44,7 +44,7 @@ result! {
         /// Whether the callback ended it early.
         interrupted = |of, py| given(py, of.compared.interrupted);
         /// What the reader should know: texts.
-        warnings = |of, py| given(py, of.compared.warnings.iter().map(Warning::text).collect::<Vec<_>>());
+        warnings = |of, py| given(py, of.compared.warnings.iter().map(|warning| warning.spelled(keyword)).collect::<Vec<_>>());
     }
     methods {
         /// The same as text.

@@ -1,5 +1,6 @@
 //! The library's errors as exceptions, one class for each kind.
 
+use motorfit::setting::{Command, Form, Reference, Setting};
 use motorfit::{Error, ErrorKind};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -25,30 +26,33 @@ pub fn exception(py: Python<'_>, error: &Error) -> PyErr {
         ErrorKind::Device => "DeviceError",
         _ => "MotorfitError",
     };
-    let made = || {
-        py.import("motorfit._errors")?.getattr(name)?.call1((keywords(&error.to_string()), keywords(&error.remedy())))
-    };
+    let (message, hint) = (error.spelled(keyword), error.hint().spelled(keyword));
+    let made = || py.import("motorfit._errors")?.getattr(name)?.call1((&message, &hint));
     match made() {
         Ok(exception) => PyErr::from_value(exception),
         // The package without its Python half.
-        Err(_) => PyRuntimeError::new_err(format!("{error}\n{}", error.remedy())),
+        Err(_) => PyRuntimeError::new_err(format!("{message}\n{hint}")),
     }
 }
 
-/// The library speaks of flags; here they are keywords: `--time-origin` is `time_origin`, `--with` is `with_`.
-fn keywords(text: &str) -> String {
-    let mut parts = text.split("--");
-    let mut all = parts.next().unwrap_or_default().to_owned();
-    for part in parts {
-        let is_of_name = |c: char| c.is_ascii_lowercase() || c == '-';
-        let end = part.find(|c| !is_of_name(c)).unwrap_or(part.len());
-        let (name, rest) = part.split_at(end);
-        if name.is_empty() || all.ends_with(|c: char| c.is_alphanumeric() || c == '-') {
-            all = all + "--" + part;
-        } else {
-            let name = name.replace('-', "_");
-            all = all + &name + if name == "with" { "_" } else { "" } + rest;
+/// Spells a reference as a keyword argument with its value, or as a function: `with_="load"`.
+pub fn keyword(reference: &Reference) -> String {
+    match reference {
+        Reference::Setting(setting, value) => {
+            let name = if *setting == Setting::With { "with_" } else { setting.name() };
+            match (setting.form(), value) {
+                (_, None) => name.to_owned(),
+                (Form::Number, Some(value)) => format!("{name}={value}"),
+                (_, Some(value)) => format!("{name}=\"{value}\""),
+            }
         }
+        Reference::Command(command) => match command {
+            Command::Identify => "motorfit.identify",
+            Command::Devices => "motorfit.devices()",
+            Command::PlanSweep => "Sweep.plan(study, out)",
+            Command::RunSweep => "Sweep.run()",
+            _ => "motorfit",
+        }
+        .to_owned(),
     }
-    all
 }

@@ -59,12 +59,15 @@ impl Frame {
 
     /// An error of reading the text, as one of the frame's: rows for lines, and the hints.
     pub fn error(&self, py: Python<'_>, error: &motorfit::Error) -> PyErr {
-        let mut message = error.to_string();
+        let hint = self.hints.iter().fold(error.hint().clone(), |all, hint| all.and(format!(" {hint}.")));
+        let mut of_frame = motorfit::Error::new(error.kind(), error.message(), hint);
         if let Some(line) = error.line() {
-            message = message.replace(&format!("line {line}"), &format!("row {}", line.saturating_sub(2)));
+            of_frame = of_frame.in_part(&format!("row {}", line.saturating_sub(2)));
         }
-        let remedy = self.hints.iter().fold(error.remedy(), |remedy, hint| format!("{remedy} {hint}."));
-        exception(py, &motorfit::Error::new(error.kind(), message, remedy))
+        if let Some(column) = error.column() {
+            of_frame = of_frame.in_column(column);
+        }
+        exception(py, &of_frame)
     }
 }
 

@@ -2,9 +2,9 @@
 
 use crate::answers::{Answer, Held, given, result};
 use crate::arrays::{array, rows};
-use crate::errors::Raise as _;
+use crate::errors::{Raise as _, keyword};
 use crate::figure::Svg;
-use motorfit::identify::{Estimated, IdentifySpec, Warning};
+use motorfit::identify::{Estimated, IdentifySpec};
 use motorfit::record::Record;
 use motorfit::report::figures::{self, Modelled};
 use motorfit::report::{IdentifyDocument, json};
@@ -44,7 +44,7 @@ result! {
         /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of the current and of the speed.
         fit_percent = Found::fit_percent;
         /// What the reader should know: texts.
-        warnings = |of, py| given(py, of.found.warnings.iter().map(Warning::text).collect::<Vec<_>>());
+        warnings = |of, py| given(py, of.found.warnings.iter().map(|warning| warning.spelled(keyword)).collect::<Vec<_>>());
         /// The recordings that it was fitted to.
         records = |of, py| given(py, of.records.iter().cloned().map(crate::record::Record).collect::<Vec<_>>());
     }

@@ -11,6 +11,7 @@ use motorfit::experiment::{Excitation, noise_of, simulated_with, with_noise};
 use motorfit::identify::values;
 use motorfit::motor::{Discretization, Parameters};
 use motorfit::report::{Devices, json};
+use motorfit::setting::Setting;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -109,7 +110,7 @@ pub fn refine<'py>(
     let keys = Keywords::new(py, settings, &["bounds", "fix", "discretization", "initial"])?;
     let records = several(records)?;
     let spec = spec::problem(&keys, spec::input_of(&records))?;
-    let given = values::parameters(&spec::items(start, "start")?, "start").raise(py)?;
+    let given = values::parameters(&spec::items(start, "start")?, Setting::Start).raise(py)?;
     let value = |axis: &motorfit::motor::Axis| given.iter().find(|(p, _)| *p == axis.parameter).map(|(_, v)| *v);
     let missing = spec.space.free().iter().find(|axis| value(axis).is_none()).map(|axis| axis.parameter.symbol());
     if let Some(symbol) = missing {

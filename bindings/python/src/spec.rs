@@ -7,6 +7,7 @@ use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::{DeviceSpec, IdentifySpec, Method, Polish, PrecisionSpec, With, values};
 use motorfit::motor::{Discretization, Input, Space};
 use motorfit::record::{Quantity, Record};
+use motorfit::setting::Setting;
 use motorfit::{Error, Result};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -167,7 +168,7 @@ pub fn problem(keys: &Keywords<'_, '_>, input: Input) -> PyResult<IdentifySpec> 
     let with = With::parse(&keys.items("with_")?).raise(py)?;
     let space = if with == With::default() { Space::table2_with } else { Space::table2_to_extend };
     let limits = values::bounds(&bounds).raise(py)?;
-    let fixed = values::parameters(&fix, "fix").raise(py)?;
+    let fixed = values::parameters(&fix, Setting::Fix).raise(py)?;
     let noise = Some(keys.items("noise")?.join(",")).filter(|noise| !noise.is_empty());
     let noise = noise.map(|text| values::noise(&text)).transpose().raise(py)?;
     Ok(IdentifySpec {
@@ -184,7 +185,7 @@ pub fn problem(keys: &Keywords<'_, '_>, input: Input) -> PyResult<IdentifySpec> 
         space: space(&limits, &fixed).raise(py)?,
         auto_bounds: values::auto_bounds(&bounds).raise(py)?,
         with,
-        per_recording: values::named(&keys.items("per_recording")?, "per_recording").raise(py)?,
+        per_recording: values::named(&keys.items("per_recording")?, Setting::PerRecording).raise(py)?,
         ..device(keys)?
     })
 }
@@ -218,7 +219,7 @@ pub fn check_threads(threads: Option<usize>) -> Result<()> {
 pub fn method(py: Python<'_>, name: &str, settings: &[String]) -> PyResult<Method> {
     let mut method = choice("method", name, &Method::all(), Method::name).raise(py)?;
     for item in settings {
-        let (key, value) = values::pair(item, "set", "mutation=0.1").raise(py)?;
+        let (key, value) = values::pair(item, Setting::Set, "mutation=0.1").raise(py)?;
         method.set(key.strip_prefix(&format!("{name}.")).unwrap_or(key), value).raise(py)?;
     }
     Ok(method)

@@ -8,6 +8,7 @@ use crate::spec;
 use motorfit::identify::{values, with_threads};
 use motorfit::report::json;
 use motorfit::report::sweep::{StatusDocument, SweepDocument, TallyDocument};
+use motorfit::setting::Setting;
 use motorfit::study::sweep::{Limits, Shard, Sweep as Planned, SweepProgress as State, Tally};
 use motorfit::{Error, Result};
 use pyo3::prelude::*;
@@ -222,7 +223,7 @@ fn shard_of((index, count): (u64, u64)) -> Result<Shard> {
 
 fn limits_of(limits: Option<&Bound<'_, PyAny>>, py: Python<'_>) -> PyResult<Limits> {
     let items = limits.map(|limits| spec::items(limits, "limits")).transpose()?.unwrap_or_default();
-    values::ranges(&items, "limits").and_then(Limits::new).raise(py)
+    values::ranges(&items, Setting::Limits).and_then(Limits::new).raise(py)
 }
 
 /// A document as Python's values.

@@ -8,6 +8,7 @@ use motorfit::identify::values;
 use motorfit::motor::Axis;
 use motorfit::numeric::whole_u64;
 use motorfit::optimize::{Sample, Sampling};
+use motorfit::setting::Setting;
 use motorfit::text::excerpt;
 use motorfit::{Error, Result};
 use std::path::Path;
@@ -82,7 +83,7 @@ pub(super) fn sampling(text: &str) -> Result<(Sampling, u64)> {
         _ => return Err(bad()),
     };
     // 1e8 is as good as 100000000.
-    let number = values::number(number, "--sample")?;
+    let number = values::number(number, Setting::Sample)?;
     if !(1.0..=9e15).contains(&number) || number.fract() != 0.0 {
         return Err(bad());
     }

@@ -13,6 +13,7 @@ use motorfit::report::json;
 use motorfit::report::sweep::{
     StatusDocument, SweepDocument, TallyDocument, shortened, sweep_answer, sweep_page, sweep_tables,
 };
+use motorfit::setting::Setting;
 use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, Tally};
 use motorfit::text::{engineering, printable, significant};
 use motorfit::{Error, Result};
@@ -173,7 +174,7 @@ impl<'a> Show<'a> {
         if let Some(path) = parquet {
             check_parquet(path)?;
         }
-        let limits = Limits::new(values::ranges(&shown.limits, "--limits")?)?;
+        let limits = Limits::new(values::ranges(&shown.limits, Setting::Limits)?)?;
         Ok(Self { limits, out: report.map(Out::take).transpose()?, parquet, json })
     }
 }

@@ -8,6 +8,7 @@ use crate::criterion::{Criterion, Norm};
 use crate::evaluate::{Model, Problem, Scalar};
 use crate::motor::{Discretization, Drive, Parameter, Parameters, Space, Trajectory, simulate};
 use crate::record::{Record, Samples};
+use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
 use std::sync::Arc;
 
@@ -92,7 +93,7 @@ pub(super) fn compare(
                     "{name} ({driver}) computes wrongly in {precision}: {cost:e} where {oracle:e} is right, off by \
                      {error:.1e}"
                 ),
-                "Update its driver, choose another adapter, or use --device cpu.",
+                text!("Update its driver, choose another adapter, or use " [Device = "cpu"] "."),
             ));
         }
     }

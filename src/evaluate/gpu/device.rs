@@ -1,6 +1,7 @@
 //! Adapters and devices: what is there, opening one, and turning what goes wrong into errors.
 
 use super::shader::Fetch;
+use crate::setting::{Text, text};
 use crate::text::printable;
 use crate::{Error, ErrorKind, Result};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -48,8 +49,13 @@ const SLOWEST_STEPS_PER_SECOND: u64 = 20_000_000;
 const SPIN_STEPS: u64 = 1_000_000;
 const SPIN: Duration = Duration::from_micros(300);
 
-fn error(message: impl Into<String>, remedy: impl Into<String>) -> Error {
+fn error(message: impl Into<Text>, remedy: impl Into<Text>) -> Error {
     Error::new(ErrorKind::Device, message, remedy)
+}
+
+/// The hint after a fault that may pass.
+pub(super) fn again() -> Text {
+    text!("Run again; if it stays, update the driver or use " [Device = "cpu"] ".")
 }
 
 fn adapters() -> Vec<wgpu::Adapter> {
@@ -124,7 +130,8 @@ impl Device {
             ..wgpu::DeviceDescriptor::default()
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| {
-            error(format!("{} cannot be opened: {e}", facts.name), "Update its driver, or use --device cpu.")
+            let hint = text!("Update its driver, or use " [Device = "cpu"] ".");
+            error(format!("{} cannot be opened: {e}", facts.name), hint)
         })?;
         let fault = Arc::new(Mutex::new(None));
         let keep = |fault: &Arc<Mutex<Option<String>>>, text: String| {
@@ -145,10 +152,9 @@ impl Device {
     pub(super) fn check(&self) -> Result<()> {
         match self.fault.lock().unwrap_or_else(PoisonError::into_inner).take() {
             None => Ok(()),
-            Some(text) => Err(error(
-                format!("{}: {}", self.facts.name, text.lines().collect::<Vec<_>>().join(" ")),
-                "Run again; if it stays, update the driver or use --device cpu.",
-            )),
+            Some(text) => {
+                Err(error(format!("{}: {}", self.facts.name, text.lines().collect::<Vec<_>>().join(" ")), again()))
+            }
         }
     }
 
@@ -173,7 +179,7 @@ impl Device {
             std::mem::forget((self.device.clone(), self.queue.clone()));
             error(
                 format!("{} did not finish within {} s: {e}", self.facts.name, patience.as_secs()),
-                "The device hangs or is far too slow: use --device cpu, or restart its driver.",
+                text!("The device hangs or is far too slow: use " [Device = "cpu"] ", or restart its driver."),
             )
         })
     }
@@ -205,8 +211,10 @@ fn choose(list: &[AdapterFacts], selector: &Selector, f64: bool) -> Result<usize
     if list.is_empty() {
         return Err(error(
             "no GPU adapter answers on this machine",
-            "Install a Vulkan driver and its loader (Debian: libvulkan1 with mesa-vulkan-drivers or the vendor's \
-             driver), or use --device cpu.",
+            text!(
+                "Install a Vulkan driver and its loader (Debian: libvulkan1 with mesa-vulkan-drivers or the vendor's \
+                 driver), or use " [Device = "cpu"] "."
+            ),
         ));
     }
     let found = match selector {
@@ -224,6 +232,7 @@ fn choose(list: &[AdapterFacts], selector: &Selector, f64: bool) -> Result<usize
             Selector::Best => "at all".to_owned(),
         };
         let known: Vec<String> = list.iter().map(|a| format!("gpu:{} {}", a.index, a.name)).collect();
-        error(format!("no adapter {wanted}; there is {}", known.join(", ")), "motorfit devices lists what is there.")
+        let hint = text!([Command::Devices] " lists what is there.");
+        error(format!("no adapter {wanted}; there is {}", known.join(", ")), hint)
     })
 }

@@ -28,6 +28,7 @@ pub use shader::{Fetch, LANES, Precision, UNIFORM_BYTES, Variant, assemble};
 
 use super::{Batch, Evaluator, Group, Pending, Problem, Simd};
 use crate::candidates::Candidates;
+use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
 use clock::Kernel;
 use device::Device;
@@ -93,7 +94,7 @@ impl Gpu {
             return Err(Error::new(
                 ErrorKind::Device,
                 format!("{} does not compute in f64", device.facts.name),
-                "Use --precision f32, or --device cpu.",
+                text!("Use " [Precision = "f32"] ", or " [Device = "cpu"] "."),
             ));
         }
         let precision = precision.unwrap_or(if has_f64 { Precision::F64 } else { Precision::F32 });
@@ -156,8 +157,7 @@ impl Gpu {
     fn guard<T>(&mut self, work: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
         let done = catch_unwind(AssertUnwindSafe(|| work(self))).unwrap_or_else(|_| {
             let message = format!("{} was lost while it computed", self.device.facts.name);
-            let remedy = "Run again; if it stays, update the driver or use --device cpu.";
-            Err(Error::new(ErrorKind::Device, message, remedy))
+            Err(Error::new(ErrorKind::Device, message, device::again()))
         });
         if done.as_ref().is_err_and(|e| e.kind() == ErrorKind::Device) {
             self.sets.clear();

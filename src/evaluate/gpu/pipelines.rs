@@ -51,7 +51,7 @@ fn make(device: &Device, variant: Variant) -> (wgpu::BindGroupLayout, wgpu::Comp
     let entries: Vec<wgpu::BindGroupLayoutEntry> = (0..BINDINGS).map(entry).collect();
     let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("motorfit evaluate"),
+        label: Some("evaluate"),
         source: wgpu::ShaderSource::Wgsl(assemble(variant).into()),
     });
     let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -60,7 +60,7 @@ fn make(device: &Device, variant: Variant) -> (wgpu::BindGroupLayout, wgpu::Comp
         immediate_size: 0,
     });
     let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some("motorfit evaluate"),
+        label: Some("evaluate"),
         layout: Some(&pipeline_layout),
         module: &module,
         entry_point: Some("evaluate"),

@@ -8,6 +8,7 @@ use super::maps::write_maps;
 use super::pipelines::{BINDINGS, Pipelines};
 use super::shader::{LANES, Precision, UNIFORM_BYTES, Variant};
 use crate::evaluate::Group;
+use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -251,7 +252,7 @@ fn lost() -> Error {
 
 fn unmapped(device: &Device, error: &dyn std::fmt::Display) -> Error {
     let message = format!("{}: a buffer cannot be mapped: {error}", device.facts.name);
-    Error::new(ErrorKind::Device, message, "Run again; if it stays, update the driver or use --device cpu.")
+    Error::new(ErrorKind::Device, message, super::device::again())
 }
 
 /// Buffers grow by half, so that a slowly growing batch does not make a new one each time. Those for writing begin
@@ -263,7 +264,7 @@ fn buffer(device: &Device, size: usize, usage: wgpu::BufferUsages) -> Result<wgp
         return Err(Error::new(
             ErrorKind::Device,
             format!("a recording needs a buffer of {size} bytes; {} has {limit}", device.facts.name),
-            "Use --device cpu, or cut the recording.",
+            text!("Use " [Device = "cpu"] ", or cut the recording."),
         ));
     }
     let size = (size + size / 2).next_multiple_of(ROUND_BYTES).max(UNIFORM_BYTES).min(limit) & !3;

@@ -14,7 +14,7 @@ pub enum Precision {
 }
 
 impl Precision {
-    /// Its name in flags and results.
+    /// Its name in settings and results.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -40,7 +40,7 @@ fn a_lost_device_is_an_error() {
     gpu.device.device.destroy();
     let lost = evaluate(&mut gpu, &problem, &values).unwrap_err();
     assert_eq!(lost.kind(), ErrorKind::Device);
-    assert!(!lost.remedy().is_empty(), "{lost}");
+    assert!(!lost.hint().is_empty(), "{lost}");
     let again = evaluate(&mut gpu, &problem, &values).unwrap_err();
     assert_eq!(again.kind(), ErrorKind::Device, "and stays one");
 }

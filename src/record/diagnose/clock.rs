@@ -4,6 +4,7 @@ use super::Finding;
 use super::view::View;
 use crate::numeric::{runs, standard_deviation};
 use crate::record::Quantity;
+use crate::setting::text;
 use crate::text::significant;
 
 /// Standard deviation of the steps over the period from which on it is jitter.
@@ -28,9 +29,12 @@ pub(super) fn jitter(view: &View<'_>, findings: &mut Vec<Finding>) {
     let distinct = distinct(&steps, period);
     let remedy = if distinct == Some(2) {
         message += "; they take two values, as times rounded too coarsely do";
-        "If samples were taken by a timer, leave the time out and give --rate HZ; else record times with more digits."
+        text!(
+            "If samples were taken by a timer, leave the time out and give " [Rate = "HZ"] "; else record times with \
+             more digits."
+        )
     } else {
-        "Each step is simulated as it is, so that parameters stay right; better, sample by a timer."
+        "Each step is simulated as it is, so that parameters stay right; better, sample by a timer.".into()
     };
     let places = gaps.into_iter().map(|gap| gap.start..gap.end + 1);
     findings.push(

@@ -5,6 +5,7 @@ use super::sign::sign_of_first;
 use super::units::{SPEEDS, finding, is_whole, time};
 use super::view::View;
 use crate::record::Quantity;
+use crate::setting::text;
 use crate::text::significant;
 
 /// Samples that a sign needs.
@@ -34,7 +35,7 @@ pub(super) fn reversed(view: &View<'_>, findings: &mut Vec<Finding>) {
     let rows = (0..view.len() - 1).map(|n| ([i[n] + i[n + 1], w[n], 0.0], w[n + 1] - w[n]));
     if sign_of_first(rows) == Some(-1) {
         let message = "the sign of current or speed is reversed: the current slows the motor down";
-        let remedy = "Swap the sign of one: --columns current=HEADING*-1.";
+        let remedy = text!("Swap the sign of one: " [Columns = "current=HEADING*-1"] ".");
         findings.push(Finding::new("sign_reversed", message, remedy).of(Quantity::Current));
     }
 }

@@ -4,6 +4,7 @@ use super::Finding;
 use super::view::{Channel, Stretch, View};
 use crate::numeric::{count, mean, order_statistic, runs};
 use crate::record::Quantity;
+use crate::setting::text;
 use crate::text::engineering;
 use std::ops::Range;
 
@@ -43,7 +44,10 @@ fn clipped(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
         Finding::new(
             "current_clipped",
             format!("the current stands at {shown} for {samples} samples, as if it were cut off there"),
-            "Leave these samples of the current out with --mask auto, or record with less voltage or a larger range.",
+            text!(
+                "Leave these samples of the current out with " [Mask = "auto"] ", or record with less voltage or a \
+                 larger range."
+            ),
         )
         .of(Quantity::Current)
         .figure("level", current.peak)
@@ -155,8 +159,10 @@ fn without_current(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
         Finding::new(
             "voltage_without_current",
             "there is voltage but no current while the motor stands or coasts: the drive was off",
-            "Cut the recording there with --mask auto, or record the voltage at the motor: a drive that is off is no short \
-             circuit.",
+            text!(
+                "Cut the recording there with " [Mask = "auto"] ", or record the voltage at the motor: a drive that is \
+                 off is no short circuit."
+            ),
         )
         .of(Quantity::Current)
         .figure("samples", count(places.iter().map(Range::len).sum()))

@@ -4,6 +4,7 @@ use super::Finding;
 use super::view::View;
 use crate::numeric::count;
 use crate::record::Quantity;
+use crate::setting::text;
 use crate::text::significant;
 
 /// Standard deviation of the differences over that of the voltage, from which on it is undersampled.
@@ -84,7 +85,7 @@ fn reset(view: &View<'_>) -> Option<(usize, Finding)> {
     let finding = Finding::new(
         "input_reset",
         format!("the voltage returns to {} V in the last {} samples", significant(last.volts, 3), count - at),
-        format!("Leave them out: --crop {from}:{to}, or --mask auto."),
+        text!("Leave them out: " [Crop = "{from}:{to}"] ", or " [Mask = "auto"] "."),
     )
     .of(Quantity::Voltage)
     .at(Some(last.samples.clone()));
@@ -101,7 +102,9 @@ fn idle(view: &View<'_>) -> Option<Finding> {
         Finding::new(
             "idle_input",
             format!("the voltage is never 0 V; at rest it is {} V", significant(volts, 3)),
-            format!("If that is the drive's idle command, subtract it: --offset voltage={}.", significant(volts, 4)),
+            text!(
+                "If that is the drive's idle command, subtract it: " [Offset = "voltage={}", significant(volts, 4)] "."
+            ),
         )
         .of(Quantity::Voltage)
         .mention_if(true)

@@ -20,6 +20,7 @@ mod units;
 mod view;
 
 use super::{Quantity, Record};
+use crate::setting::Text;
 use std::ops::Range;
 use view::View;
 
@@ -44,9 +45,9 @@ pub struct Finding {
     /// The samples it is about, at most 20 ranges; empty where it is about the whole recording.
     pub places: Vec<Range<usize>>,
     /// In words.
-    pub message: String,
+    pub message: Text,
     /// What to do about it.
-    pub remedy: String,
+    pub remedy: Text,
     /// The figures that it rests on, by name.
     pub figures: Vec<(&'static str, f64)>,
 }
@@ -55,7 +56,7 @@ pub struct Finding {
 const PLACES_MAX: usize = 20;
 
 impl Finding {
-    fn new(code: &'static str, message: impl Into<String>, remedy: impl Into<String>) -> Self {
+    fn new(code: &'static str, message: impl Into<Text>, remedy: impl Into<Text>) -> Self {
         let (message, remedy) = (message.into(), remedy.into());
         let (places, figures) = (Vec::new(), Vec::new());
         Self { code, severity: Severity::Report, quantity: None, places, message, remedy, figures }

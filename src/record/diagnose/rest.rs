@@ -3,6 +3,7 @@
 use super::Finding;
 use super::view::{Channel, View};
 use crate::numeric::{count, mean, peak, standard_deviation};
+use crate::setting::text;
 use crate::text::engineering;
 use std::ops::Range;
 
@@ -59,7 +60,10 @@ fn offset(channel: &Channel<'_>, rest: &Range<usize>) -> Option<Finding> {
                 "the {quantity} reads {shown} at rest without voltage, {} % of its largest value",
                 crate::text::significant(100.0 * part, 2)
             ),
-            format!("If it is the sensor's offset, subtract it with --offset auto, or --offset {quantity}=VALUE."),
+            text!(
+                "If it is the sensor's offset, subtract it with " [Offset = "auto"] ", or "
+                [Offset = "{quantity}=VALUE"] "."
+            ),
         )
         .of(quantity)
         .mention_if(part < PART_REPORTED)

@@ -4,6 +4,7 @@ use super::Finding;
 use super::view::View;
 use crate::numeric::{count, mean};
 use crate::record::Quantity;
+use crate::setting::text;
 
 /// A sum of products beyond this part of the sum of their sizes has a sign: far from what noise or braking does.
 const SURE: f64 = 0.3;
@@ -34,7 +35,7 @@ pub(super) fn sign_reversed(view: &View<'_>, findings: &mut Vec<Finding>) {
         Finding::new(
             "sign_reversed",
             format!("the sign of the {reversed} is reversed: it runs against what the other columns say"),
-            "Swap its sign: --columns QUANTITY=HEADING*-1.",
+            text!("Swap its sign: " [Columns = "QUANTITY=HEADING*-1"] "."),
         )
         .of(reversed),
     );

@@ -4,6 +4,7 @@ use super::Finding;
 use super::view::{Channel, View};
 use crate::numeric::{count, upper_median};
 use crate::record::Quantity;
+use crate::setting::{Setting, text};
 use crate::text::{engineering, significant};
 
 /// A period from which on time looks like milliseconds: 1 ms read as seconds is 1 s; slow loggers take 0.1 s.
@@ -30,7 +31,8 @@ pub(super) fn finding(view: &View<'_>, quantity: Quantity, what: String, unit: &
         Quantity::Current => "current",
         _ => "speed",
     };
-    let remedy = format!("If it is, name the unit: --columns {key}={}:{unit}", view.heading(quantity));
+    let example = Setting::Columns.to(format!("{key}={}:{unit}", view.heading(quantity)));
+    let remedy = text!("If it is, name the unit: " {example});
     Finding::new("units", what, remedy).of(quantity).mention_if(view.unit_named(quantity))
 }
 

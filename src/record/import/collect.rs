@@ -7,6 +7,7 @@ use super::parse::parse_number;
 use super::quick::Quick;
 use super::text::{Line, Lines as Text};
 use crate::record::{Column, Lines, Quantity, SAMPLES_MAX};
+use crate::setting::text;
 use crate::text::excerpt;
 use crate::{Error, Result};
 use std::ops::Range;
@@ -168,9 +169,11 @@ impl<'a> Rows<'a> {
                     return Ok(());
                 }
                 Err(found) if used.column.quantity == Quantity::Time => {
-                    let remedy = "Times are numbers; for dates and clock times count samples instead: \
-                                  --columns time=- --rate HZ.";
-                    return Err(Error::data(found, remedy).at_line(line).in_column(&used.column.heading));
+                    let hint = text!(
+                        "Times are numbers; for dates and clock times count samples instead: " [Columns = "time=-"] " "
+                        [Rate = "HZ"] "."
+                    );
+                    return Err(Error::data(found, hint).at_line(line).in_column(&used.column.heading));
                 }
                 Err(found) => {
                     return Err(Error::data(

@@ -4,6 +4,7 @@ use super::formula::{Formula, suffix};
 use super::parse::parse_number;
 use crate::record::Column;
 use crate::record::heading::{ColumnRequest, Quantity, understand};
+use crate::setting::text;
 use crate::text::{excerpt, printable};
 use crate::{Error, Result};
 
@@ -86,7 +87,7 @@ pub(super) fn choose(headings: &[Heading], requests: &[ColumnRequest], need: Nee
         used.extend(position.or_else(|error| if dispensable { Ok(None) } else { Err(error) })?);
     } else if let Some(request) = requests.iter().find(|r| r.quantity == Quantity::Position) {
         return Err(Error::usage(
-            format!("--columns names position {}, but there is a speed", excerpt(&request.name)),
+            text!([Columns](" names position {}, but there is a speed", excerpt(&request.name))),
             "Position serves as a source of speed: leave it out, or rename the heading of the speed.",
         ));
     }
@@ -129,7 +130,7 @@ fn headed_twice(headings: &[Heading], at: usize, quantity: Quantity) -> Result<(
     let (first, second, name) = (at.min(other) + 1, at.max(other) + 1, excerpt(&headings[at].name));
     Err(Error::data(
         format!("columns {first} and {second} are both headed \"{name}\""),
-        format!("Say which by its number: --columns {}=#{first}.", quantity.key()),
+        text!("Say which by its number: " [Columns = "{}=#{first}", quantity.key()] "."),
     ))
 }
 
@@ -160,38 +161,40 @@ fn missing(has: &dyn Fn(Quantity) -> bool, need: Need, drives: bool, timed: bool
 }
 
 fn lacking(headings: &[Heading], missing: &[&str]) -> Error {
-    const NAME: &str = "Rename the headings (time_s,voltage_V,current_A,speed_rad_s) or name them: \
-         --columns time=HEADING:UNIT,voltage=HEADING:UNIT,current=HEADING:UNIT,speed=HEADING:UNIT.";
     if headings.iter().all(|h| parse_number(&h.name, true).is_ok()) {
         return Error::data(
             "found numbers, expected a heading",
-            "Put a heading in front of the rows, or name columns by their numbers: \
-             --columns time=1:s,voltage=2:V,current=3:A,speed=4:rad/s; without a time column give --rate HZ.",
+            text!(
+                "Put a heading in front of the rows, or name columns by their numbers: "
+                [Columns = "time=1:s,voltage=2:V,current=3:A,speed=4:rad/s"] "; without a time column give "
+                [Rate = "HZ"] "."
+            ),
         );
     }
     let list: Vec<String> = headings.iter().map(|h| format!("\"{}\"", excerpt(&h.name))).collect();
-    let mut remedy = NAME.to_owned();
+    let mut hint = text!(
+        "Rename the headings (time_s,voltage_V,current_A,speed_rad_s) or name them: "
+        [Columns = "time=HEADING:UNIT,voltage=HEADING:UNIT,current=HEADING:UNIT,speed=HEADING:UNIT"] "."
+    );
     if missing.contains(&"time_s") {
-        remedy.push_str(" Without a time column give --rate HZ.");
+        hint.push(text!(" Without a time column give " [Rate = "HZ"] "."));
     }
     if let Some(heading) = headings.iter().find(is_drive).filter(|_| missing.iter().any(|m| m.starts_with("voltage_V")))
     {
         let name = printable(&heading.name);
-        remedy.push_str(&format!(
-            " Duty or PWM ticks become volts by operations (--columns voltage={name}*12/255:V), a flag by its two \
-             voltages (--columns voltage={name}:0..12)."
+        hint.push(text!(
+            " Duty or PWM ticks become volts by operations (" [Columns = "voltage={name}*12/255:V"] "), a flag by its \
+             two voltages (" [Columns = "voltage={name}:0..12"] ")."
         ));
         if missing == ["voltage_V"] {
-            remedy.push_str(" If it drives nothing, say so: --columns voltage=-.");
+            hint.push(text!(" If it drives nothing, say so: " [Columns = "voltage=-"] "."));
         }
     } else if missing.contains(&"voltage_V or speed_rad_s") {
-        remedy.push_str(
-            " A current alone tells nothing: with a voltage it gives R and L, with a speed the mechanical side.",
-        );
+        hint.push(" A current alone tells nothing: with a voltage it gives R and L, with a speed the mechanical side.");
     } else if missing.contains(&"voltage_V or current_A") {
-        remedy.push_str(" A speed alone tells nothing: what drives it must be there.");
+        hint.push(" A speed alone tells nothing: what drives it must be there.");
     }
-    Error::data(format!("no column for {}; the heading has {}", missing.join(" and "), list.join(", ")), remedy)
+    Error::data(format!("no column for {}; the heading has {}", missing.join(" and "), list.join(", ")), hint)
 }
 
 /// Whether a heading looks like what drives a motor: by a word, or by a unit of volts.
@@ -235,8 +238,10 @@ fn requested(headings: &[Heading], request: &ColumnRequest) -> Result<Used> {
         let found: Vec<String> = headings.iter().map(|h| format!("\"{}\"", excerpt(&h.name))).collect();
         return Err(Error::data(
             format!("no column \"{}\" for {quantity}; the heading has {}", excerpt(&request.name), found.join(", ")),
-            "Give --columns the exact heading, capitals included, or its number as #2; behind it may stand operations \
-             (*12/255, +0.5), a unit (:mA), or a flag's two voltages (:0..12).",
+            text!(
+                "Give " [Columns] " the exact heading, capitals included, or its number as #2; behind it may stand \
+                 operations (*12/255, +0.5), a unit (:mA), or a flag's two voltages (:0..12)."
+            ),
         ));
     };
     let own = || headings[at].understood().filter(|(q, _)| *q == quantity).and_then(|(_, unit)| unit);
@@ -261,14 +266,14 @@ fn recognized(headings: &[Heading], requests: &[ColumnRequest], quantity: Quanti
     if let Some((own, below)) = headings[at].contradiction() {
         return Err(Error::data(
             format!("\"{}\" names the unit {own}, the row below it {below}", excerpt(heading)),
-            format!("Say which: --columns {}={}:{below}.", quantity.key(), printable(heading)),
+            text!("Say which: " [Columns = "{}={}:{below}", quantity.key(), printable(heading)] "."),
         ));
     }
     if let Some((_, other, _)) = matches.next() {
         headed_twice(headings, at, quantity)?;
         return Err(Error::data(
             format!("both \"{}\" and \"{}\" look like {quantity}", excerpt(heading), excerpt(other)),
-            format!("Say which: --columns {}={}.", quantity.key(), printable(heading)),
+            text!("Say which: " [Columns = "{}={}", quantity.key(), printable(heading)] "."),
         ));
     }
     column(quantity, at, heading, Formula::AS_IT_IS, unit).map(Some)

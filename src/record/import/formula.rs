@@ -1,4 +1,4 @@
-//! What `--columns` may say of a column: `HEADING`, then operations, then a unit or the two voltages of a flag.
+//! What a request may say of a column: `HEADING`, then operations, then a unit or the two voltages of a flag.
 //!
 //! `HEADING[*NUMBER | /NUMBER | +NUMBER | -NUMBER]…[:UNIT]`, from left to right, or `HEADING:LOW..HIGH`, or `#3` for the
 //! third column. A heading that contains such signs itself is taken as it stands.

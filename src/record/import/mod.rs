@@ -20,6 +20,7 @@ pub use write::write_csv;
 
 use super::heading::ColumnRequest;
 use super::{Gaps, Record, Samples, Source, time};
+use crate::setting::text;
 use crate::{Error, Result};
 use collect::{Collected, collect};
 use columns::Need;
@@ -194,7 +195,7 @@ fn records(mut signals: Signals, source: Source, options: &ReadOptions) -> Resul
         Source { notes: source.notes.into_iter().chain((!short.is_empty()).then_some(note)).collect(), ..source };
     if long.is_empty() {
         let message = format!("no stretch between gaps has {STRETCH_MIN} samples");
-        return Err(Error::data(message, "Use --gaps keep, or record without gaps."));
+        return Err(Error::data(message, text!("Use " [Gaps = "keep"] ", or record without gaps.")));
     }
     let pieces = long.into_iter().enumerate();
     pieces

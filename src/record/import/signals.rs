@@ -4,6 +4,7 @@
 use super::collect::Collected;
 use crate::numeric::{count, extremes, upper_median};
 use crate::record::{Lines, Quantity, Samples};
+use crate::setting::text;
 use crate::text::engineering;
 use crate::{Error, Result};
 
@@ -85,8 +86,10 @@ impl Signals {
             let names: Vec<String> = theirs.iter().map(ToString::to_string).collect();
             return Err(Error::data(
                 format!("holds {}, some of which the files before hold too, but not all", names.join(", ")),
-                "Files of one recording hold the same quantities (one after the other) or different ones (side by \
-                 side); say which with --columns.",
+                text!(
+                    "Files of one recording hold the same quantities (one after the other) or different ones (side by \
+                     side); say which with " [Columns] "."
+                ),
             ));
         }
         self.notes.append(&mut other.notes);

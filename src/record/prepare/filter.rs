@@ -5,6 +5,7 @@
 //! for every filter, so that steady values stay what they are.
 
 use crate::numeric::count;
+use crate::setting::text;
 use crate::text::excerpt;
 use crate::{Error, Result};
 use std::f64::consts::PI;
@@ -45,9 +46,11 @@ impl FromStr for LowPass {
     fn from_str(text: &str) -> Result<Self> {
         let bad = |what: String| {
             Error::usage(
-                format!("--filter: {what}"),
-                "Write --filter butterworth:CUTOFF_HZ[:ORDER] or chebyshev:CUTOFF_HZ[:ORDER[:RIPPLE_DB]], as in \
-                 chebyshev:50:4:0.5.",
+                text!([Filter] ": {what}"),
+                text!(
+                    "Write " [Filter = "butterworth:CUTOFF_HZ[:ORDER]"] " or chebyshev:CUTOFF_HZ[:ORDER[:RIPPLE_DB]], \
+                     as in chebyshev:50:4:0.5."
+                ),
             )
         };
         let mut parts = text.split(':');

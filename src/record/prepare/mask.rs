@@ -2,6 +2,7 @@
 
 use crate::record::diagnose::findings;
 use crate::record::{Excluded, Record};
+use crate::setting::text;
 use crate::text::{excerpt, significant};
 use crate::{Error, Result};
 
@@ -33,8 +34,8 @@ pub fn parse_masks(items: &[String]) -> Result<Vec<Mask>> {
 fn one(item: &str) -> Result<Mask> {
     let bad = |what: String| {
         Error::usage(
-            format!("--mask: {what}"),
-            "Write --mask auto, --mask 0.5:0.6 or --mask current@0.5:0.6 (seconds).",
+            text!([Mask] ": {what}"),
+            text!("Write " [Mask = "auto"] ", " [Mask = "0.5:0.6"] " or " [Mask = "current@0.5:0.6"] " (seconds)."),
         )
     };
     if item == "auto" {
@@ -87,7 +88,7 @@ pub(super) fn apply(masks: &[Mask], record: Record) -> Result<Vec<Record>> {
         let counting = record.counting();
         if !counting.is_empty() && !counting.iter().any(|c| c[0] || c[1]) {
             return Err(Error::usage(
-                "--mask leaves no sample that counts",
+                text!([Mask] " leaves no sample that counts"),
                 "Mask less; times are those of the recording.",
             ));
         }
@@ -127,8 +128,8 @@ fn cut(record: Record, cuts: &[std::ops::Range<usize>], notes: Vec<String>) -> R
         .collect::<Result<_>>()?;
     if pieces.is_empty() {
         return Err(Error::data(
-            "--mask auto leaves nothing of the recording",
-            "Leave --mask auto out, or record again.",
+            text!([Mask = "auto"] " leaves nothing of the recording"),
+            text!("Leave " [Mask = "auto"] " out, or record again."),
         ));
     }
     Ok(pieces)

@@ -12,6 +12,7 @@ pub use mask::{Mask, parse_masks};
 
 use super::{Excluded, Quantity, Record, SAMPLES_MAX, Samples, Source, time};
 use crate::numeric::{count, mean, noise_sigma, peak, whole};
+use crate::setting::text;
 use crate::text::{engineering, significant};
 use crate::{Error, Result};
 use resample::{Resampled, Start, anti_alias, decimated, lines, regular};
@@ -77,12 +78,11 @@ impl Preparation {
         let end = to.map_or(time.len(), |to| time.partition_point(|t| *t <= to + near));
         if end < start + 2 {
             return Err(Error::usage(
-                format!(
-                    "--crop leaves {} samples of a recording from {} s to {} s",
-                    end.saturating_sub(start),
+                text!([Crop](" leaves {} samples of a recording from ", end.saturating_sub(start))(
+                    "{} s to {} s",
                     time[0],
                     time[time.len() - 1]
-                ),
+                )),
                 "Give FROM:TO in the recording's own time, in seconds.",
             ));
         }
@@ -119,11 +119,12 @@ impl Preparation {
     fn resampled(&self, record: Record) -> Result<Record> {
         let Some(rate) = self.rate_hz else { return every_so_manieth(record.lined(self), self.decimate.unwrap_or(1)) };
         if !(rate.is_finite() && rate > 0.0) {
-            return Err(Error::usage(format!("--rate is {rate}"), "Give samples per second, more than 0."));
+            let message = text!([Rate] " is {rate}");
+            return Err(Error::usage(message, "Give samples per second, more than 0."));
         }
         let time = &record.samples().time_s;
         if (time[time.len() - 1] - time[0]) * rate > count(SAMPLES_MAX) {
-            let message = format!("--rate {rate} makes more than {SAMPLES_MAX} samples");
+            let message = text!([Rate = "{rate}"] " makes more than {SAMPLES_MAX} samples");
             return Err(Error::usage(message, "Give a lower rate."));
         }
         let ratio = 1.0 / (record.period_s() * rate);
@@ -134,8 +135,8 @@ impl Preparation {
         }
         if !time::gaps(&record.samples().time_s).is_empty() {
             return Err(Error::usage(
-                "--rate over a gap in time would make up what happened in it",
-                "Use --gaps split with it, or --gaps keep without.",
+                text!([Rate] " over a gap in time would make up what happened in it"),
+                text!("Use " [Gaps = "split"] " with it, or " [Gaps = "keep"] " without."),
             ));
         }
         let record = record.lined(self);
@@ -148,10 +149,8 @@ impl Preparation {
     fn filtered(&self, record: Record) -> Result<Record> {
         let Some(filter) = self.filter else { return Ok(record) };
         if !record.steps().step_index.is_empty() {
-            return Err(Error::usage(
-                "--filter needs evenly spaced samples",
-                "Bring the recording to a regular clock with --rate HZ.",
-            ));
+            let message = text!([Filter] " needs evenly spaced samples");
+            return Err(Error::usage(message, time::regular_clock()));
         }
         let cascade = filter.design(record.period_s())?;
         let name = match filter.kind {
@@ -188,12 +187,12 @@ fn every_so_manieth(record: Record, every: usize) -> Result<Record> {
         return Ok(record);
     }
     if !record.steps().step_index.is_empty() {
-        let message = "--decimate needs evenly spaced samples";
-        return Err(Error::usage(message, "Bring the recording to a regular clock with --rate HZ."));
+        let message = text!([Decimate] " needs evenly spaced samples");
+        return Err(Error::usage(message, time::regular_clock()));
     }
     if record.len() < 2 * every {
         let message = format!("one of {every} samples leaves too little of {}", record.len());
-        return Err(Error::usage(message, "Decimate less, or give a higher --rate."));
+        return Err(Error::usage(message, text!("Decimate less, or give a higher " [Rate] ".")));
     }
     let note = format!("one of {every} samples kept, behind an anti-alias filter, all signals alike");
     let filter = anti_alias(record.period_s(), every)?;

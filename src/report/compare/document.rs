@@ -1,4 +1,4 @@
-//! The document of `compare --json`.
+//! The JSON document of a comparison.
 
 use super::paper::paper_tables;
 use super::tables::{setting_name, tables};
@@ -6,10 +6,11 @@ use crate::motor::Parameter;
 use crate::record::Severity;
 use crate::report::Table;
 use crate::report::document::{plain, record_head, warnings};
+use crate::report::spelling::command_line;
 use crate::study::compare::{Block, Comparison, Contest, Outcome, reached};
 use serde_json::{Map, Value, json as value};
 
-/// The document of `compare --json`.
+/// The JSON document of a comparison.
 pub struct CompareDocument;
 
 impl CompareDocument {
@@ -43,7 +44,7 @@ impl CompareDocument {
                 "seconds": sm.seconds,
             })),
             "refined": comparison.reference.as_ref().ok().map(|found| plain(&found.parameters)),
-            "refined_failure": comparison.reference.as_ref().err(),
+            "refined_failure": comparison.reference.as_ref().err().map(|e| e.spelled(command_line)),
             "warnings": warnings(&comparison.warnings, Severity::Report),
             "remarks": warnings(&comparison.warnings, Severity::Mention),
             "stop": if comparison.interrupted { "interrupted" } else { "budget_spent" },

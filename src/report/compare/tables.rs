@@ -5,6 +5,7 @@ use crate::motor::{Parameter, Parameters, Response, response, simulate};
 use crate::numeric::{mean, quantile, sorted};
 use crate::optimize::{GeneticOptions, GwoOptions, JayaOptions};
 use crate::report::Table;
+use crate::report::spelling::command_line;
 use crate::study::compare::{Block, Comparison, Contest, FEW, Setting, reached};
 use crate::text::significant;
 
@@ -203,7 +204,7 @@ fn parameters(comparison: &Comparison, block: &Block) -> Table {
     }
     match &comparison.reference {
         Ok(_) => table.note("refined: Levenberg\u{2013}Marquardt with noise weights, what every search could end at."),
-        Err(reason) => table.note(format!("There is no refined estimate: {reason}")),
+        Err(reason) => table.note(format!("There is no refined estimate: {}", reason.spelled(command_line))),
     }
     table
 }

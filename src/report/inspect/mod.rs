@@ -7,6 +7,7 @@ mod page;
 pub use page::inspect_page;
 
 use super::document::{record_head, warnings};
+use super::spelling::command_line;
 use crate::identify::{Inspection, Outlook};
 use crate::motor::{Parameter, response};
 use crate::numeric::{mean, noise_sigma, rms, standard_deviation};
@@ -72,7 +73,7 @@ impl SignalFacts {
     }
 }
 
-/// The document of `inspect --json`.
+/// The JSON document of inspections.
 pub struct InspectDocument;
 
 impl InspectDocument {
@@ -112,6 +113,7 @@ impl InspectDocument {
                 value!({"identifies": true, "relative_std_error": errors, "message": null, "remedy": null})
             }
             Outlook::Lacks { message, remedy } => {
+                let (message, remedy) = (message.spelled(command_line), remedy.spelled(command_line));
                 value!({"identifies": false, "relative_std_error": null, "message": message, "remedy": remedy})
             }
         };

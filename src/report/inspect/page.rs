@@ -6,6 +6,7 @@ use crate::record::{Quantity, Record, Severity};
 use crate::report::page::{Figure, Item, Page, Part, Section};
 use crate::report::pages::{Reproduced, reproduce, section};
 use crate::report::plot::{Chart, Line, Mark, panels};
+use crate::report::spelling::command_line;
 use crate::report::table::Table;
 use crate::text::{engineering, significant};
 
@@ -75,8 +76,9 @@ fn outlook(outlook: &Outlook) -> String {
             format!("It identifies {errors} (standard errors, if the model holds).")
         }
         Outlook::Lacks { message, remedy } => {
+            let message = message.spelled(command_line);
             let message = message.rsplit_once(".csv: ").map_or(message.as_str(), |(_, message)| message);
-            format!("It does not identify all five parameters: {message}. {}", capital(remedy))
+            format!("It does not identify all five parameters: {message}. {}", capital(&remedy.spelled(command_line)))
         }
     }
 }
@@ -95,12 +97,12 @@ fn odd(inspection: &Inspection<'_>, several: bool) -> Vec<Part> {
     let item = |(n, warning): (usize, &Warning)| {
         let grave = warning.severity == Severity::Report;
         let place = warning.place.as_ref().map(|place| ("where".to_owned(), place.to_string()));
-        let remedy = warning.remedy.as_ref().map(|remedy| ("what to do".to_owned(), remedy.clone()));
+        let remedy = warning.remedy.as_ref().map(|remedy| ("what to do".to_owned(), remedy.spelled(command_line)));
         let code = ("code".to_owned(), warning.code.to_owned());
         Item {
             name: format!("{}. {}:", n + 1, if grave { "Fault" } else { "Remark" }),
             grave,
-            text: warning.message.clone(),
+            text: warning.message.spelled(command_line),
             details: place.into_iter().chain(remedy).chain([code]).collect(),
         }
     };

@@ -1,4 +1,4 @@
-//! The document of `sweep merge --json`.
+//! The JSON document of the results of a sweep.
 
 use super::line::{Excess, Spread, excesses, spreads};
 use super::words::noise;
@@ -6,7 +6,7 @@ use crate::motor::Parameter;
 use crate::study::sweep::{Cell, Limits, NamedRun, Quantiles, SweepBlock, SweepSummary};
 use serde_json::{Map, Value, json as value};
 
-/// The document of `sweep merge --json`.
+/// The JSON document of the results of a sweep.
 pub struct SweepDocument;
 
 impl SweepDocument {

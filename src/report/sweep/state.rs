@@ -1,10 +1,11 @@
-//! The documents of `sweep run --json` and `sweep status --json`.
+//! The JSON documents of the state of a sweep.
 
 use crate::identify::Warning;
+use crate::report::spelling::command_line;
 use crate::study::sweep::{FailedRun, Shard, ShardStatus, SweepStatus, Tally};
 use serde_json::{Value, json as value};
 
-/// The document of `sweep run --json`.
+/// The JSON document of what a run of a shard did.
 pub struct TallyDocument;
 
 impl TallyDocument {
@@ -12,7 +13,7 @@ impl TallyDocument {
     #[must_use]
     pub fn of(shard: Shard, tally: &Tally) -> Value {
         let failed = |f: &FailedRun| value!({"id": f.id, "runs": f.runs, "motor": f.motor, "message": f.message});
-        let warning = |w: &Warning| value!({"code": w.code, "message": w.message});
+        let warning = |w: &Warning| value!({"code": w.code, "message": w.message.spelled(command_line)});
         value!({
             "motorfit": env!("CARGO_PKG_VERSION"),
             "shard": {"index": shard.index, "count": shard.count},
@@ -27,7 +28,7 @@ impl TallyDocument {
     }
 }
 
-/// The document of `sweep status --json`.
+/// The JSON document of how far a sweep is.
 pub struct StatusDocument;
 
 impl StatusDocument {

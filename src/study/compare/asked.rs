@@ -1,10 +1,11 @@
-//! What is compared, in words: the forms that flags and keyword arguments share.
+//! What is compared, in words: the forms that front ends share.
 
 use super::{Setting, Subject};
 use crate::criterion::Criterion;
 use crate::evaluate::Model;
 use crate::identify::{Costs, DeviceSpec, IdentifySpec, Method, values};
 use crate::motor::Space;
+use crate::setting::{Setting as Named, text};
 use crate::text::excerpt;
 use crate::{Error, Result};
 
@@ -25,8 +26,6 @@ pub struct Asked {
     pub bounds: Vec<String>,
     /// Held values, `R=0.92`.
     pub fix: Vec<String>,
-    /// What stands before the names in errors: `--` for flags.
-    pub dashes: &'static str,
 }
 
 impl Asked {
@@ -37,12 +36,12 @@ impl Asked {
     pub fn settings(&self) -> Result<Vec<Setting>> {
         let variants = self.variants()?;
         for (name, twice) in [
-            ("criteria", has_twice(&self.criteria)),
-            ("population", has_twice(&self.population)),
-            ("generations", has_twice(&self.generations)),
+            (Named::Criteria, has_twice(&self.criteria)),
+            (Named::Population, has_twice(&self.population)),
+            (Named::Generations, has_twice(&self.generations)),
         ] {
             if twice {
-                return Err(Error::usage(format!("{}{name} has a value twice", self.dashes), "Give each once."));
+                return Err(Error::usage(text!({name} " has a value twice"), "Give each once."));
             }
         }
         let mut settings = Vec::new();
@@ -63,26 +62,25 @@ impl Asked {
 
     /// The searches, with every combination of their own settings.
     fn variants(&self) -> Result<Vec<Vec<Method>>> {
-        let (all, dashes) = (&self.methods, self.dashes);
+        let all = &self.methods;
         if let Some(twice) = (1..all.len()).find(|n| all[..*n].contains(&all[*n])) {
-            let message = format!("{dashes}methods names {} twice", all[twice].name());
+            let message = text!([Methods](" names {} twice", all[twice].name()));
             return Err(Error::usage(message, "Name each once."));
         }
         if all.contains(&Method::Auto) {
-            let message = format!("{dashes}methods: auto is no method of its own");
+            let message = text!([Methods] ": auto is no method of its own");
             return Err(Error::usage(message, "Name gwo, jaya, ga, random or sm."));
         }
         let searches: Vec<Method> = all.iter().filter(|method| method.is_search()).cloned().collect();
         if searches.is_empty() {
-            let message = format!("{dashes}methods names no search");
+            let message = text!([Methods] " names no search");
             return Err(Error::usage(message, "Name at least one of gwo, jaya, ga and random."));
         }
-        let flag = format!("{dashes}set");
         let mut variants = vec![searches];
         for item in &self.set {
-            let (name, values) = values::pair(item, &flag, "ga.mutation=0.1/0.2")?;
+            let (name, values) = values::pair(item, Named::Set, "ga.mutation=0.1/0.2")?;
             let (method, key) = name.split_once('.').ok_or_else(|| {
-                let message = format!("{flag} \"{}\" names no method", excerpt(item));
+                let message = text!([Set](" \"{}\" names no method", excerpt(item)));
                 Error::usage(message, "Write METHOD.KEY=VALUE, as in ga.mutation=0.1.")
             })?;
             let mut next = Vec::new();
@@ -90,8 +88,8 @@ impl Asked {
                 for value in values.split('/') {
                     let mut changed = variant.clone();
                     let found = changed.iter_mut().find(|m| m.name() == method).ok_or_else(|| {
-                        let message = format!("{flag}: {} is not among the methods", excerpt(method));
-                        Error::usage(message, format!("Name it in {dashes}methods."))
+                        let message = text!([Set](": {} is not among the methods", excerpt(method)));
+                        Error::usage(message, text!("Name it in " [Methods] "."))
                     })?;
                     found.set(key, value)?;
                     next.push(changed);
@@ -109,7 +107,7 @@ impl Asked {
     pub fn space(&self, subject: &Subject, model: Model) -> Result<Space> {
         let usual = [if subject.truth.is_some() { "table2" } else { "auto" }.to_owned()];
         let bounds = if self.bounds.is_empty() { &usual[..] } else { &self.bounds };
-        let fixed = values::parameters(&self.fix, &format!("{}fix", self.dashes))?;
+        let fixed = values::parameters(&self.fix, Named::Fix)?;
         let space = Space::table2_with(&values::bounds(bounds)?, &fixed)?;
         let (auto_bounds, device) = (values::auto_bounds(bounds)?, DeviceSpec::Cpu);
         let identify = IdentifySpec { space, auto_bounds, device, model, ..IdentifySpec::default() };

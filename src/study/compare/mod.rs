@@ -23,6 +23,7 @@ use crate::identify::{
 };
 use crate::motor::{Parameter, Parameters, Space};
 use crate::optimize::{Budget, Progress, Run, Setup, Stop, minimize};
+use crate::setting::{Text, text};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -78,7 +79,7 @@ pub struct Comparison {
     /// Steiglitz–McBride beside them, where it was asked for.
     pub steiglitz: Option<Steiglitz>,
     /// The refined estimate of the recordings, or why there is none.
-    pub reference: std::result::Result<Box<Identification>, String>,
+    pub reference: std::result::Result<Box<Identification>, Text>,
     /// State `[i, ω]` at the start of each recording, as the searches take it.
     pub initial: Vec<[f64; 2]>,
     /// What evaluated: cpu or gpu, its name, its numbers.
@@ -209,10 +210,10 @@ fn check(spec: &CompareSpec) -> Result<()> {
         return Err(Error::usage("there is nothing to compare", "Give at least one method, criterion and run."));
     }
     if spec.runs > 100_000 {
-        return Err(Error::usage(format!("--runs is {}", spec.runs), "Give at most 100000."));
+        return Err(Error::usage(text!([Runs](" is {}", spec.runs)), "Give at most 100000."));
     }
     if spec.target.is_some_and(|cost| !(cost.is_finite() && cost > 0.0)) {
-        return Err(Error::usage("--target is no cost", "Give a positive number."));
+        return Err(Error::usage(text!([Target] " is no cost"), "Give a positive number."));
     }
     Ok(())
 }
@@ -305,7 +306,7 @@ fn outcome(problem: &Problem, run: Run) -> Outcome {
 }
 
 /// The refined estimate: what all searches would end at with a perfect method and noise weights.
-fn reference(subject: &Subject, spec: &CompareSpec) -> std::result::Result<Box<Identification>, String> {
+fn reference(subject: &Subject, spec: &CompareSpec) -> std::result::Result<Box<Identification>, Text> {
     let auto = IdentifySpec {
         model: spec.model,
         space: spec.space.clone(),
@@ -313,5 +314,5 @@ fn reference(subject: &Subject, spec: &CompareSpec) -> std::result::Result<Box<I
         device: crate::identify::DeviceSpec::Cpu,
         ..IdentifySpec::default()
     };
-    identify(&subject.records, &auto).map(Box::new).map_err(|error| error.to_string())
+    identify(&subject.records, &auto).map(Box::new).map_err(|error| error.text())
 }

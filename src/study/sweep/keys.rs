@@ -9,6 +9,7 @@ use crate::motor::{Discretization, Parameter, Space};
 use crate::record::{
     Gaps, Offset, Preparation, ReadOptions, Reading, parse_columns, parse_crop, parse_masks, parse_offset,
 };
+use crate::setting::Setting;
 use crate::{Error, Result};
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
@@ -103,7 +104,7 @@ impl Keys<'_> {
         for item in self.words("set", "[\"ga.mutation=0.1\"]")? {
             let wrong =
                 |error: &Error| document.located(self.get("set").map(toml::Spanned::span).unwrap_or_default(), error);
-            let (name, value) = values::pair(&item, "set", "ga.mutation=0.1").map_err(|e| wrong(&e))?;
+            let (name, value) = values::pair(&item, Setting::Set, "ga.mutation=0.1").map_err(|e| wrong(&e))?;
             let (method, key) = name.split_once('.').unwrap_or(("", name));
             let Some(found) = methods.iter_mut().find(|m| m.name() == method) else {
                 let message = format!("set: \"{}\" is not among the methods", crate::text::excerpt(method));

@@ -2,6 +2,7 @@
 
 use super::manifest::Job;
 use super::study::Study;
+use super::toml::as_key;
 use crate::identify::Fitted;
 use crate::motor::{Parameter, Parameters};
 use crate::text::{hexadecimal, printable_json};
@@ -134,7 +135,8 @@ impl Outcome {
             ErrorKind::Usage => "usage",
         };
         // Where the files lie is no part of a result.
-        let message = error.to_string().replace(root, "");
+        let message = error.text().respelled(as_key).to_string().replace(root, "");
+        let remedy = error.hint().respelled(as_key).to_string();
         Self {
             parameters: None,
             std_error: None,
@@ -147,7 +149,7 @@ impl Outcome {
             device: Device::Cpu,
             precision: Precision::F64,
             warnings: Vec::new(),
-            error: Some(Failure { kind: kind.to_owned(), message, remedy: error.remedy() }),
+            error: Some(Failure { kind: kind.to_owned(), message, remedy }),
         }
     }
 

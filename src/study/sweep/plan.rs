@@ -7,6 +7,7 @@ use super::store::unreadable;
 use super::study::Study;
 use super::{Sweep, replace};
 use crate::identify::{DeviceSpec, IdentifySpec, Lockstep, Paces, PrecisionSpec};
+use crate::setting::text;
 use crate::text::{hexadecimal, printable};
 use crate::{Error, ErrorKind, Result};
 use sha2::{Digest as _, Sha256};
@@ -46,7 +47,9 @@ impl Sweep {
                 return Ok((Self { manifest, ..known }, true));
             }
             let difference = known.manifest.difference(&manifest);
-            let remedy = "Give a new folder with --out; or go on with what was planned: motorfit sweep run DIR.";
+            let remedy = text!(
+                "Give a new folder with " [Out] "; or go on with what was planned: " [Command::RunSweep] "."
+            );
             let message = format!("holds another sweep: {difference}");
             return Err(Error::data(message, remedy).in_file(folder));
         }
@@ -64,7 +67,7 @@ impl Sweep {
         let path = folder.join(NAME);
         if !path.exists() {
             let message = "holds no sweep: there is no manifest.json";
-            return Err(Error::data(message, "Plan one: motorfit sweep plan STUDY.toml --out DIR.").in_file(folder));
+            return Err(Error::data(message, text!("Plan one: " [Command::PlanSweep] ".")).in_file(folder));
         }
         let text = read(&path, u64::MAX)?;
         let broken = |what: String| {
@@ -77,7 +80,7 @@ impl Sweep {
             let message = format!("is of motorfit {}, which plans otherwise", printable(&manifest.motorfit));
             return Err(Error::data(message, remedy).in_file(&path));
         }
-        let study = Study::parse(&manifest.study, &path).map_err(|e| broken(e.message()))?;
+        let study = Study::parse(&manifest.study, &path).map_err(|e| broken(e.message().to_string()))?;
         let runs = Runs::new(study, manifest.motors.len());
         if runs.count() != manifest.runs || manifest.runs == 0 {
             return Err(broken(format!("says {} runs, its study makes {}", manifest.runs, runs.count())));
@@ -145,7 +148,7 @@ fn check_empty(folder: &Path) -> Result<()> {
         |name: &std::ffi::OsStr| name.to_string_lossy().trim_start_matches('.').starts_with(&format!("{NAME}."));
     if entries.flatten().any(|entry| !is_left(&entry.file_name())) {
         let message = "holds something else than a sweep: it is left as it is";
-        return Err(Error::data(message, "Name a new folder with --out.").in_file(folder));
+        return Err(Error::data(message, text!("Name a new folder with " [Out] ".")).in_file(folder));
     }
     Ok(())
 }

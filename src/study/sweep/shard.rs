@@ -1,5 +1,6 @@
 //! A part of the runs of a sweep, and the name of its results file.
 
+use crate::setting::text;
 use crate::text::excerpt;
 use crate::{Error, Result};
 
@@ -47,8 +48,8 @@ impl std::str::FromStr for Shard {
             _ => None,
         };
         shard.ok_or_else(|| {
-            let message = format!("--shard: \"{}\" is no shard", excerpt(text));
-            Error::usage(message, "Write I/N with I from 1 to N, as in --shard 2/7.")
+            let message = text!([Shard](": \"{}\" is no shard", excerpt(text)));
+            Error::usage(message, text!("Write I/N with I from 1 to N, as in " [Shard = "2/7"] "."))
         })
     }
 }

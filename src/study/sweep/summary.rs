@@ -7,6 +7,7 @@ use super::run::Failures;
 use super::study::Factors;
 use crate::motor::Parameter;
 use crate::numeric::{quantile, sorted};
+use crate::setting::text;
 use crate::text::excerpt;
 use crate::{Error, Result};
 
@@ -271,8 +272,8 @@ impl Limits {
     pub fn new(list: Vec<(Parameter, f64, f64)>) -> Result<Self> {
         match list.iter().find(|(_, low, high)| low >= high) {
             Some((parameter, low, high)) => {
-                let message = format!("--limits: {}={low}:{high} holds nothing", excerpt(parameter.symbol()));
-                Err(Error::usage(message, "Write --limits R=0.8:1.0, the lower limit first."))
+                let message = text!([Limits](": {}={low}:{high} holds nothing", excerpt(parameter.symbol())));
+                Err(Error::usage(message, text!("Write " [Limits = "R=0.8:1.0"] ", the lower limit first.")))
             }
             None => Ok(Self(list)),
         }

@@ -1,5 +1,6 @@
 //! TOML with the places of its values, so that an error names the line, and unknown keys the nearest known one.
 
+use crate::setting::{Form, Reference, Text};
 use crate::text::{excerpt, nearest};
 use crate::{Error, Result};
 use std::ops::Range;
@@ -9,6 +10,19 @@ use toml::de::{DeTable, DeValue};
 
 /// A value with its place.
 pub(super) type Value<'a> = Spanned<DeValue<'a>>;
+
+/// Spells a setting as a key of a study with its value: `fix = {K = 0.05}`. Operations are the caller's to spell.
+pub(super) fn as_key(reference: &Reference) -> Option<String> {
+    let Reference::Setting(setting, value) = reference else { return None };
+    let name = setting.name().to_owned();
+    let Some(value) = value else { return Some(name) };
+    Some(match setting.form() {
+        Form::Switch | Form::Number => format!("{name} = {value}"),
+        Form::Word => format!("{name} = \"{value}\""),
+        Form::List => format!("{name} = [\"{}\"]", value.replace(',', "\", \"")),
+        Form::Values => format!("{name} = {{{}}}", value.replace('=', " = ").replace(',', ", ")),
+    })
+}
 
 /// A text of TOML, for errors that name its lines.
 #[derive(Clone, Copy)]
@@ -29,16 +43,15 @@ impl<'a> Document<'a> {
     }
 
     /// An error at a place.
-    pub(super) fn error(self, span: Range<usize>, message: impl Into<String>, remedy: impl Into<String>) -> Error {
+    pub(super) fn error(self, span: Range<usize>, message: impl Into<Text>, hint: impl Into<Text>) -> Error {
         let before = self.text.get(..span.start).unwrap_or_default();
         let line = before.matches('\n').count() as u64 + 1;
-        Error::usage(message, remedy).in_file(self.path).at_line(line)
+        Error::usage(message, hint).in_file(self.path).at_line(line)
     }
 
-    /// The same error as another with its place; what is a flag elsewhere is a key here.
+    /// The same error with its place, its settings spelled as keys.
     pub(super) fn located(self, span: Range<usize>, error: &Error) -> Error {
-        let plain = |text: String| text.replace("--", "");
-        self.error(span, plain(error.message()), plain(error.remedy()))
+        self.error(span, error.message().respelled(as_key), error.hint().respelled(as_key))
     }
 
     /// Keys that are not known are errors.

@@ -77,7 +77,7 @@ fn the_other_byte_order() {
 fn other_levels_and_objects_are_named() {
     let error = mat(OPAQUE).unwrap_err();
     assert!(error.to_string().contains("ts: an object of class timeseries"), "{error}");
-    assert!(error.remedy().contains("t = ts.Time; v = ts.Data"), "{}", error.remedy());
+    assert!(error.hint().to_string().contains("t = ts.Time; v = ts.Data"), "{}", error.hint());
     assert!(refused(LEVEL_4).contains("of level 4"));
     let mut header = TINY[..128].to_vec();
     header[124..].copy_from_slice(b"\x00\x02IM");
@@ -86,7 +86,7 @@ fn other_levels_and_objects_are_named() {
     header.extend(b"\x89HDF\r\n\x1a\n");
     assert!(refused(&header).contains("of level 7.3"));
     assert!(refused(b"\x89HDF\r\n\x1a\n").contains("of level 7.3"));
-    assert!(mat(&header).unwrap_err().remedy().contains("save('file.mat','-v7')"));
+    assert!(mat(&header).unwrap_err().hint().to_string().contains("save('file.mat','-v7')"));
     for other in [&b""[..], b"abc", b"time_s,voltage_V\n0,1\n", &[0; 200]] {
         assert!(refused(other).contains("is no MAT-file"));
     }

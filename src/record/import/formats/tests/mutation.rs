@@ -41,7 +41,7 @@ fn consistent(read: Result<Cells>) {
             assert!(width > 0 && cells.rows.iter().all(|(_, row)| row.len() == width));
             assert!(cells.rows.windows(2).all(|pair| pair[0].0 < pair[1].0));
         }
-        Err(error) => assert!(!error.to_string().is_empty() && !error.remedy().is_empty()),
+        Err(error) => assert!(!error.to_string().is_empty() && !error.hint().is_empty()),
     }
 }
 
