@@ -28,6 +28,7 @@ pub mod evaluate;
 pub mod experiment;
 pub mod identify;
 pub mod motor;
+pub mod named;
 pub mod optimize;
 pub mod record;
 pub mod report;

@@ -6,9 +6,10 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Each module with those that it may use. Every module may use the ground: error, text, setting, candidates.
-const ALLOWED: [(&str, &[&str]); 14] = [
+/// Each module with those that it may use. Every module may use the ground: error, named, setting, text, candidates.
+const ALLOWED: [(&str, &[&str]); 15] = [
     ("error", &[]),
+    ("named", &[]),
     ("text", &[]),
     ("setting", &[]),
     ("candidates", &[]),
@@ -37,7 +38,7 @@ const ALLOWED: [(&str, &[&str]); 14] = [
         ],
     ),
 ];
-const GROUND: [&str; 7] = ["error", "text", "setting", "candidates", "Error", "ErrorKind", "Result"];
+const GROUND: [&str; 8] = ["error", "named", "text", "setting", "candidates", "Error", "ErrorKind", "Result"];
 
 fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());

@@ -182,7 +182,7 @@ fn the_automatic_way_finds_the_optimum() {
 #[test]
 fn a_population_and_the_polish_find_it_from_wide_bounds() {
     few_are_missed(5, 200, |set, seed| IdentifySpec {
-        method: Method::Gwo(GwoOptions::default()),
+        method: Method::from(GwoOptions::default()),
         space: wide(set),
         auto_bounds: Vec::new(),
         seed: u64::from(seed),
