@@ -13,21 +13,21 @@ use std::str::FromStr;
 named! {
     /// How errors are added up.
     #[non_exhaustive]
-    pub enum Norm (default Nrmse) {
+    pub enum Norm: (Loss, Total) {
         /// Square root of the sum of squares.
-        Euclidean = "euclidean",
+        Euclidean = "euclidean" => (Loss::Square, Total::Root),
         /// Integral of the squared error.
-        Ise = "ise",
+        Ise = "ise" => (Loss::Square, Total::Integral),
         /// Integral of the absolute error.
-        Iae = "iae",
+        Iae = "iae" => (Loss::Absolute, Total::Integral),
         /// Integral of time times squared error.
-        Itse = "itse",
+        Itse = "itse" => (Loss::Square, Total::IntegralOverTime),
         /// Integral of time times absolute error.
-        Itae = "itae",
+        Itae = "itae" => (Loss::Absolute, Total::IntegralOverTime),
         /// Mean squared error.
-        Mse = "mse",
+        Mse = "mse" => (Loss::Square, Total::Mean),
         /// Root of the mean squared error.
-        Nrmse = "nrmse",
+        Nrmse = "nrmse" => (Loss::Square, Total::RootMean),
     }
 }
 
@@ -68,24 +68,17 @@ enum Total {
     RootMean,
 }
 
-impl Norm {
-    /// Returns the loss of an error, and what becomes of the sum.
-    const fn parts(self) -> (Loss, Total) {
-        match self {
-            Self::Euclidean => (Loss::Square, Total::Root),
-            Self::Ise => (Loss::Square, Total::Integral),
-            Self::Iae => (Loss::Absolute, Total::Integral),
-            Self::Itse => (Loss::Square, Total::IntegralOverTime),
-            Self::Itae => (Loss::Absolute, Total::IntegralOverTime),
-            Self::Mse => (Loss::Square, Total::Mean),
-            Self::Nrmse => (Loss::Square, Total::RootMean),
-        }
+impl Default for Norm {
+    fn default() -> Self {
+        Self::Nrmse
     }
+}
 
+impl Norm {
     /// Returns whether errors are weighted by the time that has passed.
     #[must_use]
     pub fn is_time_weighted(self) -> bool {
-        self.parts().1 == Total::IntegralOverTime
+        self.row().1 == Total::IntegralOverTime
     }
 }
 
@@ -153,7 +146,7 @@ impl Criterion {
     /// Whether |e| is added up rather than e².
     #[must_use]
     pub fn is_absolute(&self) -> bool {
-        self.norm.parts().0 == Loss::Absolute
+        self.norm.row().0 == Loss::Absolute
     }
 
     /// Whether errors are weighted by the time that has passed.
@@ -165,13 +158,13 @@ impl Criterion {
     /// Whether the sum approximates an integral over time.
     #[must_use]
     pub fn is_integral(&self) -> bool {
-        matches!(self.norm.parts().1, Total::Integral | Total::IntegralOverTime)
+        matches!(self.norm.row().1, Total::Integral | Total::IntegralOverTime)
     }
 
     /// The weight of the sample at `time_s` (from the start of the recording) followed by a step of `step_s`.
     #[must_use]
     pub fn weight(&self, time_s: f64, step_s: f64) -> f64 {
-        match self.norm.parts().1 {
+        match self.norm.row().1 {
             Total::IntegralOverTime => (time_s - self.time_origin_s.unwrap_or(0.0)).max(0.0) * step_s,
             Total::Integral => step_s,
             _ => 1.0,
@@ -189,7 +182,7 @@ impl Criterion {
     pub fn cost(&self, total: f64, samples: usize) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
         let samples = samples as f64;
-        let cost = match self.norm.parts().1 {
+        let cost = match self.norm.row().1 {
             Total::Root => total.sqrt(),
             Total::Integral | Total::IntegralOverTime => total,
             Total::Mean => total / samples,

@@ -36,13 +36,43 @@ pub trait Named: Clone + PartialEq {
     }
 }
 
-/// Defines an enum as a table: each variant with its text, which is its documentation, and its name.
+/// Defines an enum as a table: each variant with its text, which is its documentation, and its name. Rows may hold more:
+/// `enum Thing: Facts { … Variant = "name" => FACTS, … }` has `row(self) -> Facts`.
 macro_rules! named {
     (
         $(#[$meta:meta])*
         $visibility:vis enum $type:ident (default $default:ident) {
             $($(#[doc = $text:literal])+ $variant:ident = $name:literal,)+
         }
+    ) => {
+        $crate::named::named!(@table $(#[$meta])* $visibility $type { $($(#[doc = $text])+ $variant = $name,)+ });
+
+        impl Default for $type {
+            fn default() -> Self {
+                Self::$default
+            }
+        }
+    };
+    (
+        $(#[$meta:meta])*
+        $visibility:vis enum $type:ident: $row_type:ty {
+            $($(#[doc = $text:literal])+ $variant:ident = $name:literal => $row:expr,)+
+        }
+    ) => {
+        $crate::named::named!(@table $(#[$meta])* $visibility $type { $($(#[doc = $text])+ $variant = $name,)+ });
+
+        impl $type {
+            /// Returns what else the row holds.
+            const fn row(self) -> $row_type {
+                match self {
+                    $(Self::$variant => $row,)+
+                }
+            }
+        }
+    };
+    (
+        @table $(#[$meta:meta])*
+        $visibility:vis $type:ident { $($(#[doc = $text:literal])+ $variant:ident = $name:literal,)+ }
     ) => {
         $(#[$meta])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,12 +90,6 @@ macro_rules! named {
                 match self {
                     $(Self::$variant => $name,)+
                 }
-            }
-        }
-
-        impl Default for $type {
-            fn default() -> Self {
-                Self::$default
             }
         }
 

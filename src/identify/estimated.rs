@@ -1,10 +1,9 @@
 //! A result parameter by parameter, as it is shown.
 
-use super::extended::Extension;
 use super::spec::{Identification, IdentifySpec, side};
 use crate::Result;
 use crate::estimate::fit_problem;
-use crate::motor::{Axis, Input, Parameter, Scope};
+use crate::motor::{Axis, Extension, Input, Parameter, Scope};
 use crate::record::Record;
 
 /// A parameter of a result.

@@ -5,7 +5,7 @@
 //! from grids along their axes; the refinement of the best of these starts is the estimate.
 
 use super::channels::{Stand, guess};
-use super::extended::{Extension, With, best_start, climb, explained, extended_space, is_far, lagged, led};
+use super::extended::{With, best_start, climb, explained, extended_space, is_far, lagged, led};
 use super::search::{Found, evaluated, population};
 use super::spec::{Identification, IdentifySpec};
 use super::verify::deviations;
@@ -14,7 +14,7 @@ use super::{Attempt, Polish, assemble, checks, complete, friction, held, mechani
 use crate::Result;
 use crate::estimate::{Refined, SmFailure, fit_problem, global_reference};
 use crate::evaluate::Problem;
-use crate::motor::{Axis, Input, Parameter, Scope, Space};
+use crate::motor::{Axis, Extension, Input, Parameter, Scope, Space};
 use crate::optimize::Progress;
 use crate::record::Record;
 use crate::setting::text;
@@ -102,7 +102,7 @@ fn check_per_recording(spec: &IdentifySpec, space: &Space) -> Result<()> {
     let free = |p: &Parameter| space.free().iter().any(|axis| axis.parameter == *p);
     let Some(parameter) = spec.per_recording.iter().find(|p| !free(p)) else { return Ok(()) };
     let symbol = parameter.symbol();
-    let extension = Extension::ALL.into_iter().find(|e| e.parameters().contains(parameter));
+    let extension = Extension::of(*parameter);
     let is_held = space.fixed().iter().any(|(of, ..)| of == parameter);
     let (what, remedy) = match extension {
         _ if is_held => ("is held", text!("Leave {symbol} out of " [PerRecording] ", or do not hold it.")),
@@ -287,7 +287,7 @@ fn is_same(space: &Space, one: &Refined, other: &Refined) -> bool {
     let errors = one.uncertainty.std_error.iter().zip(space.free());
     let pairs = one.values.iter().zip(&other.values).zip(errors);
     let near = |((a, b), (error, axis)): ((&f64, &f64), (&Option<f64>, &Axis))| {
-        let is_late = Extension::LATE.iter().any(|late| late.parameters().contains(&axis.parameter));
+        let is_late = Extension::of(axis.parameter).is_some_and(Extension::is_late);
         is_late
             || error.is_none_or(|error| {
                 (axis.coordinate(*a) - axis.coordinate(*b)).abs() * axis.slope(*a) <= allowed * error

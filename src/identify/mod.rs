@@ -32,13 +32,14 @@ pub mod values;
 mod verify;
 mod warnings;
 
+pub use crate::motor::Extension;
 pub use characteristics::{
     Characteristic, Characteristics, Constants, Covariance, Named, characteristics, characteristics_by_current,
 };
 pub use costs::Costs;
 pub use device::{DeviceSpec, OnLoss, PrecisionSpec};
 pub use estimated::Estimated;
-pub use extended::{Extension, Ladder, Rung, With};
+pub use extended::{Ladder, Rung, With};
 pub use feedforward::{Regression, regression, regressions};
 pub use fit::{Fitted, check, fit, fit_on, polished, search_space};
 pub use held::{Between, between_samples, suspicions};

@@ -1,15 +1,15 @@
 //! The ladder of models: from the linear motor up, each rung the extension that the recordings speak for most, until none
 //! is worth its parameters.
 
-use super::super::mechanical::{allows, is_driven_by_current};
+use super::super::mechanical::is_driven_by_current;
 use super::super::spec::IdentifySpec;
 use super::super::verify::deviations;
 use super::starts::{carried, warmed};
 use super::worth::{Fit, gain, independent, is_worth};
-use super::{Extension, best_start, explained, extended_space};
+use super::{best_start, explained, extended_space};
 use crate::estimate::{Refined, fit_problem, refine_on};
 use crate::evaluate::Problem;
-use crate::motor::{Scope, Space};
+use crate::motor::{Extension, Needs, Scope, Space};
 use crate::record::Record;
 use crate::{Error, ErrorKind, Result};
 use rayon::prelude::*;
@@ -184,12 +184,11 @@ fn candidates(records: &[Record], model: &Fit) -> Vec<Extension> {
     let both_ways = any(&|v| v > 0.0) && any(&|v| v < 0.0);
     let measured = |channel: usize| records.iter().any(|record| record.measured()[channel].is_some());
     let by_current = is_driven_by_current(records);
-    let can = |extension: &Extension| match extension {
-        _ if by_current && !allows(*extension) => false,
-        Extension::DirectionGain => both_ways,
-        // Without a current the drop of the brushes is that of a deadband or of friction.
-        Extension::BrushDrop => measured(0),
-        _ => true,
+    let can = |extension: &Extension| match extension.needs() {
+        _ if by_current && !extension.acts_on_current() => false,
+        Needs::BothSigns => both_ways,
+        Needs::Current => measured(0),
+        Needs::Nothing => true,
     };
     let extent = model.space.extent();
     Extension::ALL.into_iter().filter(|e| !extent.has_any(e.parameters())).filter(can).collect()

@@ -12,115 +12,10 @@ pub(super) use worth::is_far;
 use super::mechanical::is_driven_by_current;
 use super::spec::IdentifySpec;
 use crate::criterion::peak;
-use crate::motor::{Axis, Parameter, Scope, Space};
+use crate::motor::{Axis, Extension, Parameter, Scope, Space, UsualBounds};
 use crate::record::Record;
 use crate::setting::text;
-use crate::text::nearest;
 use crate::{Error, Result};
-
-/// Something that real motors, drives and sensors add to the linear motor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Extension {
-    /// Coulomb friction, which sticks.
-    Coulomb,
-    /// A constant load torque.
-    Load,
-    /// A dead time of the input.
-    DeadTime,
-    /// A first movement that comes late, in each recording by its own time.
-    Latency,
-    /// An offset of the voltage.
-    Offset,
-    /// The voltage drop of the brushes.
-    BrushDrop,
-    /// A deadband of the drive.
-    Deadband,
-    /// A drive that gives no more beyond some input.
-    Saturation,
-    /// A drive with another gain for negative inputs.
-    DirectionGain,
-    /// Sensors that average over samples.
-    SensorAverage,
-}
-
-impl Extension {
-    /// All there are.
-    pub const ALL: [Self; 10] = [
-        Self::Coulomb,
-        Self::Load,
-        Self::DeadTime,
-        Self::Latency,
-        Self::Offset,
-        Self::BrushDrop,
-        Self::Deadband,
-        Self::Saturation,
-        Self::DirectionGain,
-        Self::SensorAverage,
-    ];
-
-    /// What delays, and imitates each other.
-    pub const LATE: [Self; 3] = [Self::DeadTime, Self::Latency, Self::SensorAverage];
-
-    /// Its name in flags and results.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Coulomb => "coulomb",
-            Self::Load => "load",
-            Self::DeadTime => "dead-time",
-            Self::Latency => "latency",
-            Self::Offset => "offset",
-            Self::BrushDrop => "brush-drop",
-            Self::Deadband => "deadband",
-            Self::Saturation => "saturation",
-            Self::DirectionGain => "direction-gain",
-            Self::SensorAverage => "sensor-average",
-        }
-    }
-
-    /// Its parameters.
-    #[must_use]
-    pub fn parameters(self) -> &'static [Parameter] {
-        match self {
-            Self::Coulomb => &[Parameter::Coulomb],
-            Self::Load => &[Parameter::Load],
-            Self::DeadTime => &[Parameter::DeadTime],
-            Self::Latency => &[Parameter::Latency],
-            Self::Offset => &[Parameter::Offset],
-            Self::BrushDrop => &[Parameter::BrushDrop],
-            Self::Deadband => &[Parameter::Deadband],
-            Self::Saturation => &[Parameter::Saturation],
-            Self::DirectionGain => &[Parameter::ReverseGain],
-            Self::SensorAverage => &[Parameter::CurrentAverage, Parameter::SpeedAverage],
-        }
-    }
-
-    /// Its parameters that recordings can show: sensors that were there, directions that were driven.
-    fn shown(self, records: &[Record]) -> Vec<Parameter> {
-        let measured = |channel: usize| records.iter().any(|r| r.measured()[channel].is_some());
-        let told = |parameter: &Parameter| match parameter {
-            Parameter::CurrentAverage => measured(0),
-            Parameter::SpeedAverage => measured(1),
-            _ => true,
-        };
-        self.parameters().iter().copied().filter(told).collect()
-    }
-}
-
-impl std::str::FromStr for Extension {
-    type Err = Error;
-
-    fn from_str(name: &str) -> Result<Self> {
-        Self::ALL.into_iter().find(|e| e.name() == name).ok_or_else(|| {
-            let names = Self::ALL.map(Self::name);
-            let near = nearest(name, &names).map_or(String::new(), |near| format!("; did you mean {near}?"));
-            Error::usage(
-                text!([With](": \"{}\" is no extension{near}", crate::text::excerpt(name))),
-                format!("Name {}, or auto.", names.join(", ")),
-            )
-        })
-    }
-}
 
 /// Which extensions a motor has.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -164,6 +59,12 @@ impl With {
     }
 }
 
+/// The parameters of an extension that recordings can show: those of sensors that were there.
+fn shown(extension: Extension, records: &[Record]) -> impl Iterator<Item = Parameter> {
+    let measured = [0, 1].map(|channel: usize| records.iter().any(|r| r.measured()[channel].is_some()));
+    extension.parameters().iter().copied().filter(move |p| p.channel().is_none_or(|channel| measured[channel]))
+}
+
 /// The space of a spec with these extensions, as far as it has not got their parameters: within bounds that the
 /// recordings and a motor near the right one (R, L, K, B, J) give. A start latency belongs to each recording.
 ///
@@ -180,7 +81,7 @@ pub(super) fn extended_space(
     let has = |p: Parameter| {
         space.free().iter().any(|axis| axis.parameter == p) || space.fixed().iter().any(|(of, _, _)| *of == p)
     };
-    for parameter in extensions.iter().flat_map(|extension| extension.shown(records)).filter(|p| !has(*p)) {
+    for parameter in extensions.iter().flat_map(|extension| shown(*extension, records)).filter(|p| !has(*p)) {
         let (min, max) = scales.bounds(parameter);
         free.push(Axis { parameter, scope: Scope::Shared, min, max });
     }
@@ -222,20 +123,15 @@ impl Scales {
     /// Bounds that leave room for whatever a recording can show.
     fn bounds(&self, parameter: Parameter) -> (f64, f64) {
         let Self { voltage, stall_torque, period_s, duration_s, time_constant_s, samples } = *self;
-        let late = |periods: f64, constants: f64| {
-            (periods * period_s).max(constants * time_constant_s).min(0.25 * duration_s).max(period_s)
-        };
-        match parameter {
-            Parameter::Coulomb => (0.0, stall_torque),
-            Parameter::Load => (-stall_torque, stall_torque),
-            Parameter::DeadTime => (0.0, late(100.0, 6.0)),
-            Parameter::Latency => (0.0, late(500.0, 10.0)),
-            Parameter::Offset => (-0.5 * voltage, 0.5 * voltage),
-            Parameter::BrushDrop => (0.0, 0.5 * voltage),
-            Parameter::Deadband => (0.0, 0.95 * voltage),
-            Parameter::Saturation => (0.05 * voltage, voltage),
-            Parameter::ReverseGain => (0.2, 5.0),
-            _ => (1.0, (0.25 * samples).clamp(2.0, 300.0)),
+        match parameter.usual_bounds() {
+            UsualBounds::Fixed(min, max) => (min, max),
+            UsualBounds::OfTorque(min, max) => (min * stall_torque, max * stall_torque),
+            UsualBounds::OfInput(min, max) => (min * voltage, max * voltage),
+            UsualBounds::Late(periods, constants) => {
+                let longest = (periods * period_s).max(constants * time_constant_s);
+                (0.0, longest.min(0.25 * duration_s).max(period_s))
+            }
+            UsualBounds::Samples => (1.0, (0.25 * samples).clamp(2.0, 300.0)),
         }
     }
 }

@@ -2,10 +2,9 @@
 //! `N (1 − ρ)/(1 + ρ)` for a correlation ρ from sample to sample (G. V. Bayley, J. M. Hammersley 1946). Residuals that a
 //! wrong model leaves are correlated, and counted as they are they would speak for any extension at all.
 
-use super::Extension;
 use crate::estimate::Refined;
 use crate::evaluate::{Problem, Signals};
-use crate::motor::Space;
+use crate::motor::{Extension, Space};
 use std::sync::Arc;
 
 /// A criterion must be lower by this much: odds of e³ = 20 to 1.
