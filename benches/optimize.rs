@@ -8,6 +8,7 @@ mod support;
 use criterion::{Criterion, Throughput};
 use motorfit::identify::{IdentifySpec, Method, Polish, identify};
 use motorfit::motor::Space;
+use motorfit::named::Named as _;
 use motorfit::optimize::{GeneticOptions, GwoOptions, JayaOptions, Setup, Sharing};
 use motorfit::record::Record;
 use std::hint::black_box;
@@ -18,11 +19,11 @@ fn updates(criterion: &mut Criterion) {
     for population in [100, 10_000] {
         group.throughput(Throughput::Elements(population as u64));
         for (name, method) in [
-            ("gwo", Method::Gwo(GwoOptions::default())),
-            ("jaya", Method::Jaya(JayaOptions::default())),
-            ("jaya, numbers per agent", Method::Jaya(JayaOptions { sharing: Sharing::Agent, greedy: true })),
-            ("ga", Method::Genetic(GeneticOptions::default())),
-            ("random", Method::Random),
+            ("gwo", Method::from(GwoOptions::default())),
+            ("jaya", Method::from(JayaOptions::default())),
+            ("jaya, numbers per agent", Method::from(JayaOptions { sharing: Sharing::Agent, greedy: true })),
+            ("ga", Method::from(GeneticOptions::default())),
+            ("random", Method::named("method", "random").unwrap()),
         ] {
             let setup = Setup { bounds: Space::table2().bounds(), population, generations: 1 << 20, seed: 1, run: 0 };
             let mut optimizer = method.optimizer(setup).unwrap();
@@ -41,7 +42,7 @@ fn updates(criterion: &mut Criterion) {
 fn whole_run(criterion: &mut Criterion) {
     let records = [m2_record()];
     let search =
-        IdentifySpec { method: Method::Gwo(GwoOptions::default()), polish: Polish::None, ..IdentifySpec::default() };
+        IdentifySpec { method: Method::from(GwoOptions::default()), polish: Polish::None, ..IdentifySpec::default() };
     for (name, spec) in [("no flags", IdentifySpec::default()), ("gwo 100x100 and its verdict", search)] {
         bench_identify(criterion, name, &records, &spec);
     }

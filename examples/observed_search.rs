@@ -15,7 +15,7 @@ use std::path::Path;
 fn main() -> motorfit::Result<()> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/m2-step.csv");
     let records = [read_csv(&path, &[])?];
-    let spec = IdentifySpec { method: Method::Gwo(GwoOptions::default()), ..IdentifySpec::default() };
+    let spec = IdentifySpec { method: Method::from(GwoOptions::default()), ..IdentifySpec::default() };
     let mut generations = 0;
     let found = identify_with(&records, &spec, &mut |progress| {
         generations = progress.generation;

@@ -5,79 +5,81 @@
 //! MSE `ΣΣe²/N` (Eq. 14, with N samples), NRMSE `√MSE`. Evaluators return one weighted sum per channel; this module
 //! holds the weights that go in and the combination that comes out, so that every evaluator means the same.
 
+use crate::named::named;
 use crate::numeric::{count, noise_sigma, peak, rms, standard_deviation};
 use crate::text::excerpt;
 use crate::{Error, Result};
 use std::str::FromStr;
 
-/// How errors are added up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
-pub enum Norm {
-    /// Square root of the sum of squares.
-    Euclidean,
-    /// Integral of the squared error.
-    Ise,
-    /// Integral of the absolute error.
-    Iae,
-    /// Integral of time times squared error.
-    Itse,
-    /// Integral of time times absolute error.
-    Itae,
-    /// Mean squared error.
-    Mse,
-    /// Root of the mean squared error.
-    #[default]
-    Nrmse,
-}
-
-impl Norm {
-    /// All there are.
-    pub const ALL: [Self; 7] = [Self::Euclidean, Self::Ise, Self::Iae, Self::Itse, Self::Itae, Self::Mse, Self::Nrmse];
-
-    /// Its name in flags and results.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Euclidean => "euclidean",
-            Self::Ise => "ise",
-            Self::Iae => "iae",
-            Self::Itse => "itse",
-            Self::Itae => "itae",
-            Self::Mse => "mse",
-            Self::Nrmse => "nrmse",
-        }
+named! {
+    /// How errors are added up.
+    #[non_exhaustive]
+    pub enum Norm: (Loss, Total) {
+        /// Square root of the sum of squares.
+        Euclidean = "euclidean" => (Loss::Square, Total::Root),
+        /// Integral of the squared error.
+        Ise = "ise" => (Loss::Square, Total::Integral),
+        /// Integral of the absolute error.
+        Iae = "iae" => (Loss::Absolute, Total::Integral),
+        /// Integral of time times squared error.
+        Itse = "itse" => (Loss::Square, Total::IntegralOverTime),
+        /// Integral of time times absolute error.
+        Itae = "itae" => (Loss::Absolute, Total::IntegralOverTime),
+        /// Mean squared error.
+        Mse = "mse" => (Loss::Square, Total::Mean),
+        /// Root of the mean squared error.
+        Nrmse = "nrmse" => (Loss::Square, Total::RootMean),
     }
 }
 
-/// What the error of each channel is divided by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
-pub enum Scale {
-    /// Nothing.
-    None,
-    /// The largest |measured|.
-    Peak,
-    /// The population standard deviation of the measured signal.
-    #[default]
-    Std,
-    /// The standard deviation of the noise, given or estimated.
-    Noise,
+named! {
+    /// The divisor of each channel's error.
+    #[non_exhaustive]
+    pub enum Scale (default Std) {
+        /// Nothing.
+        None = "none",
+        /// The largest |measured|.
+        Peak = "peak",
+        /// The population standard deviation of the measured signal.
+        Std = "std",
+        /// The standard deviation of the noise, given or estimated.
+        Noise = "noise",
+    }
 }
 
-impl Scale {
-    /// All there are.
-    pub const ALL: [Self; 4] = [Self::None, Self::Peak, Self::Std, Self::Noise];
+/// The loss of an error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Loss {
+    Absolute,
+    Square,
+}
 
-    /// Its name in flags and results.
+/// The cost that a sum of losses over N samples becomes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Total {
+    /// Its square root.
+    Root,
+    /// The sum; each loss is weighted by the step after it.
+    Integral,
+    /// The same, each loss weighted by time too.
+    IntegralOverTime,
+    /// The sum over N.
+    Mean,
+    /// The square root of that.
+    RootMean,
+}
+
+impl Default for Norm {
+    fn default() -> Self {
+        Self::Nrmse
+    }
+}
+
+impl Norm {
+    /// Returns whether errors are weighted by the time that has passed.
     #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Peak => "peak",
-            Self::Std => "std",
-            Self::Noise => "noise",
-        }
+    pub fn is_time_weighted(self) -> bool {
+        self.row().1 == Total::IntegralOverTime
     }
 }
 
@@ -145,26 +147,29 @@ impl Criterion {
     /// Whether |e| is added up rather than e².
     #[must_use]
     pub fn is_absolute(&self) -> bool {
-        matches!(self.norm, Norm::Iae | Norm::Itae)
+        self.norm.row().0 == Loss::Absolute
     }
 
     /// Whether errors are weighted by the time that has passed.
     #[must_use]
     pub fn is_time_weighted(&self) -> bool {
-        matches!(self.norm, Norm::Itse | Norm::Itae)
+        self.norm.is_time_weighted()
     }
 
     /// Whether the sum approximates an integral over time.
     #[must_use]
     pub fn is_integral(&self) -> bool {
-        matches!(self.norm, Norm::Ise | Norm::Iae | Norm::Itse | Norm::Itae)
+        matches!(self.norm.row().1, Total::Integral | Total::IntegralOverTime)
     }
 
     /// The weight of the sample at `time_s` (from the start of the recording) followed by a step of `step_s`.
     #[must_use]
     pub fn weight(&self, time_s: f64, step_s: f64) -> f64 {
-        let time = if self.is_time_weighted() { (time_s - self.time_origin_s.unwrap_or(0.0)).max(0.0) } else { 1.0 };
-        if self.is_integral() { time * step_s } else { time }
+        match self.norm.row().1 {
+            Total::IntegralOverTime => (time_s - self.time_origin_s.unwrap_or(0.0)).max(0.0) * step_s,
+            Total::Integral => step_s,
+            _ => 1.0,
+        }
     }
 
     /// Turns `s_c`, what a channel is divided by, into the factor of the channel's sum.
@@ -176,11 +181,11 @@ impl Criterion {
     /// The cost from the total of all scaled sums over `samples` samples; +∞ when it is no number or above 1e30.
     #[must_use]
     pub fn cost(&self, total: f64, samples: usize) -> f64 {
-        let cost = match self.norm {
-            Norm::Euclidean => total.sqrt(),
-            Norm::Ise | Norm::Iae | Norm::Itse | Norm::Itae => total,
-            Norm::Mse => total / count(samples),
-            Norm::Nrmse => (total / count(samples)).sqrt(),
+        let cost = match self.norm.row().1 {
+            Total::Root => total.sqrt(),
+            Total::Integral | Total::IntegralOverTime => total,
+            Total::Mean => total / count(samples),
+            Total::RootMean => (total / count(samples)).sqrt(),
         };
         if cost <= COST_MAX { cost } else { f64::INFINITY }
     }

@@ -33,6 +33,7 @@ pub mod evaluate;
 pub mod experiment;
 pub mod identify;
 pub mod motor;
+pub mod named;
 pub mod numeric;
 pub mod optimize;
 pub mod record;

@@ -87,18 +87,16 @@ pub fn printable_json(json: &str) -> String {
 /// Joins words as a sentence does: `a, b or c`.
 #[must_use]
 pub fn alternatives(words: &[&str]) -> String {
-    let mut sentence = String::new();
-    for (n, word) in words.iter().enumerate() {
-        let joint = if n == 0 {
-            ""
-        } else if n + 1 == words.len() {
-            " or "
-        } else {
-            ", "
-        };
-        let _ = write!(sentence, "{joint}{word}");
+    listed(words, "or")
+}
+
+/// Joins words as a sentence does, with a conjunction before the last: `a, b and c`.
+#[must_use]
+pub fn listed(words: &[&str], conjunction: &str) -> String {
+    match words {
+        [some @ .., one, last] => [some, &[&format!("{one} {conjunction} {last}")]].concat().join(", "),
+        _ => words.concat(),
     }
-    sentence
 }
 
 /// The one of some words that another was likely meant to be: two letters off at most, or a third of a long one.

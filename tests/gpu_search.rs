@@ -50,10 +50,10 @@ fn searches_find_what_they_find_on_the_cpu() {
     let adapters = list();
     let skips = std::env::var_os("MOTORFIT_NO_SKIP").is_none();
     let records = [m2_record()];
-    let jaya = Method::Jaya(JayaOptions::default());
-    let ga = Method::Genetic(GeneticOptions::default());
+    let jaya = Method::from(JayaOptions::default());
+    let ga = Method::from(GeneticOptions::default());
     // The medians that the methods have on the CPU (tests/optimizers.rs).
-    for (method, median) in [(Method::Gwo(GwoOptions::default()), 0.005), (jaya, 3e-4), (ga, 0.03)] {
+    for (method, median) in [(Method::from(GwoOptions::default()), 0.005), (jaya, 3e-4), (ga, 0.03)] {
         let cpu = costs(&records, method, &DeviceSpec::Cpu, PrecisionSpec::Auto);
         for precision in [PrecisionSpec::F64, PrecisionSpec::F32] {
             if !adapters.iter().any(|a| precision == PrecisionSpec::F32 || a.f64) {

@@ -11,14 +11,27 @@ use motorfit::criterion::{Criterion, Norm, Scale};
 use motorfit::evaluate::{Batch, Evaluator as _, Group, Model, Problem, Simd};
 use motorfit::identify::Method;
 use motorfit::motor::Parameters;
-use motorfit::optimize::{Budget, GeneticOptions, GwoOptions, JayaOptions, Run, Setup, Sharing, Stop, minimize};
+use motorfit::named::Named as _;
+use motorfit::optimize::{
+    Budget, GeneticOptions, GwoOptions, JayaOptions, PsoOptions, Range, Run, SEARCHES, Setup, Sharing, Stop, Wall,
+    minimize,
+};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use support::{criterion, m2_record, problem};
 
-const GWO: Method = Method::Gwo(GwoOptions { a_start: 2.0, a_end: 0.0 });
-const JAYA: Method = Method::Jaya(JayaOptions { sharing: Sharing::Generation, greedy: true });
-const GA: Method = Method::Genetic(GeneticOptions { mutation: 0.2, pressure: 0.3, crossover: 1.0, elites: 1 });
+/// A search of the table with its usual settings.
+fn named(name: &str) -> Method {
+    Method::named("method", name).unwrap()
+}
+
+/// Every search of the table, and with settings that are not the usual ones.
+fn searches() -> Vec<Method> {
+    let ungreedy = JayaOptions { sharing: Sharing::Agent, greedy: false }.into();
+    let reflecting = PsoOptions { walls: Wall::Reflecting, velocity: 1.0, ..PsoOptions::default() }.into();
+    let all = Method::all().into_iter().filter(Method::is_search);
+    all.chain([ungreedy, reflecting]).collect()
+}
 
 struct Found {
     cost: f64,
@@ -73,7 +86,7 @@ fn is_swapped(found: &Found) -> bool {
 fn gwo_on_normalized_signals() {
     let problem = problem(&[m2_record()], Model::default(), Criterion::default());
     // 60 seeds, so twice the captures that 30 may have.
-    let found = search(&GWO, &problem, 60, 1);
+    let found = search(&named("gwo"), &problem, 60, 1);
     let (swapped, free): (Vec<Found>, Vec<Found>) = found.into_iter().partition(is_swapped);
     let costs = sorted(&free);
     println!("gwo std: median {:.5}, worst {:.5}, {} swapped", median(&costs), costs[costs.len() - 1], swapped.len());
@@ -84,35 +97,81 @@ fn gwo_on_normalized_signals() {
 #[test]
 fn jaya_with_shared_numbers() {
     let problem = problem(&[m2_record()], Model::default(), Criterion::default());
-    let costs = sorted(&search(&JAYA, &problem, 60, 1));
+    let costs = sorted(&search(&named("jaya"), &problem, 60, 1));
     println!("jaya std: median {:.6}", median(&costs));
     assert!(median(&costs) <= 3e-4);
-    let own = Method::Jaya(JayaOptions { sharing: Sharing::Agent, greedy: true });
+    let own = Method::from(JayaOptions { sharing: Sharing::Agent, greedy: true });
     let own = sorted(&search(&own, &problem, 30, 1));
     // The prototypes found quantiles of 5e-4 to 1.5e-3: numbers per agent are slower, and that is a hyperparameter.
     assert!((5e-4..1.5e-3).contains(&median(&own)), "{}", median(&own));
-    let ungreedy = Method::Jaya(JayaOptions { sharing: Sharing::Generation, greedy: false });
+    let ungreedy = Method::from(JayaOptions { sharing: Sharing::Generation, greedy: false });
     assert!(median(&sorted(&search(&ungreedy, &problem, 30, 1))) > 10.0 * median(&costs), "greed is what finds");
 }
 
 #[test]
 fn genetic_and_random() {
     let problem = problem(&[m2_record()], Model::default(), Criterion::default());
-    let ga = sorted(&search(&GA, &problem, 60, 1));
+    let ga = sorted(&search(&named("ga"), &problem, 60, 1));
     println!("ga std: median {:.5}", median(&ga));
     assert!(median(&ga) <= 0.03);
-    let random = sorted(&search(&Method::Random, &problem, 60, 1));
+    let random = sorted(&search(&named("random"), &problem, 60, 1));
     println!("random std: median {:.5}", median(&random));
     // Quantiles 5 and 95 % of the prototype.
     assert!((0.13..0.30).contains(&median(&random)), "{}", median(&random));
-    let frozen = Method::Genetic(GeneticOptions { mutation: 0.0, ..GeneticOptions::default() });
+    let frozen = Method::from(GeneticOptions { mutation: 0.0, ..GeneticOptions::default() });
     assert!(median(&sorted(&search(&frozen, &problem, 30, 1))) > 3.0 * median(&ga), "without mutation it stalls");
+}
+
+#[test]
+fn every_search_finds_more_than_chance() {
+    let problem = problem(&[m2_record()], Model::default(), Criterion::default());
+    let random = median(&sorted(&search(&named("random"), &problem, 60, 1)));
+    for method in Method::all().iter().filter(|method| method.is_search() && method.name() != "random") {
+        let found = median(&sorted(&search(method, &problem, 60, 1)));
+        println!("{method:?}: median {found:.6}");
+        assert!(found < 0.1 * random, "{}: {found}, by chance {random}", method.name());
+    }
+}
+
+#[test]
+fn runs_of_one_number_begin_alike_and_settings_do_what_the_table_says() {
+    let setup = || Setup { bounds: vec![(0.0, 1.0); 5], population: 20, generations: 5, seed: 4, run: 9 };
+    let first = |method: &Method| method.optimizer(setup()).unwrap().ask().values().to_vec();
+    for method in searches() {
+        assert_eq!(first(&method), first(&named("random")), "{}", method.name());
+    }
+    for search in SEARCHES {
+        for setting in search.settings {
+            let mut changed = named(search.name);
+            let (good, bad) = match setting.range {
+                Range::Number(min, max, above) => {
+                    let good = if max.is_finite() { min + 0.37 * (max - min) } else { min + 3.0 };
+                    let below = if above { min } else { min - 0.1 };
+                    (good.to_string(), vec![below.to_string(), "inf".to_owned(), "NaN".to_owned(), "x".to_owned()])
+                }
+                Range::Count => ("7".to_owned(), vec!["-1".to_owned(), "1.5".to_owned()]),
+                Range::Choice(words) => (words[1].to_owned(), vec![String::new(), "x".to_owned()]),
+            };
+            for bad in bad {
+                let error = changed.set(setting.name, &bad).unwrap_err();
+                assert!(error.to_string().contains(setting.name), "{error}");
+            }
+            let mut other = named(search.name);
+            other.set(setting.name, &good).unwrap();
+            let Method::Search(tuned) = other else { panic!("a search") };
+            // The first choice of each is the usual one, but for what is on.
+            let usual = setting.form().contains("true");
+            assert_eq!(tuned.changed().is_empty(), usual, "{} {}={good}", search.name, setting.name);
+        }
+        let error = named(search.name).set("nothing", "1").unwrap_err();
+        assert!(search.settings.iter().all(|setting| error.remedy().contains(setting.name)), "{}", error.remedy());
+    }
 }
 
 #[test]
 fn gwo_reproduces_the_paper_on_peak_normalized_signals() {
     let problem = problem(&[m2_record()], Model::default(), criterion(Norm::Euclidean, Scale::Peak));
-    let found = search(&GWO, &problem, 60, 1);
+    let found = search(&named("gwo"), &problem, 60, 1);
     let free: Vec<Found> = found.into_iter().filter(|f| !is_swapped(f)).collect();
     assert!(free.len() >= 56);
     let median = median(&sorted(&free));
@@ -127,7 +186,7 @@ fn gwo_reproduces_the_paper_on_peak_normalized_signals() {
 #[test]
 fn a_run_depends_on_seed_and_number_alone() {
     let problem = problem(&[m2_record()], Model::default(), Criterion::default());
-    for method in [GWO, JAYA, GA, Method::Random] {
+    for method in searches() {
         let three = search(&method, &problem, 3, 7);
         let alone = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -144,8 +203,7 @@ fn a_run_depends_on_seed_and_number_alone() {
 #[test]
 fn populations_stay_in_the_box_whatever_is_told() {
     let bounds = vec![(0.1, 1.0), (-3.0, -2.0), (5.0, 5.5)];
-    let ungreedy = Method::Jaya(JayaOptions { sharing: Sharing::Agent, greedy: false });
-    for method in [GWO, JAYA, ungreedy, GA, Method::Random] {
+    for method in searches() {
         for population in [1, 2, 3, 50] {
             let setup = Setup { bounds: bounds.clone(), population, generations: 20, seed: 3, run: 0 };
             let mut optimizer = method.optimizer(setup).unwrap();
@@ -180,12 +238,14 @@ fn populations_stay_in_the_box_whatever_is_told() {
 fn settings_that_cannot_be_are_refused() {
     let setup = |population, generations| Setup { bounds: vec![(0.0, 1.0)], population, generations, seed: 1, run: 0 };
     for (population, generations) in [(0, 1), (1, 0), (usize::MAX, 1), (1 << 29, usize::MAX)] {
-        assert!(GWO.optimizer(setup(population, generations)).is_err());
+        for method in searches() {
+            assert!(method.optimizer(setup(population, generations)).is_err());
+        }
     }
-    let ga = |options| Method::Genetic(options).optimizer(setup(10, 10)).is_err();
+    let ga = |options: GeneticOptions| Method::from(options).optimizer(setup(10, 10)).is_err();
     assert!(ga(GeneticOptions { mutation: 1.5, ..GeneticOptions::default() }));
     assert!(ga(GeneticOptions { pressure: 0.0, ..GeneticOptions::default() }));
     assert!(ga(GeneticOptions { crossover: f64::NAN, ..GeneticOptions::default() }));
     assert!(!ga(GeneticOptions { elites: 99, ..GeneticOptions::default() }));
-    assert!(Method::Gwo(GwoOptions { a_start: -1.0, a_end: 0.0 }).optimizer(setup(10, 10)).is_err());
+    assert!(Method::from(GwoOptions { a_start: -1.0, a_end: 0.0 }).optimizer(setup(10, 10)).is_err());
 }

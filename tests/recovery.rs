@@ -180,7 +180,7 @@ fn a_small_search_then_the_refinement_is_at_the_bound() {
         .map(|seed| {
             let noisy = with_noise(&clean, sigma, seed).unwrap();
             let spec = IdentifySpec {
-                method: Method::Gwo(GwoOptions::default()),
+                method: Method::from(GwoOptions::default()),
                 population: 20,
                 generations: 10,
                 seed,
@@ -314,7 +314,7 @@ fn a_spinning_start() {
         signal.unwrap().drain(..100);
     }
     let late = Record::new(late).unwrap();
-    for (method, searched) in [(Method::Auto, "sm"), (Method::Gwo(GwoOptions::default()), "gwo")] {
+    for (method, searched) in [(Method::Auto, "sm"), (Method::from(GwoOptions::default()), "gwo")] {
         let found = identify(std::slice::from_ref(&late), &IdentifySpec { method, ..IdentifySpec::default() }).unwrap();
         assert_eq!((found.searched.method, found.verification.status), (searched, Status::Agrees));
         let errors = found.uncertainty.unwrap().std_error;
@@ -331,7 +331,7 @@ fn a_spinning_start() {
 fn a_search_in_the_swapped_basin_is_stuck() {
     // The trap of the unscaled criterion: electrical and mechanical dynamics swapped, at a Euclidean cost of 52.4.
     let spec = |seed| IdentifySpec {
-        method: Method::Gwo(GwoOptions::default()),
+        method: Method::from(GwoOptions::default()),
         polish: Polish::None,
         population: 30,
         generations: 60,

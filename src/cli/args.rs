@@ -3,6 +3,12 @@
 pub(crate) use super::names::*;
 pub(crate) use super::sweep::args::*;
 use clap::{Args, Parser, Subcommand};
+use motorfit::criterion::{Norm, Scale};
+use motorfit::evaluate::Initial;
+use motorfit::identify::{Method, Polish, PrecisionSpec};
+use motorfit::motor::Discretization;
+use motorfit::record::Gaps;
+use motorfit::study::compare::Preset;
 use std::path::PathBuf;
 
 /// Parameters of DC motors from recordings of voltage, current and speed
@@ -89,8 +95,8 @@ pub(crate) struct Reading {
     #[arg(long, value_name = "NAME", help_heading = "Recording")]
     pub sheet: Option<String>,
     /// What becomes of gaps in time: bad data, a long step, or a recording for each stretch
-    #[arg(long, value_enum, default_value = "error", value_name = "HOW", help_heading = "Recording")]
-    pub gaps: GapsName,
+    #[arg(long, value_parser = described::<Gaps>(), default_value = "error", value_name = "HOW", help_heading = "Recording")]
+    pub gaps: Gaps,
     /// Leave out rows whose time repeats that of the row before
     #[arg(long, help_heading = "Recording")]
     pub drop_repeats: bool,
@@ -134,11 +140,11 @@ pub(crate) struct IdentifyArgs {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// How the optimum is found; auto: Steiglitz–McBride, a population search where that cannot serve
-    #[arg(long, value_enum, default_value = "auto", help_heading = "Search")]
-    pub method: MethodName,
+    #[arg(long, value_parser = described::<Method>(), default_value = "auto", help_heading = "Search")]
+    pub method: Method,
     /// How what was found is refined; lm gives the standard errors
-    #[arg(long, value_enum, default_value = "lm", help_heading = "Search")]
-    pub polish: PolishName,
+    #[arg(long, value_parser = described::<Polish>(), default_value = "lm", help_heading = "Search")]
+    pub polish: Polish,
     /// Agents
     #[arg(long, default_value_t = 100, value_name = "N", allow_negative_numbers = true, help_heading = "Search")]
     pub population: usize,
@@ -148,9 +154,7 @@ pub(crate) struct IdentifyArgs {
     /// Seed of the random numbers
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true, help_heading = "Search")]
     pub seed: u64,
-    /// Settings of the method: a-start, a-end (gwo); sharing=generation|agent, greedy=true|false (jaya);
-    /// mutation, pressure, crossover, elites (ga)
-    #[arg(long, value_name = "KEY=VALUE", value_delimiter = ',', help_heading = "Search")]
+    #[arg(long, help = method_settings(), value_name = "KEY=VALUE", value_delimiter = ',', help_heading = "Search")]
     pub set: Vec<String>,
     #[command(flatten)]
     pub problem: ProblemArgs,
@@ -169,33 +173,30 @@ pub(crate) struct ProblemArgs {
     #[arg(long, value_delimiter = ',', value_name = "VALUES", help_heading = "Search")]
     pub fix: Vec<String>,
     /// What is minimized
-    #[arg(long, value_enum, default_value = "nrmse", help_heading = "Criterion")]
-    pub criterion: CriterionName,
+    #[arg(long, value_parser = named::<Norm>(), default_value = "nrmse", help_heading = "Criterion")]
+    pub criterion: Norm,
     /// What the error of each channel is divided by
-    #[arg(long, value_enum, default_value = "std", help_heading = "Criterion")]
-    pub scale: ScaleName,
+    #[arg(long, value_parser = named::<Scale>(), default_value = "std", help_heading = "Criterion")]
+    pub scale: Scale,
     /// Noise for --scale noise, as 40dB or i=0.05,w=0.5 [A, rad/s]; estimated from the recording otherwise
     #[arg(long, value_name = "NOISE", help_heading = "Criterion")]
     pub noise: Option<String>,
     /// From when time counts in itse and itae, in seconds from the start of the recording
     #[arg(long, value_name = "S", allow_negative_numbers = true, help_heading = "Criterion")]
     pub time_origin: Option<f64>,
-    /// What the motor has beyond the linear one: coulomb, load, dead-time, latency, offset, brush-drop, deadband,
-    /// saturation, direction-gain, sensor-average; or auto, which chooses. Their parameters Tc, TL, td, t0, v0, vb, vd,
-    /// vs, gn, Ni, Nw take --bounds and --fix too
-    #[arg(long, value_delimiter = ',', value_name = "LIST", help_heading = "Model")]
+    #[arg(long, help = extensions(), value_delimiter = ',', value_name = "LIST", help_heading = "Model")]
     pub with: Vec<String>,
     /// Parameters that each recording of a joint fit has for itself, as TL,K (a start latency always is one)
     #[arg(long, value_delimiter = ',', value_name = "LIST", help_heading = "Model")]
     pub per_recording: Vec<String>,
     /// One-step method: input held (zoh), a line between samples (foh), Runge–Kutta, Euler [default: zoh; foh where no
     /// voltage was recorded and the measured current is the input]
-    #[arg(long, value_enum, help_heading = "Model")]
-    pub discretization: Option<DiscretizationName>,
+    #[arg(long, value_parser = named::<Discretization>(), help_heading = "Model")]
+    pub discretization: Option<Discretization>,
     /// State at the first sample; auto: zero if the recording starts at rest, else free (a search takes it as
     /// measured)
-    #[arg(long, value_enum, default_value = "auto", help_heading = "Model")]
-    pub initial: InitialName,
+    #[arg(long, value_parser = named::<Initial>(), default_value = "auto", help_heading = "Model")]
+    pub initial: Initial,
 }
 
 /// What evaluates them.
@@ -205,8 +206,8 @@ pub(crate) struct DeviceArgs {
     #[arg(long, default_value = "auto", value_name = "DEVICE", help_heading = "Device")]
     pub device: String,
     /// Numbers of the evaluation
-    #[arg(long, value_enum, default_value = "auto", help_heading = "Device")]
-    pub precision: Precision,
+    #[arg(long, value_parser = named::<PrecisionSpec>(), default_value = "auto", help_heading = "Device")]
+    pub precision: PrecisionSpec,
     /// Threads [default: all]
     #[arg(long, value_name = "N", allow_negative_numbers = true, help_heading = "Device")]
     pub threads: Option<usize>,
@@ -220,11 +221,11 @@ pub(crate) struct CompareArgs {
     #[command(flatten)]
     pub reading: Reading,
     /// The set-up of the paper, its tables beside ours
-    #[arg(long, value_enum, conflicts_with_all = ["records", "methods", "criteria", "population", "generations", "set", "bounds", "fix"])]
+    #[arg(long, value_parser = described::<Preset>(), conflicts_with_all = ["records", "methods", "criteria", "population", "generations", "set", "bounds", "fix"])]
     pub preset: Option<Preset>,
-    /// Methods: gwo, jaya, ga, random, sm
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "gwo,jaya,ga,sm", value_name = "LIST")]
-    pub methods: Vec<MethodName>,
+    #[arg(long, help = methods_compared(), value_parser = described::<Method>(), value_delimiter = ',')]
+    #[arg(default_value = "gwo,jaya,ga,sm", value_name = "LIST")]
+    pub methods: Vec<Method>,
     /// Runs of each method
     #[arg(long, default_value_t = 50, value_name = "N", allow_negative_numbers = true)]
     pub runs: usize,
@@ -256,8 +257,8 @@ pub(crate) struct CompareArgs {
     #[arg(long, value_delimiter = ',', value_name = "VALUES")]
     pub fix: Vec<String>,
     /// One-step method
-    #[arg(long, value_enum, default_value = "zoh")]
-    pub discretization: DiscretizationName,
+    #[arg(long, value_parser = named::<Discretization>(), default_value = "zoh")]
+    pub discretization: Discretization,
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,

@@ -4,7 +4,7 @@ use super::args::CompareArgs;
 use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
 use super::progress::Reporter;
-use super::{Outcome, interrupt, methods, problem, reading};
+use super::{Outcome, interrupt, problem, reading};
 use motorfit::Result;
 use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::{IdentifySpec, Method, with_threads};
@@ -154,15 +154,12 @@ fn subject(args: &CompareArgs) -> Result<Subject> {
     if args.records.is_empty() {
         return Subject::m2();
     }
-    Ok(Subject {
-        records: reading::records(&args.records, &args.reading, Some(problem::discretization(args.discretization)))?,
-        truth: None,
-    })
+    Ok(Subject { records: reading::records(&args.records, &args.reading, Some(args.discretization))?, truth: None })
 }
 
 fn asked(args: &CompareArgs) -> Asked {
     Asked {
-        methods: args.methods.iter().map(|name| methods::named(*name)).collect(),
+        methods: args.methods.clone(),
         criteria: args.criteria.clone(),
         population: args.population.clone(),
         generations: args.generations.clone(),
@@ -173,7 +170,7 @@ fn asked(args: &CompareArgs) -> Asked {
 }
 
 fn spec(args: &CompareArgs, asked: &Asked, device: IdentifySpec) -> Result<CompareSpec> {
-    let model = Model { discretization: problem::discretization(args.discretization), initial: Initial::Auto };
+    let model = Model { discretization: args.discretization, initial: Initial::Auto };
     let base = if args.preset.is_some() { CompareSpec::paper() } else { CompareSpec::default() };
     Ok(CompareSpec {
         settings: if args.preset.is_some() { base.settings } else { asked.settings()? },

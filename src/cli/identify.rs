@@ -1,10 +1,10 @@
 //! `identify`: the main job.
 
-use super::args::{IdentifyArgs, PolishName};
+use super::args::IdentifyArgs;
 use super::out::{self, Out};
 use super::output::{DIM, STRONG, Style, data};
 use super::progress::Reporter;
-use super::{Outcome, interrupt, methods, problem, reading};
+use super::{Outcome, interrupt, problem, reading};
 use motorfit::estimate::ReferenceKind;
 use motorfit::identify::{
     Identification, IdentifySpec, Method, Polish, Status, identify_with, repeatability, suspicions, validate, values,
@@ -24,7 +24,7 @@ use std::ops::ControlFlow;
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     let mut spec = spec(args, style)?;
-    let discretization = args.problem.discretization.map(problem::discretization);
+    let discretization = args.problem.discretization;
     let records = reading::records(&args.records, &args.reading, discretization)?;
     let mut held_out = reading::records(&args.validate, &args.reading, discretization)?;
     if discretization.is_none() && records.iter().all(|record| record.driver() == Quantity::Current) {
@@ -130,10 +130,7 @@ fn spec(args: &IdentifyArgs, style: &Style) -> Result<IdentifySpec> {
     let spec = problem::spec(&args.problem, &args.device, style)?;
     Ok(IdentifySpec {
         method: method(args)?,
-        polish: match args.polish {
-            PolishName::Lm => Polish::LevenbergMarquardt,
-            PolishName::None => Polish::None,
-        },
+        polish: args.polish,
         population: args.population,
         generations: args.generations,
         seed: args.seed,
@@ -143,7 +140,7 @@ fn spec(args: &IdentifyArgs, style: &Style) -> Result<IdentifySpec> {
 
 /// The method with the settings of `--set`.
 fn method(args: &IdentifyArgs) -> Result<Method> {
-    let mut method = methods::named(args.method);
+    let mut method = args.method;
     for item in &args.set {
         let (key, value) = values::pair(item, Setting::Set, "mutation=0.1")?;
         method.set(key, value)?;

@@ -11,7 +11,6 @@ mod files;
 mod identify;
 mod inspect;
 mod interrupt;
-mod methods;
 mod names;
 mod out;
 mod output;

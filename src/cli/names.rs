@@ -1,6 +1,22 @@
-//! Names that flags take.
+//! Names that flags take: those of the library's tables, and a few of the program alone.
 
 use clap::ValueEnum;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use motorfit::identify::Extension;
+use motorfit::motor::Parameter;
+use motorfit::named::Named;
+use motorfit::optimize::{Hyperparameter, SEARCHES, Search};
+
+/// Reads a row of a table; help lists the names.
+pub(crate) fn named<T: Named + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(T::names()).try_map(|name| T::named("value", &name))
+}
+
+/// The same; help lists the names with their texts.
+pub(crate) fn described<T: Named + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {
+    let row = |row: &T| PossibleValue::new(row.name()).help(row.text());
+    PossibleValuesParser::new(T::all().iter().map(row)).try_map(|name| T::named("value", &name))
+}
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 pub(crate) enum When {
@@ -15,84 +31,25 @@ pub(crate) enum ProgressKind {
     Json,
 }
 
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum Preset {
-    /// Tables 2 and 3, 100 agents × 100 generations; euclidean with scale peak, and with scale none as printed
-    Paper,
+/// The help of `--methods`.
+pub(crate) fn methods_compared() -> String {
+    format!("Methods: {}, sm", SEARCHES.map(|search| search.name).join(", "))
 }
 
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum MethodName {
-    /// Steiglitz–McBride, or a search where it cannot serve
-    Auto,
-    /// Steiglitz–McBride
-    Sm,
-    /// Grey Wolf Optimizer
-    Gwo,
-    /// Jaya
-    Jaya,
-    /// Genetic algorithm
-    Ga,
-    /// Random search
-    Random,
+/// The help of `--set`.
+pub(crate) fn method_settings() -> String {
+    let forms = |search: &Search| search.settings.iter().map(Hyperparameter::form).collect::<Vec<_>>().join(", ");
+    let searches = SEARCHES.into_iter().filter(|search| !search.settings.is_empty());
+    let searches: Vec<String> = searches.map(|search| format!("{} ({})", forms(search), search.name)).collect();
+    format!("Settings of the method: {}", searches.join("; "))
 }
 
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum PolishName {
-    /// Levenberg–Marquardt: maximum likelihood, with standard errors
-    Lm,
-    /// No refinement
-    None,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum CriterionName {
-    Euclidean,
-    Ise,
-    Iae,
-    Itse,
-    Itae,
-    Mse,
-    Nrmse,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum ScaleName {
-    None,
-    Peak,
-    Std,
-    Noise,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum DiscretizationName {
-    Zoh,
-    Foh,
-    Rk4,
-    Euler,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum InitialName {
-    Auto,
-    Zero,
-    Measured,
-    Free,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum Precision {
-    Auto,
-    F32,
-    F64,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum GapsName {
-    /// Bad data
-    Error,
-    /// A long step, over which the voltage is held
-    Keep,
-    /// Each stretch between gaps is a recording of its own
-    Split,
+/// The help of `--with`.
+pub(crate) fn extensions() -> String {
+    format!(
+        "What the motor has beyond the linear one: {}; or auto, which chooses. Their parameters {} take --bounds and --fix \
+         too",
+        Extension::ALL.map(Extension::name).join(", "),
+        Parameter::EXTENSIONS.map(Parameter::symbol).join(", ")
+    )
 }

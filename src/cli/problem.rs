@@ -1,12 +1,12 @@
 //! What `identify` and `evaluate` share: criterion, model, space and device, from their flags.
 
-use super::args::{CriterionName, DeviceArgs, DiscretizationName, InitialName, Precision, ProblemArgs, ScaleName};
+use super::args::{DeviceArgs, ProblemArgs};
 use super::cache;
 use super::output::Style;
-use motorfit::criterion::{Criterion, Norm, Scale};
-use motorfit::evaluate::{Initial, Model};
-use motorfit::identify::{DeviceSpec, IdentifySpec, PrecisionSpec, With, values};
-use motorfit::motor::{Discretization, Space};
+use motorfit::criterion::{Criterion, Scale};
+use motorfit::evaluate::Model;
+use motorfit::identify::{DeviceSpec, IdentifySpec, With, values};
+use motorfit::motor::Space;
 use motorfit::setting::Setting;
 use motorfit::{Error, Result};
 
@@ -16,13 +16,7 @@ const THREADS_MAX: usize = 1024;
 /// The part of a spec that says what candidates are evaluated on, and by what.
 pub(super) fn spec(args: &ProblemArgs, device: &DeviceArgs, style: &Style) -> Result<IdentifySpec> {
     let noise = args.noise.as_deref().map(values::noise).transpose()?.unwrap_or_default();
-    let (norm, scale) = (norm(args.criterion), scale(args.scale));
-    let initial = match args.initial {
-        InitialName::Auto => Initial::Auto,
-        InitialName::Zero => Initial::Zero,
-        InitialName::Measured => Initial::Measured,
-        InitialName::Free => Initial::Free,
-    };
+    let (norm, scale) = (args.criterion, args.scale);
     let chosen = self::device(device, style)?;
     if args.time_origin.is_some_and(|t| !t.is_finite()) {
         return Err(Error::usage("--time-origin is not finite", "Give seconds from the start of the recording."));
@@ -33,7 +27,7 @@ pub(super) fn spec(args: &ProblemArgs, device: &DeviceArgs, style: &Style) -> Re
             "Add --scale noise or leave --noise out.",
         ));
     }
-    if args.time_origin.is_some() && !matches!(norm, Norm::Itse | Norm::Itae) {
+    if args.time_origin.is_some() && !norm.is_time_weighted() {
         let message = "--time-origin has no effect without --criterion itse or itae";
         return Err(Error::usage(message, "Choose one of them or leave --time-origin out."));
     }
@@ -41,7 +35,7 @@ pub(super) fn spec(args: &ProblemArgs, device: &DeviceArgs, style: &Style) -> Re
     let space = if args.with.is_empty() { Space::table2_with } else { Space::table2_to_extend };
     Ok(IdentifySpec {
         criterion: Criterion { norm, scale, time_origin_s: args.time_origin, noise },
-        model: Model { discretization: args.discretization.map_or(Discretization::Zoh, discretization), initial },
+        model: Model { discretization: args.discretization.unwrap_or_default(), initial: args.initial },
         space: space(&values::bounds(&args.bounds)?, &values::parameters(&args.fix, Setting::Fix)?)?,
         auto_bounds: values::auto_bounds(&args.bounds)?,
         with: With::parse(&args.with)?,
@@ -67,42 +61,8 @@ pub(super) fn device(args: &DeviceArgs, style: &Style) -> Result<IdentifySpec> {
     Ok(IdentifySpec {
         paces: if device == DeviceSpec::Auto { cache::paces(style) } else { None },
         device,
-        precision: match args.precision {
-            Precision::Auto => PrecisionSpec::Auto,
-            Precision::F32 => PrecisionSpec::F32,
-            Precision::F64 => PrecisionSpec::F64,
-        },
+        precision: args.precision,
         threads: args.threads,
         ..IdentifySpec::default()
     })
-}
-
-pub(super) fn norm(name: CriterionName) -> Norm {
-    match name {
-        CriterionName::Euclidean => Norm::Euclidean,
-        CriterionName::Ise => Norm::Ise,
-        CriterionName::Iae => Norm::Iae,
-        CriterionName::Itse => Norm::Itse,
-        CriterionName::Itae => Norm::Itae,
-        CriterionName::Mse => Norm::Mse,
-        CriterionName::Nrmse => Norm::Nrmse,
-    }
-}
-
-pub(super) fn scale(name: ScaleName) -> Scale {
-    match name {
-        ScaleName::None => Scale::None,
-        ScaleName::Peak => Scale::Peak,
-        ScaleName::Std => Scale::Std,
-        ScaleName::Noise => Scale::Noise,
-    }
-}
-
-pub(super) fn discretization(name: DiscretizationName) -> Discretization {
-    match name {
-        DiscretizationName::Zoh => Discretization::Zoh,
-        DiscretizationName::Foh => Discretization::Foh,
-        DiscretizationName::Rk4 => Discretization::Rk4,
-        DiscretizationName::Euler => Discretization::Euler,
-    }
 }

@@ -1,10 +1,10 @@
 //! Recordings as every command reads them: files, what columns hold, preparation.
 
-use super::args::{GapsName, Reading};
+use super::args::Reading;
 use motorfit::Result;
 use motorfit::motor::Discretization;
 use motorfit::record::{
-    self, Gaps, Offset, Preparation, ReadOptions, Record, Source, parse_columns, parse_crop, parse_masks, parse_offset,
+    self, Offset, Preparation, ReadOptions, Record, Source, parse_columns, parse_crop, parse_masks, parse_offset,
 };
 use motorfit::text::{engineering, printable};
 use std::path::PathBuf;
@@ -28,11 +28,7 @@ fn options(args: &Reading) -> Result<ReadOptions> {
         columns: parse_columns(args.columns.columns.as_deref().unwrap_or_default())?,
         rate_hz: args.rate,
         sheet: args.sheet.clone(),
-        gaps: match args.gaps {
-            GapsName::Error => Gaps::Error,
-            GapsName::Keep => Gaps::Keep,
-            GapsName::Split => Gaps::Split,
-        },
+        gaps: args.gaps,
         drop_repeats: args.drop_repeats,
     })
 }

@@ -4,6 +4,7 @@ use super::throughput_profile::Paces;
 #[cfg(feature = "gpu")]
 use super::throughput_profile::{AdapterPace, Work};
 use crate::evaluate::{Evaluator, Problem, Simd};
+use crate::named::named;
 use crate::setting::text;
 use crate::text::excerpt;
 use crate::warning::Warning;
@@ -51,30 +52,15 @@ impl FromStr for DeviceSpec {
     }
 }
 
-/// With which numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum PrecisionSpec {
-    /// f64 where the device has it.
-    #[default]
-    Auto,
-    /// f32 in deviations from the best so far; leaders are evaluated again in f64. On a GPU only.
-    F32,
-    /// f64.
-    F64,
-}
-
-impl PrecisionSpec {
-    /// All there are.
-    pub const ALL: [Self; 3] = [Self::Auto, Self::F32, Self::F64];
-
-    /// Its name in settings and results.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Auto => "auto",
-            Self::F32 => "f32",
-            Self::F64 => "f64",
-        }
+named! {
+    /// The numbers that candidates are evaluated with.
+    pub enum PrecisionSpec (default Auto) {
+        /// f64 where the device has it.
+        Auto = "auto",
+        /// f32 in deviations from the best so far; leaders are evaluated again in f64. On a GPU only.
+        F32 = "f32",
+        /// f64.
+        F64 = "f64",
     }
 }
 

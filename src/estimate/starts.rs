@@ -26,7 +26,7 @@ fn grid(axis: &Axis) -> Vec<f64> {
     let share = |n: u32, of: u32| f64::from(n) / f64::from(of);
     match axis.parameter {
         // What counts is the ratio.
-        Parameter::CurrentAverage | Parameter::SpeedAverage | Parameter::ReverseGain => {
+        Parameter::CurrentAverage | Parameter::SpeedAverage | Parameter::NegativeGain => {
             (0..=GRID).map(|n| axis.min * (axis.max / axis.min).powf(share(n, GRID))).collect()
         }
         // Small ones matter too.
@@ -76,7 +76,7 @@ fn descend(problem: &Arc<Problem>, start: &mut [f64], order: &[usize]) -> Result
 fn orders(axes: &[Axis]) -> Vec<Vec<usize>> {
     let extended: Vec<usize> = (0..axes.len()).filter(|n| axes[*n].parameter.is_extension()).collect();
     // Parameters that imitate each other: each is tried as the first explanation.
-    let late = Extension::LATE.iter().flat_map(|late| late.parameters()).copied();
+    let late = Extension::ALL.into_iter().filter(|e| e.is_late()).flat_map(Extension::parameters).copied();
     let firsts: Vec<Parameter> = late.filter(|p| axes.iter().any(|a| a.parameter == *p)).collect();
     if firsts.len() < 2 {
         return vec![extended];

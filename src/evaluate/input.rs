@@ -145,7 +145,7 @@ impl<'a> OnTime<'a> {
             stretches: problem.stretches(signals),
             now: None,
             most: if extent.is_averaged() { CHUNK } else { SUM_BLOCK },
-            is_driven: extent.has_any(&[Parameter::Deadband, Parameter::Saturation, Parameter::ReverseGain]),
+            is_driven: extent.has_any(&[Parameter::Deadband, Parameter::Saturation, Parameter::NegativeGain]),
             is_loaded: extent.is_biased() || !signals.torque.is_empty(),
             lines: problem.model().discretization.uses_next_input(),
         }

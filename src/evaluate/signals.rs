@@ -3,40 +3,25 @@
 use super::span::{Span, Stretch, spans, stretches};
 use crate::criterion::Criterion;
 use crate::motor::{Beginning, Discretization, Drive};
+use crate::named::named;
 use crate::numeric::{count, noise_sigma, peak};
 use crate::record::Record;
 use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
 use std::sync::OnceLock;
 
-/// The state `[i, ω]` in which the simulation starts.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[non_exhaustive]
-pub enum Initial {
-    /// Zero if the recording starts at rest, else free.
-    #[default]
-    Auto,
-    /// At rest.
-    Zero,
-    /// The first measured sample; zero for a channel that was not measured.
-    Measured,
-    /// A refinement estimates it; a search takes it as measured.
-    Free,
-}
-
-impl Initial {
-    /// All there are.
-    pub const ALL: [Self; 4] = [Self::Auto, Self::Zero, Self::Measured, Self::Free];
-
-    /// Its name in settings and results.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Auto => "auto",
-            Self::Zero => "zero",
-            Self::Measured => "measured",
-            Self::Free => "free",
-        }
+named! {
+    /// The state `[i, ω]` in which the simulation starts.
+    #[non_exhaustive]
+    pub enum Initial (default Auto) {
+        /// Zero if the recording starts at rest, else free.
+        Auto = "auto",
+        /// At rest.
+        Zero = "zero",
+        /// The first measured sample; zero for a channel that was not measured.
+        Measured = "measured",
+        /// A refinement estimates it; a search takes it as measured.
+        Free = "free",
     }
 }
 

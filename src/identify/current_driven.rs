@@ -17,17 +17,8 @@ use crate::{Error, Result};
 
 /// The parameters that only one of them gives a scale.
 const SCALED: [Parameter; 5] = [Parameter::K, Parameter::B, Parameter::J, Parameter::Coulomb, Parameter::Load];
-/// What a motor without a voltage can have beyond the linear one.
-const EXTENSIONS: [Extension; 5] =
-    [Extension::Coulomb, Extension::Load, Extension::DeadTime, Extension::Latency, Extension::SensorAverage];
 /// How far around a motor that was guessed the bounds are.
 const SPREAD: f64 = 1e3;
-
-/// Whether an extension acts where the current is the input.
-pub(super) fn allows(extension: Extension) -> bool {
-    EXTENSIONS.contains(&extension)
-}
-
 /// That recordings have a voltage, where only that serves.
 ///
 /// # Errors
@@ -93,7 +84,7 @@ fn check(spec: &IdentifySpec) -> Result<()> {
     let extent = spec.space.extent();
     let meant = |e: &Extension| asked.contains(e) || extent.has_any(e.parameters());
     let no_sensor = extent.has(Parameter::CurrentAverage).then_some(Extension::SensorAverage);
-    let Some(extension) = Extension::ALL.into_iter().find(|e| meant(e) && !allows(*e)).or(no_sensor) else {
+    let Some(extension) = Extension::ALL.into_iter().find(|e| meant(e) && !e.acts_on_current()).or(no_sensor) else {
         return Ok(());
     };
     let message = match extension {

@@ -2,19 +2,14 @@
 
 use super::spec::IdentifySpec;
 use crate::Result;
-use crate::motor::{Axis, Extension, Parameter, Scope, Space};
-use crate::numeric::peak;
+use crate::motor::{Axis, Extension, Parameter, Scope, Space, UsualBounds};
+use crate::numeric::{count, peak};
 use crate::record::{Record, is_driven_by_current};
 
-/// Returns the parameters of an extension that recordings can show: sensors that were there.
-fn shown(extension: Extension, records: &[Record]) -> Vec<Parameter> {
-    let measured = |channel: usize| records.iter().any(|r| r.measured()[channel].is_some());
-    let told = |parameter: &Parameter| match parameter {
-        Parameter::CurrentAverage => measured(0),
-        Parameter::SpeedAverage => measured(1),
-        _ => true,
-    };
-    extension.parameters().iter().copied().filter(told).collect()
+/// The parameters of an extension that recordings can show: those of sensors that were there.
+fn shown(extension: Extension, records: &[Record]) -> impl Iterator<Item = Parameter> {
+    let measured = [0, 1].map(|channel: usize| records.iter().any(|r| r.measured()[channel].is_some()));
+    extension.parameters().iter().copied().filter(move |p| p.channel().is_none_or(|channel| measured[channel]))
 }
 
 /// The space of a spec with these extensions, as far as it has not got their parameters: within bounds that the
@@ -60,35 +55,28 @@ impl Scales {
         let voltage = largest(&|record| peak(record.input())).max(f64::MIN_POSITIVE);
         let by_current = is_driven_by_current(records);
         let shortest = records.iter().map(Record::len).min().unwrap_or(1);
-        #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-        let samples = shortest as f64;
         Self {
             voltage,
             stall_torque: if by_current { k * voltage } else { k * voltage / r },
             period_s: largest(&Record::period_s),
             duration_s: largest(&Record::duration_s),
             time_constant_s: if by_current { j / b } else { r * j / (k * k + r * b) },
-            samples,
+            samples: count(shortest),
         }
     }
 
     /// Bounds that leave room for whatever a recording can show.
     fn bounds(&self, parameter: Parameter) -> (f64, f64) {
         let Self { voltage, stall_torque, period_s, duration_s, time_constant_s, samples } = *self;
-        let late = |periods: f64, constants: f64| {
-            (periods * period_s).max(constants * time_constant_s).min(0.25 * duration_s).max(period_s)
-        };
-        match parameter {
-            Parameter::Coulomb => (0.0, stall_torque),
-            Parameter::Load => (-stall_torque, stall_torque),
-            Parameter::DeadTime => (0.0, late(100.0, 6.0)),
-            Parameter::Latency => (0.0, late(500.0, 10.0)),
-            Parameter::Offset => (-0.5 * voltage, 0.5 * voltage),
-            Parameter::BrushDrop => (0.0, 0.5 * voltage),
-            Parameter::Deadband => (0.0, 0.95 * voltage),
-            Parameter::Saturation => (0.05 * voltage, voltage),
-            Parameter::ReverseGain => (0.2, 5.0),
-            _ => (1.0, (0.25 * samples).clamp(2.0, 300.0)),
+        match parameter.usual_bounds() {
+            UsualBounds::Fixed(min, max) => (min, max),
+            UsualBounds::OfTorque(min, max) => (min * stall_torque, max * stall_torque),
+            UsualBounds::OfInput(min, max) => (min * voltage, max * voltage),
+            UsualBounds::Late(periods, constants) => {
+                let longest = (periods * period_s).max(constants * time_constant_s);
+                (0.0, longest.min(0.25 * duration_s).max(period_s))
+            }
+            UsualBounds::Samples => (1.0, (0.25 * samples).clamp(2.0, 300.0)),
         }
     }
 }

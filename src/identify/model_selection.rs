@@ -2,7 +2,6 @@
 //! is worth its parameters.
 
 use super::bic::{Fit, gain, independent, is_worth};
-use super::current_driven::allows;
 use super::extension_bounds::extended_space;
 use super::prepare::Prepared;
 use super::spec::IdentifySpec;
@@ -10,7 +9,7 @@ use super::start::{Start, start};
 use crate::analysis::fit_percent;
 use crate::estimate::{Refined, best_start, carried, explained, refine_on, warmed};
 use crate::evaluate::Problem;
-use crate::motor::{Extension, Parameter, Scope, Space, With};
+use crate::motor::{Extension, Needs, Parameter, Scope, Space, With};
 use crate::record::{Record, is_driven_by_current};
 use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
@@ -204,12 +203,11 @@ fn candidates(records: &[Record], model: &Fit) -> Vec<Extension> {
     let both_ways = any(&|v| v > 0.0) && any(&|v| v < 0.0);
     let measured = |channel: usize| records.iter().any(|record| record.measured()[channel].is_some());
     let by_current = is_driven_by_current(records);
-    let can = |extension: &Extension| match extension {
-        _ if by_current && !allows(*extension) => false,
-        Extension::DirectionGain => both_ways,
-        // Without a current the drop of the brushes is that of a deadband or of friction.
-        Extension::BrushDrop => measured(0),
-        _ => true,
+    let can = |extension: &Extension| match extension.needs() {
+        _ if by_current && !extension.acts_on_current() => false,
+        Needs::BothSigns => both_ways,
+        Needs::Current => measured(0),
+        Needs::Nothing => true,
     };
     let extent = model.space.extent();
     Extension::ALL.into_iter().filter(|e| !extent.has_any(e.parameters())).filter(can).collect()
@@ -230,7 +228,7 @@ pub(super) fn check_per_recording(spec: &IdentifySpec, space: &Space) -> Result<
     let free = |p: &Parameter| space.free().iter().any(|axis| axis.parameter == *p);
     let Some(parameter) = spec.per_recording.iter().find(|p| !free(p)) else { return Ok(()) };
     let symbol = parameter.symbol();
-    let extension = Extension::ALL.into_iter().find(|e| e.parameters().contains(parameter));
+    let extension = Extension::of(*parameter);
     let is_held = space.fixed().iter().any(|(of, ..)| of == parameter);
     let (what, remedy) = match extension {
         _ if is_held => ("is held", text!("Leave {symbol} out of " [PerRecording] ", or do not hold it.")),

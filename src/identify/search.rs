@@ -78,7 +78,7 @@ pub(super) fn population(
     let cost_difference = evaluation.cost_difference(0, best.values);
     let (device_kind, device, precision) = evaluation.device();
     Ok(SearchResult {
-        method: if spec.method.is_search() { spec.method.name() } else { "gwo" },
+        method: spec.method.search().map_or("", |tuned| tuned.search.name),
         values: best.values.to_vec(),
         stop,
         evaluations: run.evaluations,

@@ -78,7 +78,7 @@ fn is_same(space: &Space, one: &Refined, other: &Refined) -> bool {
     let errors = one.uncertainty.std_error.iter().zip(space.free());
     let pairs = one.values.iter().zip(&other.values).zip(errors);
     let near = |((a, b), (error, axis)): ((&f64, &f64), (&Option<f64>, &Axis))| {
-        let is_late = Extension::LATE.iter().any(|late| late.parameters().contains(&axis.parameter));
+        let is_late = Extension::of(axis.parameter).is_some_and(Extension::is_late);
         is_late
             || error.is_none_or(|error| {
                 (axis.coordinate(*a) - axis.coordinate(*b)).abs() * axis.slope(*a) <= allowed * error

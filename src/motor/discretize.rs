@@ -15,35 +15,20 @@
 
 use super::Parameters;
 use super::dual::{Dual, Number};
+use crate::named::named;
 
-/// How the continuous motor is turned into one step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
-pub enum Discretization {
-    /// Exact for a voltage held between samples.
-    #[default]
-    Zoh,
-    /// Exact for a voltage that is a straight line between samples.
-    Foh,
-    /// Classical Runge–Kutta of order 4, voltage held.
-    Rk4,
-    /// Forward Euler, voltage held.
-    Euler,
-}
-
-impl Discretization {
-    /// All there are.
-    pub const ALL: [Self; 4] = [Self::Zoh, Self::Foh, Self::Rk4, Self::Euler];
-
-    /// Its name in settings and results.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Zoh => "zoh",
-            Self::Foh => "foh",
-            Self::Rk4 => "rk4",
-            Self::Euler => "euler",
-        }
+named! {
+    /// How the continuous motor is turned into one step.
+    #[non_exhaustive]
+    pub enum Discretization (default Zoh) {
+        /// Exact for a voltage held between samples.
+        Zoh = "zoh",
+        /// Exact for a voltage that is a straight line between samples.
+        Foh = "foh",
+        /// Classical Runge–Kutta of order 4, voltage held.
+        Rk4 = "rk4",
+        /// Forward Euler, voltage held.
+        Euler = "euler",
     }
 }
 

@@ -1,85 +1,101 @@
-//! Extensions of the linear motor: what real motors, drives and sensors add to it.
+//! The table of extensions: what real motors, drives and sensors add to the linear motor.
 
 use super::parameter::Parameter;
+use crate::named::named;
 use crate::setting::text;
-use crate::text::nearest;
+use crate::text::{excerpt, nearest};
 use crate::{Error, Result};
 
-/// Something that real motors, drives and sensors add to the linear motor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Extension {
-    /// Coulomb friction, which sticks.
-    Coulomb,
-    /// A constant load torque.
-    Load,
-    /// A dead time of the input.
-    DeadTime,
-    /// A first movement that comes late, in each recording by its own time.
-    Latency,
-    /// An offset of the voltage.
-    Offset,
-    /// The voltage drop of the brushes.
-    BrushDrop,
-    /// A deadband of the drive.
-    Deadband,
-    /// A drive that gives no more beyond some input.
-    Saturation,
-    /// A drive with another gain for negative inputs.
-    DirectionGain,
-    /// Sensors that average over samples.
-    SensorAverage,
+/// The row of an extension.
+struct Facts {
+    parameters: &'static [Parameter],
+    kind: Kind,
+    needs: Needs,
+}
+
+/// The place where an extension acts.
+#[derive(PartialEq)]
+enum Kind {
+    /// On the shaft.
+    Mechanical,
+    /// As a delay; delays imitate each other.
+    Late,
+    /// On the voltage.
+    Electrical,
+}
+
+/// What recordings must hold so that an extension may be chosen for them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Needs {
+    /// Nothing more than an output.
+    Nothing,
+    /// A measured current.
+    Current,
+    /// Inputs of both signs.
+    BothSigns,
+}
+
+const fn facts(parameters: &'static [Parameter], kind: Kind, needs: Needs) -> Facts {
+    Facts { parameters, kind, needs }
+}
+
+named! {
+    /// Something that real motors, drives and sensors add to the linear motor.
+    #[derive(Hash)]
+    pub enum Extension: Facts {
+        /// Coulomb friction, which sticks.
+        Coulomb = "coulomb" => facts(&[Parameter::Coulomb], Kind::Mechanical, Needs::Nothing),
+        /// A constant load torque.
+        Load = "load" => facts(&[Parameter::Load], Kind::Mechanical, Needs::Nothing),
+        /// A dead time of the input.
+        DeadTime = "dead-time" => facts(&[Parameter::DeadTime], Kind::Late, Needs::Nothing),
+        /// A first movement that comes late, in each recording by its own time.
+        Latency = "latency" => facts(&[Parameter::Latency], Kind::Late, Needs::Nothing),
+        /// An offset of the voltage.
+        Offset = "offset" => facts(&[Parameter::Offset], Kind::Electrical, Needs::Nothing),
+        /// The voltage drop of the brushes; without a current it is that of a deadband or of friction.
+        BrushDrop = "brush-drop" => facts(&[Parameter::BrushDrop], Kind::Electrical, Needs::Current),
+        /// A deadband of the drive.
+        Deadband = "deadband" => facts(&[Parameter::Deadband], Kind::Electrical, Needs::Nothing),
+        /// A drive that gives no more beyond some input.
+        Saturation = "saturation" => facts(&[Parameter::Saturation], Kind::Electrical, Needs::Nothing),
+        /// A drive with another gain for negative inputs.
+        DirectionGain = "direction-gain" => facts(&[Parameter::NegativeGain], Kind::Electrical, Needs::BothSigns),
+        /// Sensors that average over samples.
+        SensorAverage = "sensor-average" =>
+            facts(&[Parameter::CurrentAverage, Parameter::SpeedAverage], Kind::Late, Needs::Nothing),
+    }
 }
 
 impl Extension {
-    /// All there are.
-    pub const ALL: [Self; 10] = [
-        Self::Coulomb,
-        Self::Load,
-        Self::DeadTime,
-        Self::Latency,
-        Self::Offset,
-        Self::BrushDrop,
-        Self::Deadband,
-        Self::Saturation,
-        Self::DirectionGain,
-        Self::SensorAverage,
-    ];
-
-    /// What delays, and imitates each other.
-    pub const LATE: [Self; 3] = [Self::DeadTime, Self::Latency, Self::SensorAverage];
-
-    /// Its name in settings and results.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Coulomb => "coulomb",
-            Self::Load => "load",
-            Self::DeadTime => "dead-time",
-            Self::Latency => "latency",
-            Self::Offset => "offset",
-            Self::BrushDrop => "brush-drop",
-            Self::Deadband => "deadband",
-            Self::Saturation => "saturation",
-            Self::DirectionGain => "direction-gain",
-            Self::SensorAverage => "sensor-average",
-        }
-    }
-
-    /// Its parameters.
+    /// Returns its parameters.
     #[must_use]
     pub fn parameters(self) -> &'static [Parameter] {
-        match self {
-            Self::Coulomb => &[Parameter::Coulomb],
-            Self::Load => &[Parameter::Load],
-            Self::DeadTime => &[Parameter::DeadTime],
-            Self::Latency => &[Parameter::Latency],
-            Self::Offset => &[Parameter::Offset],
-            Self::BrushDrop => &[Parameter::BrushDrop],
-            Self::Deadband => &[Parameter::Deadband],
-            Self::Saturation => &[Parameter::Saturation],
-            Self::DirectionGain => &[Parameter::ReverseGain],
-            Self::SensorAverage => &[Parameter::CurrentAverage, Parameter::SpeedAverage],
-        }
+        self.row().parameters
+    }
+
+    /// Returns the extension that a parameter belongs to; none for the five of the motor.
+    #[must_use]
+    pub fn of(parameter: Parameter) -> Option<Self> {
+        Self::ALL.into_iter().find(|extension| extension.parameters().contains(&parameter))
+    }
+
+    /// Returns whether it delays, as others do that imitate it.
+    #[must_use]
+    pub fn is_late(self) -> bool {
+        self.row().kind == Kind::Late
+    }
+
+    /// Returns whether it acts where the current is the input, and not a voltage.
+    #[must_use]
+    pub fn acts_on_current(self) -> bool {
+        self.row().kind != Kind::Electrical
+    }
+
+    /// Returns what recordings must hold so that it may be chosen for them.
+    #[must_use]
+    pub fn needs(self) -> Needs {
+        self.row().needs
     }
 }
 
@@ -91,7 +107,7 @@ impl std::str::FromStr for Extension {
             let names = Self::ALL.map(Self::name);
             let near = nearest(name, &names).map_or(String::new(), |near| format!("; did you mean {near}?"));
             Error::usage(
-                text!([With](": \"{}\" is no extension{near}", crate::text::excerpt(name))),
+                text!([With](": \"{}\" is no extension{near}", excerpt(name))),
                 format!("Name {}, or auto.", names.join(", ")),
             )
         })

@@ -23,10 +23,10 @@ pub use discretize::{Discretization, Input, Method, StepMap, StepMaps, step_maps
 pub use dual::{Dual, Number};
 pub(crate) use extended::WINDOW_MAX;
 pub use extended::{Extended, ExtendedWalk, Extent, Setting, walk_extended};
-pub use extension::{Extension, With};
+pub use extension::{Extension, Needs, With};
 pub use logarithm::{LogarithmError, matrix_logarithm};
 pub use matrix::{Matrix2, inverse, product, times};
-pub use parameter::{Extensions, Parameter};
+pub use parameter::{Extensions, Parameter, UsualBounds};
 pub use response::{Response, response};
 pub use simulate::{Drive, Trajectory, simulate, walk};
 pub use space::{Axis, Scope, Space};

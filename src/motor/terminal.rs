@@ -19,7 +19,7 @@ impl<T: Number> Terminal<T> {
         Self {
             deadband: motor.get(Parameter::Deadband),
             saturation: motor.get(Parameter::Saturation),
-            reverse_gain: motor.get(Parameter::ReverseGain),
+            reverse_gain: motor.get(Parameter::NegativeGain),
             offset: motor.get(Parameter::Offset),
         }
     }

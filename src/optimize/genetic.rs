@@ -5,27 +5,24 @@
 //! rate as probability, to a uniform value of its range. The best ever seen survive unchanged (elites).
 
 use super::population::{Population, Setup, ordered};
-use super::{Best, Optimizer};
+use super::table::{Hyperparameter, PROBABILITY, Range, Search, SettingValue, Values, search};
+use super::{Best, Optimizer, SearchOptions as _};
+use crate::Result;
 use crate::candidates::Candidates;
 use crate::numeric::{count, whole};
-use crate::{Error, Result};
 
-/// Settings of the genetic algorithm.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GeneticOptions {
-    /// Probability that a gene mutates.
-    pub mutation: f64,
-    /// Share of the population that becomes parents.
-    pub pressure: f64,
-    /// Probability that a child mixes two parents; otherwise it copies one.
-    pub crossover: f64,
-    /// How many of the best survive unchanged.
-    pub elites: usize,
-}
-
-impl Default for GeneticOptions {
-    fn default() -> Self {
-        Self { mutation: 0.2, pressure: 0.3, crossover: 1.0, elites: 1 }
+search! {
+    Genetic = "ga", "Genetic algorithm";
+    /// Settings of the genetic algorithm.
+    pub struct GeneticOptions {
+        /// The probability that a gene mutates.
+        mutation: f64 = 0.2, "mutation" in PROBABILITY;
+        /// The share of the population that becomes parents.
+        pressure: f64 = 0.3, "pressure" in Range::Number(0.0, 1.0, true);
+        /// The probability that a child mixes two parents; otherwise it copies one.
+        crossover: f64 = 1.0, "crossover" in PROBABILITY;
+        /// The number of the best that survive unchanged.
+        elites: usize = 1, "elites" in Range::Count;
     }
 }
 
@@ -44,17 +41,7 @@ impl Genetic {
     /// # Errors
     /// `Usage` for an empty box or population, a probability outside 0..1, or a pressure that is not in (0, 1].
     pub fn new(setup: Setup, options: GeneticOptions) -> Result<Self> {
-        let GeneticOptions { mutation, pressure, crossover, .. } = options;
-        for (name, value, good) in [
-            ("mutation", mutation, (0.0..=1.0).contains(&mutation)),
-            ("pressure", pressure, pressure > 0.0 && pressure <= 1.0),
-            ("crossover", crossover, (0.0..=1.0).contains(&crossover)),
-        ] {
-            if !good {
-                let message = format!("{name} of the genetic algorithm is {value}");
-                return Err(Error::usage(message, format!("Give {name} between 0 and 1.")));
-            }
-        }
+        options.check()?;
         Ok(Self { options, population: Population::new(setup)?, costs: Vec::new(), told: false })
     }
 

@@ -5,24 +5,21 @@
 //! axis and agent; a falls in equal steps from `a_start` towards `a_end` over the generations. Agents stay in the box.
 
 use super::population::{Population, Setup, ordered, split};
-use super::{Best, Optimizer};
+use super::table::{Hyperparameter, NOT_NEGATIVE, Search, SettingValue, Values, search};
+use super::{Best, Optimizer, SearchOptions as _};
+use crate::Result;
 use crate::candidates::Candidates;
 use crate::numeric::count;
-use crate::{Error, Result};
 use multiversion::multiversion;
 
-/// Settings of the Grey Wolf Optimizer.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GwoOptions {
-    /// a at the first move; move g of G generations (g from 0) has `a_start + (a_end − a_start) g/G`.
-    pub a_start: f64,
-    /// What a falls towards.
-    pub a_end: f64,
-}
-
-impl Default for GwoOptions {
-    fn default() -> Self {
-        Self { a_start: 2.0, a_end: 0.0 }
+search! {
+    Gwo = "gwo", "Grey Wolf Optimizer";
+    /// Settings of the Grey Wolf Optimizer.
+    pub struct GwoOptions {
+        /// The value of a at the first move; move g of G generations (g from 0) has `a_start + (a_end − a_start) g/G`.
+        a_start: f64 = 2.0, "a-start" in NOT_NEGATIVE;
+        /// The value that a falls towards.
+        a_end: f64 = 0.0, "a-end" in NOT_NEGATIVE;
     }
 }
 
@@ -49,12 +46,7 @@ impl Gwo {
     /// # Errors
     /// `Usage` for an empty box or population, or a that is negative or not finite.
     pub fn new(setup: Setup, options: GwoOptions) -> Result<Self> {
-        if [options.a_start, options.a_end].iter().any(|a| !(a.is_finite() && *a >= 0.0)) {
-            return Err(Error::usage(
-                "a of the Grey Wolf Optimizer is negative or not finite",
-                "Give a=2 or the like.",
-            ));
-        }
+        options.check()?;
         Ok(Self { options, population: Population::new(setup)?, leaders: Vec::new(), generation: 0, told: false })
     }
 

@@ -4,7 +4,8 @@
 //! only if its cost is not higher. Best and worst are those of the present population.
 
 use super::population::{Population, Setup, ordered};
-use super::{Best, Optimizer};
+use super::table::{Hyperparameter, Range, SWITCH, Search, SettingValue, Values, search, setting_choice};
+use super::{Best, Optimizer, SearchOptions as _};
 use crate::Result;
 use crate::candidates::Candidates;
 
@@ -18,19 +19,17 @@ pub enum Sharing {
     Agent,
 }
 
-/// Settings of Jaya.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct JayaOptions {
-    /// For whom r₁ and r₂ hold.
-    pub sharing: Sharing,
-    /// Whether a move that raises the cost is taken back (Rao's algorithm). Without it the search is not Jaya any
-    /// more; it reproduces the paper's results.
-    pub greedy: bool,
-}
+setting_choice!(Sharing: Sharing::Generation, Sharing::Agent);
 
-impl Default for JayaOptions {
-    fn default() -> Self {
-        Self { sharing: Sharing::Generation, greedy: true }
+search! {
+    Jaya = "jaya", "Jaya";
+    /// Settings of Jaya.
+    pub struct JayaOptions {
+        /// Who shares a draw of r₁ and r₂: all agents of a generation, or the axes of one agent.
+        sharing: Sharing = Sharing::Generation, "sharing" in Range::Choice(&["generation", "agent"]);
+        /// Whether a move that raises the cost is taken back (Rao's algorithm). Without it the search is not Jaya any
+        /// more; it reproduces the paper's results.
+        greedy: bool = true, "greedy" in SWITCH;
     }
 }
 

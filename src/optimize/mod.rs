@@ -8,20 +8,27 @@ mod gwo;
 mod jaya;
 mod minimize;
 mod population;
+mod pso;
 mod random;
 mod run;
 mod sample;
+mod table;
 
 pub use genetic::{Genetic, GeneticOptions};
 pub use gwo::{Gwo, GwoOptions};
 pub use jaya::{Jaya, JayaOptions, Sharing};
 pub use minimize::{Budget, Evaluate, Observe, minimize};
 pub use population::Setup;
+pub use pso::{Pso, PsoOptions, Wall};
 pub use random::Random;
 pub use run::{Progress, Run, Stop};
 pub use sample::{Sample, Sampling};
+pub use table::{Hyperparameter, Range, Search, SearchOptions, Tuned, Values, unknown_setting};
 
 use crate::candidates::Candidates;
+
+/// The table of population searches, in the order in which they are listed. The first one serves where none is asked for.
+pub const SEARCHES: [&Search; 5] = [&gwo::SEARCH, &jaya::SEARCH, &genetic::SEARCH, &pso::SEARCH, &random::SEARCH];
 
 /// The best candidate so far.
 #[derive(Debug, Clone, Copy)]

@@ -1,9 +1,20 @@
 //! Random search: every population uniform in the box. What a search must beat.
 
 use super::population::{Population, Setup, ordered};
+use super::table::{Search, Values};
 use super::{Best, Optimizer};
 use crate::Result;
 use crate::candidates::Candidates;
+
+/// The row of random search, which has no settings.
+pub(super) const SEARCH: Search = Search {
+    name: "random",
+    text: "Random search",
+    settings: &[],
+    usual: Values::default,
+    begin: |setup, _| Ok(Box::new(Random::new(setup)?)),
+    debug: |_| "Random".to_owned(),
+};
 
 /// A run of random search.
 #[derive(Debug, Clone)]

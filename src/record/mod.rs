@@ -10,10 +10,11 @@ mod samples;
 mod stored;
 mod time;
 
-pub use diagnose::{Finding, Severity, diagnose};
+pub use diagnose::{Finding, RULES, Rule, Severity, diagnose};
 pub use heading::{ColumnRequest, Quantity, parse_columns};
 pub use import::{
-    ReadOptions, parse_number, read, read_bytes, read_csv, read_csv_bytes, read_inputs, read_joined, write_csv,
+    FORMATS, Format, ReadOptions, parse_number, read, read_bytes, read_csv, read_csv_bytes, read_inputs, read_joined,
+    write_csv,
 };
 pub use lines::Lines;
 pub use prepare::{Cascade, FilterKind, LowPass, Mask, Offset, Preparation, parse_masks};

@@ -1,20 +1,21 @@
 //! The time axis: period, jitter, gaps, repeated and reversed times.
 
 use super::Lines;
+use crate::named::named;
 use crate::numeric::{count, extremes, upper_median};
 use crate::setting::{Text, text};
 use crate::{Error, Result};
 
-/// What becomes of gaps in time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Gaps {
-    /// They are bad data.
-    #[default]
-    Error,
-    /// A gap is a long step, over which the voltage is held.
-    Keep,
-    /// Each stretch between gaps is a recording of its own.
-    Split,
+named! {
+    /// What becomes of gaps in time.
+    pub enum Gaps (default Error) {
+        /// Bad data.
+        Error = "error",
+        /// A long step, over which the voltage is held.
+        Keep = "keep",
+        /// Each stretch between gaps is a recording of its own.
+        Split = "split",
+    }
 }
 
 /// Deviation from a regular grid, relative to the period, up to which times count as regular.

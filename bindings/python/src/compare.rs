@@ -7,7 +7,8 @@ use crate::record::several;
 use crate::spec::{self, Keywords};
 use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::{Method, with_threads};
-use motorfit::study::compare::{Asked, CompareSpec, Comparison as Compared, Subject};
+use motorfit::named::Named as _;
+use motorfit::study::compare::{Asked, CompareSpec, Comparison as Compared, Preset, Subject};
 use motorfit::{Error, Result};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -83,7 +84,7 @@ pub fn compare(
         Some(records) => Subject { records: several(records)?, truth: None },
         None => Subject::m2().raise(py)?,
     };
-    let paper = keys.choice("preset", &["paper"], |name| name)?.is_some();
+    let paper = keys.choice::<Preset>("preset")?.is_some();
     let twice =
         OF_PRESET.into_iter().find(|key| paper && keys.has(key)).or((paper && records.is_some()).then_some("records"));
     if let Some(key) = twice {
@@ -111,7 +112,7 @@ fn asked(py: Python<'_>, keys: &Keywords<'_, '_>) -> PyResult<Asked> {
         if items.is_empty() { usual.iter().map(|&name| name.to_owned()).collect() } else { items }
     };
     let names = usual(keys.items("methods")?, &["gwo", "jaya", "ga", "sm"]);
-    let method = |name: &String| spec::choice("methods", name.trim(), &Method::all(), Method::name).raise(py);
+    let method = |name: &String| Method::named("methods", name.trim()).raise(py);
     Ok(Asked {
         methods: names.iter().map(method).collect::<PyResult<_>>()?,
         criteria: usual(keys.items("criteria")?, &["nrmse:std"]),
@@ -127,7 +128,7 @@ fn asked(py: Python<'_>, keys: &Keywords<'_, '_>) -> PyResult<Asked> {
 fn spec(keys: &Keywords<'_, '_>, paper: bool) -> PyResult<(Option<usize>, CompareSpec)> {
     let device = spec::device(keys)?;
     let usual = if paper { CompareSpec::paper() } else { CompareSpec::default() };
-    let discretization = keys.discretization()?.unwrap_or_default();
+    let discretization = keys.choice("discretization")?.unwrap_or_default();
     let spec = CompareSpec {
         runs: keys.value("runs")?.unwrap_or(usual.runs),
         seed: keys.value("seed")?.unwrap_or(usual.seed),

@@ -5,11 +5,10 @@ use crate::arrays::{array, signal};
 use crate::errors::Raise as _;
 use crate::frame::Frame;
 use crate::pool::on_all;
-use crate::spec::{Keywords, choice};
+use crate::spec::Keywords;
 use motorfit::motor::Discretization;
 use motorfit::record::{
-    Gaps, Offset, Preparation, ReadOptions, Reading, Samples, parse_columns, parse_crop, parse_masks, parse_offset,
-    write_csv,
+    Offset, Preparation, ReadOptions, Reading, Samples, parse_columns, parse_crop, parse_masks, parse_offset, write_csv,
 };
 use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
@@ -281,18 +280,15 @@ pub fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) 
 
 fn reading(py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Reading> {
     let keys = Keywords::new(py, options, &OPTIONS)?;
-    let gaps = keys.text("gaps")?;
     let rate_hz: Option<f64> = keys.value("rate")?;
-    let all = [("error", Gaps::Error), ("keep", Gaps::Keep), ("split", Gaps::Split)];
-    let gaps = gaps.map(|text| choice("gaps", &text, &all, |(name, _)| name)).transpose().raise(py)?;
-    let discretization = keys.discretization()?;
+    let discretization: Option<Discretization> = keys.choice("discretization")?;
     let columns = keys.items("columns")?.join(",");
     Ok(Reading {
         options: ReadOptions {
             columns: parse_columns(&columns).raise(py)?,
             rate_hz,
             sheet: keys.text("sheet")?,
-            gaps: gaps.map_or(Gaps::Error, |(_, gaps)| gaps),
+            gaps: keys.choice("gaps")?.unwrap_or_default(),
             drop_repeats: keys.value("drop_repeats")?.unwrap_or(false),
         },
         preparation: Preparation {

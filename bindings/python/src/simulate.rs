@@ -10,6 +10,7 @@ use motorfit::evaluate::Model;
 use motorfit::experiment::{Excitation, noise_of, simulated_with, with_noise};
 use motorfit::identify::values;
 use motorfit::motor::{Discretization, Parameters};
+use motorfit::named::Named as _;
 use motorfit::report::{Devices, json};
 use motorfit::setting::Setting;
 use pyo3::prelude::*;
@@ -77,8 +78,7 @@ pub fn steiglitz_mcbride<'py>(
     record: &Bound<'py, PyAny>,
     discretization: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let discretization =
-        spec::choice("discretization", discretization, &Discretization::ALL, |d| d.name()).raise(py)?;
+    let discretization = Discretization::named("discretization", discretization).raise(py)?;
     let options = SmOptions { model: Model { discretization, ..Model::default() }, sigma: None };
     let record = single(record)?;
     let estimate = on_all(py, || motorfit::estimate::steiglitz_mcbride(&record, &options))?.raise(py)?;

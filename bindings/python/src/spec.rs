@@ -2,10 +2,11 @@
 
 use crate::errors::Raise as _;
 use crate::paces::paces;
-use motorfit::criterion::{Criterion, Norm, Scale};
-use motorfit::evaluate::{Initial, Model};
-use motorfit::identify::{DeviceSpec, IdentifySpec, Method, Polish, PrecisionSpec, With, values};
+use motorfit::criterion::Criterion;
+use motorfit::evaluate::Model;
+use motorfit::identify::{DeviceSpec, IdentifySpec, Method, With, values};
 use motorfit::motor::{Discretization, Input, Space};
+use motorfit::named::Named;
 use motorfit::record::{Quantity, Record};
 use motorfit::setting::Setting;
 use motorfit::{Error, Result};
@@ -20,15 +21,6 @@ const THREADS_MAX: usize = 1024;
 pub struct Keywords<'a, 'py> {
     given: Option<&'a Bound<'py, PyDict>>,
     py: Python<'py>,
-}
-
-/// One of `all` by its name.
-pub fn choice<T: Copy>(key: &str, text: &str, all: &[T], name: impl Fn(&T) -> &'static str) -> Result<T> {
-    all.iter().find(|one| name(one) == text).copied().ok_or_else(|| {
-        let names: Vec<&str> = all.iter().map(&name).collect();
-        let message = format!("{key}: \"{}\" is none of its values", motorfit::text::excerpt(text));
-        Error::usage(message, format!("Give one of {}.", names.join(", ")))
-    })
 }
 
 impl<'a, 'py> Keywords<'a, 'py> {
@@ -70,19 +62,14 @@ impl<'a, 'py> Keywords<'a, 'py> {
         }
     }
 
-    /// The one-step method.
-    pub fn discretization(&self) -> PyResult<Option<Discretization>> {
-        self.choice("discretization", &Discretization::ALL, |d| d.name())
-    }
-
     /// A text.
     pub fn text(&self, key: &str) -> PyResult<Option<String>> {
         self.value(key)
     }
 
-    /// One of `all` by its name.
-    pub fn choice<T: Copy>(&self, key: &str, all: &[T], name: impl Fn(&T) -> &'static str) -> PyResult<Option<T>> {
-        self.text(key)?.map(|text| choice(key, &text, all, &name)).transpose().raise(self.py)
+    /// The row of a table by its name.
+    pub fn choice<T: Named>(&self, key: &str) -> PyResult<Option<T>> {
+        self.text(key)?.map(|text| T::named(key, &text)).transpose().raise(self.py)
     }
 
     /// A list as the command line has it: a text with commas, a sequence of texts, or a mapping of names to a number or
@@ -162,7 +149,6 @@ pub const PROBLEM: [&str; 13] = [
 /// The settings of a problem. A motor whose input is the `current` takes it as lines between samples.
 pub fn problem(keys: &Keywords<'_, '_>, input: Input) -> PyResult<IdentifySpec> {
     let py = keys.py;
-    let usual = IdentifySpec::default();
     let held = if input == Input::Current { Discretization::Foh } else { Discretization::Zoh };
     let (bounds, fix) = (keys.items("bounds")?, keys.items("fix")?);
     let with = With::parse(&keys.items("with_")?).raise(py)?;
@@ -173,14 +159,14 @@ pub fn problem(keys: &Keywords<'_, '_>, input: Input) -> PyResult<IdentifySpec> 
     let noise = noise.map(|text| values::noise(&text)).transpose().raise(py)?;
     Ok(IdentifySpec {
         criterion: Criterion {
-            norm: keys.choice("criterion", &Norm::ALL, |n| n.name())?.unwrap_or(usual.criterion.norm),
-            scale: keys.choice("scale", &Scale::ALL, |s| s.name())?.unwrap_or(usual.criterion.scale),
+            norm: keys.choice("criterion")?.unwrap_or_default(),
+            scale: keys.choice("scale")?.unwrap_or_default(),
             time_origin_s: keys.value("time_origin")?,
             noise: noise.unwrap_or_default(),
         },
         model: Model {
-            discretization: keys.discretization()?.unwrap_or(held),
-            initial: keys.choice("initial", &Initial::ALL, |i| i.name())?.unwrap_or(usual.model.initial),
+            discretization: keys.choice("discretization")?.unwrap_or(held),
+            initial: keys.choice("initial")?.unwrap_or_default(),
         },
         space: space(&limits, &fixed).raise(py)?,
         auto_bounds: values::auto_bounds(&bounds).raise(py)?,
@@ -198,7 +184,7 @@ pub fn device(keys: &Keywords<'_, '_>) -> PyResult<IdentifySpec> {
     Ok(IdentifySpec {
         paces: if device == DeviceSpec::Auto { paces() } else { None },
         device,
-        precision: keys.choice("precision", &PrecisionSpec::ALL, |p| p.name())?.unwrap_or_default(),
+        precision: keys.choice("precision")?.unwrap_or_default(),
         threads,
         ..IdentifySpec::default()
     })
@@ -217,7 +203,7 @@ pub fn check_threads(threads: Option<usize>) -> Result<()> {
 
 /// The settings of a method.
 pub fn method(py: Python<'_>, name: &str, settings: &[String]) -> PyResult<Method> {
-    let mut method = choice("method", name, &Method::all(), Method::name).raise(py)?;
+    let mut method = Method::named("method", name).raise(py)?;
     for item in settings {
         let (key, value) = values::pair(item, Setting::Set, "mutation=0.1").raise(py)?;
         method.set(key.strip_prefix(&format!("{name}.")).unwrap_or(key), value).raise(py)?;
@@ -234,7 +220,7 @@ pub fn identify(keys: &Keywords<'_, '_>, input: Input) -> PyResult<IdentifySpec>
     let name = keys.text("method")?.unwrap_or_else(|| usual.method.name().to_owned());
     Ok(IdentifySpec {
         method: method(keys.py, &name, &keys.items("set")?)?,
-        polish: keys.choice("polish", &Polish::ALL, |p| p.name())?.unwrap_or_default(),
+        polish: keys.choice("polish")?.unwrap_or_default(),
         population: keys.value("population")?.unwrap_or(usual.population),
         generations: keys.value("generations")?.unwrap_or(usual.generations),
         seed: keys.value("seed")?.unwrap_or(usual.seed),

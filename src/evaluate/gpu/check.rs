@@ -63,7 +63,7 @@ fn extensions(extras: Extras) -> Vec<(Parameter, f64)> {
         (averages[1], (P::SpeedAverage, 33.0)),
     ];
     let needed = parts.into_iter().filter_map(|(needed, part)| needed.then_some(part));
-    drive.into_iter().chain([(P::ReverseGain, 0.9)]).chain(needed).collect()
+    drive.into_iter().chain([(P::NegativeGain, 0.9)]).chain(needed).collect()
 }
 
 /// Costs that a device gave against the oracle's.

@@ -102,7 +102,7 @@ impl Extras {
 
 fn put_drive(own: &mut [f64; FIELDS], motor: &Extended) {
     use Parameter as P;
-    let of = [P::BrushDrop, P::Coulomb, P::Load, P::Offset, P::Deadband, P::Saturation, P::ReverseGain];
+    let of = [P::BrushDrop, P::Coulomb, P::Load, P::Offset, P::Deadband, P::Saturation, P::NegativeGain];
     own.iter_mut().zip(of).for_each(|(own, of)| *own = motor.get(of).min(VOLTS_MAX));
 }
 

@@ -89,26 +89,81 @@ impl Finding {
     }
 }
 
-/// A rule looks at a recording and adds what it finds.
-type Rule = fn(&View<'_>, &mut Vec<Finding>);
+/// A rule: a row of the table. It looks at a recording and adds what it finds.
+pub struct Rule {
+    /// The codes of its findings, each with what it says.
+    pub codes: &'static [(&'static str, &'static str)],
+    /// Whether it is of recordings with a voltage, and of those whose input is the current.
+    of: [bool; 2],
+    look: fn(&View<'_>, &mut Vec<Finding>),
+}
 
-const RULES: [Rule; 12] = [
-    clock::jitter,
-    units::units,
-    sign::sign_reversed,
-    input::input,
-    rest::rest,
-    motion::motion,
-    drive::drive,
-    comb::averaged_sensor,
-    sampling::sampling,
-    curve::curve,
-    latency::start_latency,
-    ripple::speed_ripple,
+const VOLTAGE: [bool; 2] = [true, false];
+const CURRENT: [bool; 2] = [false, true];
+const ANY: [bool; 2] = [true, true];
+
+const fn rule(
+    look: fn(&View<'_>, &mut Vec<Finding>),
+    of: [bool; 2],
+    codes: &'static [(&'static str, &'static str)],
+) -> Rule {
+    Rule { codes, of, look }
+}
+
+/// The rules, in the order in which they look.
+pub static RULES: [Rule; 14] = [
+    rule(clock::jitter, ANY, &[("jitter", "Samples are not evenly spaced.")]),
+    rule(units::units, VOLTAGE, &[("units", "Magnitudes fit no motor, but would in another unit.")]),
+    rule(current::units, CURRENT, &[]),
+    rule(sign::sign_reversed, VOLTAGE, &[("sign_reversed", "A channel has the opposite sign of the others.")]),
+    rule(current::reversed, CURRENT, &[]),
+    rule(
+        input::input,
+        VOLTAGE,
+        &[
+            ("undersampled_input", "The voltage changes faster than it is sampled."),
+            ("single_edge", "The voltage changes once only."),
+            ("input_reset", "The voltage is reset at the end."),
+            ("idle_input", "The voltage is not zero while the motor rests."),
+        ],
+    ),
+    rule(rest::rest, VOLTAGE, &[("rest_offset", "A sensor is not zero while the motor rests.")]),
+    rule(
+        motion::motion,
+        VOLTAGE,
+        &[
+            ("no_motion", "The motor does not move under voltage."),
+            ("motion_without_input", "The motor moves without voltage."),
+        ],
+    ),
+    rule(
+        drive::drive,
+        VOLTAGE,
+        &[
+            ("current_clipped", "The current is cut off or limited."),
+            ("voltage_without_current", "The voltage does not reach the motor."),
+        ],
+    ),
+    rule(comb::averaged_sensor, VOLTAGE, &[("averaged_sensor", "A sensor shows an average over samples.")]),
+    rule(
+        sampling::sampling,
+        ANY,
+        &[
+            ("held_samples", "Values are repeated over several samples."),
+            ("coarse_quantization", "The steps of a sensor are coarse."),
+        ],
+    ),
+    rule(
+        curve::curve,
+        VOLTAGE,
+        &[
+            ("speed_falls", "The speed falls where the voltage rises."),
+            ("speed_saturates", "The speed no longer follows the voltage."),
+        ],
+    ),
+    rule(latency::start_latency, VOLTAGE, &[("start_latency", "The first movement comes late.")]),
+    rule(ripple::speed_ripple, VOLTAGE, &[("speed_ripple", "The speed has a periodic ripple in the steady state.")]),
 ];
-
-/// Those of recordings without a voltage.
-const RULES_OF_CURRENT: [Rule; 4] = [clock::jitter, current::units, current::reversed, sampling::sampling];
 
 /// Everything odd that is found about a recording, what matters most first.
 #[must_use]
@@ -122,10 +177,12 @@ pub fn diagnose(record: &Record) -> Vec<Finding> {
 pub(super) fn findings(record: &Record) -> Vec<Finding> {
     let view = View::new(record);
     let mut findings = Vec::new();
-    let rules: &[Rule] = if record.driver() == Quantity::Current { &RULES_OF_CURRENT } else { &RULES };
-    for rule in rules {
-        rule(&view, &mut findings);
+    let input = usize::from(record.driver() == Quantity::Current);
+    for rule in RULES.iter().filter(|rule| rule.of[input]) {
+        (rule.look)(&view, &mut findings);
     }
+    let is_listed = |finding: &Finding| RULES.iter().flat_map(|rule| rule.codes).any(|(code, _)| *code == finding.code);
+    debug_assert!(findings.iter().all(is_listed), "every code is in the table");
     findings.sort_by_key(|finding| finding.severity == Severity::Mention);
     findings
 }

@@ -24,7 +24,8 @@ use crate::setting::text;
 use crate::{Error, Result};
 use collect::{Collected, collect};
 use columns::Need;
-use formats::{CellLines, Format, HEAD};
+use formats::{CellLines, HEAD};
+pub use formats::{FORMATS, Format};
 use layout::Wish;
 use signals::Signals;
 use std::io::Read;
@@ -228,22 +229,22 @@ fn tables_of(mut reader: impl Read, options: &ReadOptions, need: Need) -> Result
     let timed = options.rate_hz.is_some();
     let mut head = Vec::new();
     (&mut reader).take(HEAD as u64).read_to_end(&mut head).map_err(|e| unreadable(&e))?;
-    let format = Format::of(&head);
     let wish = |separator| Wish { requests: &options.columns, need, timed, separator };
+    let format = Format::of(&head);
     let mut reader = std::io::Cursor::new(head).chain(reader);
-    if format == Format::Csv {
+    let Some(format) = format else {
         let mut lines = TextLines::new(reader)?;
         let collected = collect(&mut lines, &wish(None))?;
         return Ok((vec![Table { part: None, collected }], lines.sha256()?));
-    }
+    };
     let mut bytes = Vec::new();
-    let most = format.bytes_max();
+    let most = format.bytes_max;
     (&mut reader).take(most + 1).read_to_end(&mut bytes).map_err(|e| unreadable(&e))?;
     if bytes.len() as u64 > most {
         let message = format!("is larger than {} MiB", most >> 20);
         return Err(Error::data(message, "Save the recording as CSV, of which any size is read."));
     }
-    let tables = formats::tables(format, &bytes, options.sheet.as_deref())?;
+    let tables = (format.tables)(&bytes, options.sheet.as_deref())?;
     let read = |cells: formats::Cells| {
         let part = (!cells.name.is_empty()).then(|| cells.name.clone());
         let named = |error: Error| part.iter().fold(error, |error, part| error.in_part(part));

@@ -3,7 +3,6 @@
 use crate::identify::Method;
 use crate::motor::{Parameter, Parameters, Response, response, simulate};
 use crate::numeric::{mean, quantile, sorted};
-use crate::optimize::{GeneticOptions, GwoOptions, JayaOptions};
 use crate::report::Table;
 use crate::report::spelling::command_line;
 use crate::study::compare::{Block, Comparison, Contest, FEW, Setting, reached};
@@ -20,19 +19,8 @@ pub fn setting_name(setting: &Setting) -> String {
 
 /// Settings of a method that are not its usual ones.
 fn changed(method: &Method) -> Option<String> {
-    let usual = match method {
-        Method::Gwo(_) => Method::Gwo(GwoOptions::default()),
-        Method::Jaya(_) => Method::Jaya(JayaOptions::default()),
-        Method::Genetic(_) => Method::Genetic(GeneticOptions::default()),
-        _ => return None,
-    };
-    let parts = |method: &Method| {
-        let text = format!("{method:?}");
-        let inner = text.split_once('{').and_then(|(_, rest)| rest.rsplit_once('}')).map(|(inner, _)| inner.to_owned());
-        inner.unwrap_or_default().split(',').map(|part| part.trim().to_owned()).collect::<Vec<_>>()
-    };
-    let differing: Vec<String> =
-        parts(method).into_iter().zip(parts(&usual)).filter(|(a, b)| a != b).map(|(a, _)| a).collect();
+    let changed = method.search()?.changed();
+    let differing: Vec<String> = changed.into_iter().map(|(name, value)| format!("{name}: {value}")).collect();
     (!differing.is_empty()).then(|| format!("{} {}", method.name(), differing.join(", ")))
 }
 

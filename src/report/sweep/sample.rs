@@ -102,7 +102,7 @@ pub(super) fn line() -> (SweepSummary, Limits) {
 /// One motor under `count` combinations of method and noise, 200 runs each.
 pub(super) fn product(count: usize) -> SweepSummary {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(2);
-    let methods = Method::all();
+    let methods = <Method as crate::named::Named>::all();
     let (mut cells, mut all) = (Vec::new(), Vec::new());
     for n in 0..count {
         let (method, noise) = (methods[2 + n % 4], n / 4);

@@ -5,8 +5,9 @@ use crate::criterion::Criterion;
 use crate::evaluate::Model;
 use crate::identify::{Costs, DeviceSpec, IdentifySpec, Method, values};
 use crate::motor::Space;
+use crate::optimize::SEARCHES;
 use crate::setting::{Setting as Named, text};
-use crate::text::excerpt;
+use crate::text::{alternatives, excerpt, listed};
 use crate::{Error, Result};
 
 /// Factors of a comparison: each of their combinations is a setting.
@@ -63,20 +64,21 @@ impl Asked {
     /// The searches, with every combination of their own settings.
     fn variants(&self) -> Result<Vec<Vec<Method>>> {
         let all = &self.methods;
+        let searches = SEARCHES.map(|search| search.name);
         if let Some(twice) = (1..all.len()).find(|n| all[..*n].contains(&all[*n])) {
             let message = text!([Methods](" names {} twice", all[twice].name()));
             return Err(Error::usage(message, "Name each once."));
         }
         if all.contains(&Method::Auto) {
             let message = text!([Methods] ": auto is no method of its own");
-            return Err(Error::usage(message, "Name gwo, jaya, ga, random or sm."));
+            return Err(Error::usage(message, format!("Name {}.", alternatives(&[&searches[..], &["sm"]].concat()))));
         }
-        let searches: Vec<Method> = all.iter().filter(|method| method.is_search()).cloned().collect();
-        if searches.is_empty() {
+        let named: Vec<Method> = all.iter().filter(|method| method.is_search()).copied().collect();
+        if named.is_empty() {
             let message = text!([Methods] " names no search");
-            return Err(Error::usage(message, "Name at least one of gwo, jaya, ga and random."));
+            return Err(Error::usage(message, format!("Name at least one of {}.", listed(&searches, "and"))));
         }
-        let mut variants = vec![searches];
+        let mut variants = vec![named];
         for item in &self.set {
             let (name, values) = values::pair(item, Named::Set, "ga.mutation=0.1/0.2")?;
             let (method, key) = name.split_once('.').ok_or_else(|| {

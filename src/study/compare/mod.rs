@@ -13,7 +13,7 @@ mod targets;
 
 pub use asked::Asked;
 pub use judged::{Comparable, FEW, Ranking, Summary};
-pub use spec::{CompareSpec, Setting, Subject};
+pub use spec::{CompareSpec, Preset, Setting, Subject};
 pub use steiglitz::Steiglitz;
 pub use targets::{Reached, reached};
 

@@ -6,6 +6,7 @@ use crate::evaluate::{Initial, Model};
 use crate::experiment::{Excitation, simulated};
 use crate::identify::{DeviceSpec, IdentifySpec, Method, Paces, PrecisionSpec};
 use crate::motor::{Discretization, Parameters, Space};
+use crate::named::named;
 use crate::optimize::{GeneticOptions, GwoOptions, JayaOptions};
 use crate::record::Record;
 
@@ -31,11 +32,19 @@ impl Setting {
             population: 100,
             generations: 100,
             methods: vec![
-                Method::Gwo(GwoOptions::default()),
-                Method::Jaya(JayaOptions::default()),
-                Method::Genetic(GeneticOptions::default()),
+                GwoOptions::default().into(),
+                JayaOptions::default().into(),
+                GeneticOptions::default().into(),
             ],
         }
+    }
+}
+
+named! {
+    /// A set-up that is complete.
+    pub enum Preset (default Paper) {
+        /// Tables 2 and 3, 100 agents × 100 generations; euclidean with scale peak, and with scale none as printed.
+        Paper = "paper",
     }
 }
 

@@ -6,9 +6,9 @@ use crate::criterion::Criterion;
 use crate::evaluate::{Initial, Model};
 use crate::identify::{DeviceSpec, IdentifySpec, Method, OnLoss, PrecisionSpec, values};
 use crate::motor::{Discretization, Parameter, Space};
-use crate::record::{
-    Gaps, Offset, Preparation, ReadOptions, Reading, parse_columns, parse_crop, parse_masks, parse_offset,
-};
+use crate::named::{Named, named};
+use crate::optimize::SEARCHES;
+use crate::record::{Offset, Preparation, ReadOptions, Reading, parse_columns, parse_crop, parse_masks, parse_offset};
 use crate::setting::Setting;
 use crate::{Error, Result};
 use std::path::Path;
@@ -16,6 +16,26 @@ use toml::de::{DeTable, DeValue};
 
 /// A parameter with its bounds.
 type Bounded = (Parameter, f64, f64);
+
+named! {
+    /// Bounds that are not given by parameter.
+    enum UsualBounds (default Auto) {
+        /// Those of the paper's Table 2.
+        Table2 = "table2",
+        /// A decade to each side of the Steiglitz–McBride estimate.
+        Auto = "auto",
+    }
+}
+
+named! {
+    /// What evaluates where a lost device does not come back.
+    enum Fallback (default None) {
+        /// Nothing: the sweep ends with the error.
+        None = "none",
+        /// The CPU.
+        Cpu = "cpu",
+    }
+}
 
 /// The keys of a study.
 pub(super) struct Keys<'a> {
@@ -39,8 +59,8 @@ impl Keys<'_> {
         read(&text).map(Some).map_err(|error| self.document.located(value.span(), &error))
     }
 
-    pub(super) fn choice<T: Copy>(&self, key: &str, all: &[T], name: impl Fn(&T) -> &'static str) -> Result<Option<T>> {
-        self.get(key).map(|value| self.document.choice(key, value, all, name)).transpose()
+    pub(super) fn choice<T: Named>(&self, key: &str) -> Result<Option<T>> {
+        self.get(key).map(|value| self.document.choice(key, value)).transpose()
     }
 
     pub(super) fn list<T: PartialEq>(
@@ -97,10 +117,15 @@ impl Keys<'_> {
     pub(super) fn methods(&self) -> Result<Vec<Method>> {
         let document = self.document;
         let value = self.get("methods").ok_or_else(|| {
-            self.missing("methods", "Add methods = [\"sm\"], or others of gwo, jaya, ga, random, auto.")
+            self.missing(
+                "methods",
+                &format!(
+                    "Add methods = [\"sm\"], or others of {}, auto.",
+                    SEARCHES.map(|search| search.name).join(", ")
+                ),
+            )
         })?;
-        let mut methods =
-            document.list("methods", value, |value| document.choice("methods", value, &Method::all(), Method::name))?;
+        let mut methods = document.list("methods", value, |value| document.choice::<Method>("methods", value))?;
         for item in self.words("set", "[\"ga.mutation=0.1\"]")? {
             let wrong =
                 |error: &Error| document.located(self.get("set").map(toml::Spanned::span).unwrap_or_default(), error);
@@ -151,9 +176,9 @@ impl Keys<'_> {
     /// What holds for all runs.
     pub(super) fn spec(&self) -> Result<IdentifySpec> {
         let document = self.document;
-        let discretization = self.choice("discretization", &Discretization::ALL, |d| d.name())?;
-        let initial = self.choice("initial", &Initial::ALL, |i| i.name())?;
-        let precision = self.choice("precision", &PrecisionSpec::ALL, |p| p.name())?;
+        let discretization = self.choice::<Discretization>("discretization")?;
+        let initial = self.choice::<Initial>("initial")?;
+        let precision = self.choice::<PrecisionSpec>("precision")?;
         let (bounds, auto_bounds) = self.bounds()?;
         let time_origin_s = self.get("time_origin").map(|v| document.number("time_origin", v)).transpose()?;
         let fixed = self.parameters("fix", |value, parameter| {
@@ -193,10 +218,9 @@ impl Keys<'_> {
     fn bounds(&self) -> Result<(Vec<Bounded>, Vec<Parameter>)> {
         let all = Parameter::ALL.to_vec();
         let Some(value) = self.get("bounds") else { return Ok((Vec::new(), all)) };
-        if let Some(text) = value.get_ref().as_str() {
-            let auto =
-                self.document.choice("bounds", value, &["table2", "auto"], |name| name)? == "auto" && text == "auto";
-            return Ok((Vec::new(), if auto { all } else { Vec::new() }));
+        if value.get_ref().as_str().is_some() {
+            let bounds: UsualBounds = self.document.choice("bounds", value)?;
+            return Ok((Vec::new(), if bounds == UsualBounds::Auto { all } else { Vec::new() }));
         }
         let given = self.parameters("bounds", |value, parameter| {
             let pair = self.document.list("bounds", value, |v| self.document.number("bounds", v))?;
@@ -212,13 +236,12 @@ impl Keys<'_> {
     }
 
     pub(super) fn on_loss(&self, spec: &IdentifySpec) -> Result<OnLoss> {
-        let names = ["none", "cpu"];
-        let falls = self.choice("fallback", &names, |name| name)?;
+        let fallback: Fallback = self.choice("fallback")?.unwrap_or_default();
         if let (Some(value), DeviceSpec::Cpu) = (self.get("fallback"), &spec.device) {
             let message = "fallback has no effect with device = \"cpu\"";
             return Err(self.document.error(value.span(), message, "Leave it out."));
         }
-        Ok(if falls == Some("cpu") { OnLoss::ReopenOrCpu } else { OnLoss::Reopen })
+        Ok(if fallback == Fallback::Cpu { OnLoss::ReopenOrCpu } else { OnLoss::Reopen })
     }
 
     pub(super) fn reading(&self, discretization: Discretization) -> Result<Reading> {
@@ -233,8 +256,6 @@ impl Keys<'_> {
                 "Give samples per second, more than 0.",
             ));
         }
-        let gaps = [("error", Gaps::Error), ("keep", Gaps::Keep), ("split", Gaps::Split)];
-        let gaps = self.choice("gaps", &gaps, |(name, _)| name)?;
         let decimate = self.get("decimate").map(|v| self.positive("decimate", v)).transpose()?;
         let masks = self.words("mask", "[\"auto\"]")?;
         let wrong =
@@ -244,7 +265,7 @@ impl Keys<'_> {
                 columns: self.read("columns", "\"current=I:mA\"", parse_columns)?.unwrap_or_default(),
                 rate_hz,
                 sheet: self.text("sheet", "\"Sheet1\"")?,
-                gaps: gaps.map_or(Gaps::Error, |(_, gaps)| gaps),
+                gaps: self.choice("gaps")?.unwrap_or_default(),
                 drop_repeats: self.get("drop_repeats").map(|v| document.flag("drop_repeats", v)).transpose()?
                     == Some(true),
             },

@@ -139,15 +139,11 @@ impl Study {
             name: keys.name(path)?,
             recordings: keys.recordings()?,
             methods: keys.methods()?,
-            polish: keys.list("polish", &|v, key| document.choice(key, v, &Polish::ALL, |p| p.name()), Polish::None)?,
+            polish: keys.list("polish", &|v, key| document.choice(key, v), Polish::None)?,
             population: keys.list("population", &|v, key| keys.positive(key, v), 100)?,
             generations: keys.list("generations", &|v, key| keys.positive(key, v), 100)?,
-            criterion: keys.list(
-                "criterion",
-                &|v, key| document.choice(key, v, &Norm::ALL, |n| n.name()),
-                Norm::Nrmse,
-            )?,
-            scale: keys.list("scale", &|v, key| document.choice(key, v, &Scale::ALL, |s| s.name()), Scale::Std)?,
+            criterion: keys.list("criterion", &|v, key| document.choice(key, v), Norm::Nrmse)?,
+            scale: keys.list("scale", &|v, key| document.choice(key, v), Scale::Std)?,
             noise: keys.list(
                 "noise",
                 &|v, key| keys.noise(key, v),
@@ -175,7 +171,7 @@ impl Study {
             let message = "precision: f32 is for GPUs, the CPU evaluates in f64 only";
             return wrong(message.to_owned(), "Leave precision out, or give device = \"gpu\".");
         }
-        let timed = |norm: &Norm| matches!(norm, Norm::Itse | Norm::Itae);
+        let timed = |norm: &Norm| norm.is_time_weighted();
         if self.spec.criterion.time_origin_s.is_some() && !self.criterion.iter().any(timed) {
             return wrong("time_origin has no effect without the criterion itse or itae".to_owned(), "Leave it out.");
         }

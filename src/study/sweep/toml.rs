@@ -1,5 +1,6 @@
 //! TOML with the places of its values, so that an error names the line, and unknown keys the nearest known one.
 
+use crate::named::Named;
 use crate::setting::{Form, Reference, Text};
 use crate::text::{excerpt, nearest};
 use crate::{Error, Result};
@@ -142,23 +143,9 @@ impl<'a> Document<'a> {
         Ok(list)
     }
 
-    /// The one of `all` that a value names.
-    pub(super) fn choice<T: Copy>(
-        self,
-        key: &str,
-        value: &Value<'_>,
-        all: &[T],
-        name: impl Fn(&T) -> &'static str,
-    ) -> Result<T> {
-        let names: Vec<&str> = all.iter().map(&name).collect();
-        let text = self.text(key, value, &format!("\"{}\"", names.join("\", \"")))?;
-        if let Some(found) = all.iter().find(|one| name(one) == text) {
-            return Ok(*found);
-        }
-        let remedy = match nearest(&text, &names) {
-            Some(near) => format!("Did you mean \"{near}\"?"),
-            None => format!("Give {}.", crate::text::alternatives(&names)),
-        };
-        Err(self.error(value.span(), format!("{key}: \"{}\" is unknown", excerpt(&text)), remedy))
+    /// The row of a table that a value names.
+    pub(super) fn choice<T: Named>(self, key: &str, value: &Value<'_>) -> Result<T> {
+        let text = self.text(key, value, &format!("\"{}\"", T::names().join("\", \"")))?;
+        T::named(key, &text).map_err(|error| self.located(value.span(), &error))
     }
 }

@@ -20,66 +20,79 @@ use super::text::{Line, Lines};
 use crate::{Error, Result};
 pub(super) use cells::Cells;
 
-/// What a file is, by its first bytes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Format {
-    Csv,
-    Workbook,
-    Mat,
-    Json,
+/// A format other than CSV: a row of the table.
+pub struct Format {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is, a sentence.
+    pub text: &'static str,
+    /// Whether a file is of this format, by its first bytes.
+    is: fn(&[u8]) -> bool,
+    /// The largest file that is read.
+    pub(super) bytes_max: u64,
+    /// The tables of a file, of a workbook those of the sheet of a name.
+    pub(super) tables: fn(&[u8], Option<&str>) -> Result<Vec<Cells>>,
 }
+
+/// The formats, in the order in which they are tried. What is none of them is CSV.
+pub static FORMATS: [Format; 3] = [
+    Format {
+        name: "XLSX",
+        text: "A workbook; the first sheet with numbers, or the one that is named.",
+        is: |head| head.starts_with(b"PK\x03\x04") || head.starts_with(&[0xd0, 0xcf, 0x11, 0xe0]),
+        bytes_max: 512 << 20,
+        #[cfg(feature = "formats")]
+        tables: |bytes, sheet| xlsx::xlsx(bytes, sheet).map(|cells| vec![cells]),
+        #[cfg(not(feature = "formats"))]
+        tables: left_out,
+    },
+    Format {
+        name: "MAT",
+        text: "A MAT-file of version 4, 6 or 7: vectors, matrices and structures of signals.",
+        is: |head| {
+            let mat = head.starts_with(b"MATLAB 5.0 MAT-file") || matches!(head.get(126..128), Some(b"IM" | b"MI"));
+            mat || head.starts_with(b"MATLAB 7.3") || head.starts_with(b"\x89HDF")
+        },
+        bytes_max: 512 << 20,
+        #[cfg(feature = "formats")]
+        tables: |bytes, _| mat::mat(bytes).map(|cells| vec![cells]),
+        #[cfg(not(feature = "formats"))]
+        tables: left_out,
+    },
+    Format {
+        name: "JSON",
+        text: "A file of SysId or frc-characterization; each of its tests is a recording.",
+        is: |head| {
+            let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
+            text.starts_with(b"{") || text.starts_with(b"[")
+        },
+        bytes_max: 32 << 20,
+        tables: |bytes, _| match sysid::is_sysid(bytes) {
+            true => sysid::sysid(bytes),
+            false => Err(Error::data(
+                "is JSON, but not of SysId or frc-characterization",
+                "Save the recording as CSV with a heading such as time_s,voltage_V,current_A,speed_rad_s.",
+            )),
+        },
+    },
+];
 
 /// How many first bytes tell the format.
 pub(super) const HEAD: usize = 4096;
 
 impl Format {
-    pub(super) fn of(head: &[u8]) -> Self {
-        let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
-        let old_workbook = head.starts_with(&[0xd0, 0xcf, 0x11, 0xe0]);
-        let mat = head.starts_with(b"MATLAB 5.0 MAT-file") || matches!(head.get(126..128), Some(b"IM" | b"MI"));
-        if head.starts_with(b"PK\x03\x04") || old_workbook {
-            Self::Workbook
-        } else if mat || head.starts_with(b"MATLAB 7.3") || head.starts_with(b"\x89HDF") {
-            Self::Mat
-        } else if text.starts_with(b"{") || text.starts_with(b"[") {
-            Self::Json
-        } else {
-            Self::Csv
-        }
-    }
-
-    /// The largest file that is read.
-    pub(super) fn bytes_max(self) -> u64 {
-        match self {
-            Self::Csv => u64::MAX,
-            Self::Workbook | Self::Mat => 512 << 20,
-            Self::Json => 32 << 20,
-        }
+    /// Returns the format that the first bytes of a file tell; none for CSV.
+    pub(super) fn of(head: &[u8]) -> Option<&'static Self> {
+        FORMATS.iter().find(|format| (format.is)(head))
     }
 }
 
-/// The tables of a file that is no CSV.
-pub(super) fn tables(format: Format, bytes: &[u8], sheet: Option<&str>) -> Result<Vec<Cells>> {
-    match format {
-        Format::Csv => Ok(Vec::new()),
-        Format::Json if sysid::is_sysid(bytes) => sysid::sysid(bytes),
-        Format::Json => Err(Error::data(
-            "is JSON, but not of SysId or frc-characterization",
-            "Save the recording as CSV with a heading such as time_s,voltage_V,current_A,speed_rad_s.",
-        )),
-        #[cfg(feature = "formats")]
-        Format::Workbook => xlsx::xlsx(bytes, sheet).map(|cells| vec![cells]),
-        #[cfg(feature = "formats")]
-        Format::Mat => mat::mat(bytes).map(|cells| vec![cells]),
-        #[cfg(not(feature = "formats"))]
-        Format::Workbook | Format::Mat => {
-            let _ = sheet;
-            Err(Error::data(
-                "is a workbook or MAT-file, which this build does not read",
-                "Build with the feature formats, or save the recording as CSV.",
-            ))
-        }
-    }
+#[cfg(not(feature = "formats"))]
+fn left_out(_: &[u8], _: Option<&str>) -> Result<Vec<Cells>> {
+    Err(Error::data(
+        "is a workbook or MAT-file, which this build does not read",
+        "Build with the feature formats, or save the recording as CSV.",
+    ))
 }
 
 /// Rows of cells as lines.

@@ -1,0 +1,207 @@
+//! Particle swarm in the constriction form (M. Clerc, J. Kennedy, IEEE Trans. Evol. Comput. 6 (2002), Eqs. 3 and 4 with
+//! κ = 1).
+//!
+//! `v' = χ (v + c₁ r₁ (p − x) + c₂ r₂ (g − x))`, `x' = x + v'`, with `χ = 2/|2 − φ − √(φ² − 4φ)|` and `φ = c₁ + c₂ > 4`:
+//! p is the best position of the particle, g that of the swarm, r₁ and r₂ are uniform in \[0, 1) for each axis and
+//! particle. Velocities begin at zero (A. P. Engelbrecht, IEEE CEC 2012) and are clamped to a share of the range of each
+//! axis (R. C. Eberhart, Y. Shi, IEEE CEC 2000). A particle that would leave the box ends on its wall, where the
+//! velocity is lost or turned around (J. Robinson, Y. Rahmat-Samii, IEEE Trans. Antennas Propag. 52 (2004)).
+
+use super::population::{Population, Setup, ordered, split};
+use super::table::{Hyperparameter, NOT_NEGATIVE, Range, Search, SettingValue, Values, search, setting_choice};
+use super::{Best, Optimizer, SearchOptions as _};
+use crate::candidates::Candidates;
+use crate::{Error, Result};
+
+/// The velocity of a particle that runs against a wall of the box.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wall {
+    /// It becomes zero.
+    Absorbing,
+    /// It is turned around.
+    Reflecting,
+}
+
+setting_choice!(Wall: Wall::Absorbing, Wall::Reflecting);
+
+search! {
+    Pso = "pso", "Particle swarm";
+    /// Settings of the particle swarm.
+    pub struct PsoOptions {
+        /// The attraction by the best position of the particle; c1 + c2 is more than 4.
+        c1: f64 = 2.05, "c1" in NOT_NEGATIVE;
+        /// The attraction by the best position of the swarm.
+        c2: f64 = 2.05, "c2" in NOT_NEGATIVE;
+        /// The largest velocity of an axis, as a share of its range.
+        velocity: f64 = 0.5, "velocity" in Range::Number(0.0, 1.0, true);
+        /// The velocity of a particle at a wall of the box: absorbed or reflected.
+        walls: Wall = Wall::Absorbing, "walls" in Range::Choice(&["absorb", "reflect"]);
+    }
+}
+
+/// A run of the particle swarm.
+#[derive(Debug, Clone)]
+pub struct Pso {
+    options: PsoOptions,
+    /// χ.
+    constriction: f64,
+    /// The positions, which are evaluated next.
+    swarm: Population,
+    velocities: Vec<f64>,
+    /// The best position of each particle, and its cost.
+    own: Vec<f64>,
+    costs: Vec<f64>,
+    told: bool,
+}
+
+impl Pso {
+    /// Makes a run.
+    ///
+    /// # Errors
+    /// `Usage` for an empty box or population, a setting out of its range, or c1 + c2 of 4 or less.
+    pub fn new(setup: Setup, options: PsoOptions) -> Result<Self> {
+        options.check()?;
+        let phi = options.c1 + options.c2;
+        if phi <= 4.0 {
+            return Err(Error::usage(
+                format!("c1 + c2 of pso is {phi}"),
+                "Give c1 and c2 whose sum is more than 4: only then does the constriction make the swarm converge.",
+            ));
+        }
+        let constriction = 2.0 / (2.0 - phi - (phi * phi - 4.0 * phi).sqrt()).abs();
+        let swarm = Population::new(setup)?;
+        let (velocities, own) = (vec![0.0; swarm.values.len()], swarm.values.clone());
+        Ok(Self { options, constriction, swarm, velocities, own, costs: Vec::new(), told: false })
+    }
+
+    /// Eq. 3 for every particle.
+    fn fly(&mut self) {
+        let width = self.swarm.width();
+        let best = self.costs.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(agent, _)| agent);
+        let best = self.own[best * width..(best + 1) * width].to_vec();
+        let PsoOptions { c1, c2, velocity, walls } = self.options;
+        let Population { setup, numbers, values, .. } = &mut self.swarm;
+        let mut draws = vec![0; width];
+        let rows = values.chunks_exact_mut(width).zip(self.velocities.chunks_exact_mut(width));
+        for ((x, v), own) in rows.zip(self.own.chunks_exact(width)) {
+            numbers.fill(&mut draws);
+            for axis in 0..width {
+                let ((r1, r2), (min, max)) = (split(draws[axis]), setup.bounds[axis]);
+                let pulled = v[axis] + c1 * r1 * (own[axis] - x[axis]) + c2 * r2 * (best[axis] - x[axis]);
+                let fastest = velocity * (max - min);
+                let moved = (self.constriction * pulled).clamp(-fastest, fastest);
+                let free = x[axis] + moved;
+                x[axis] = free.max(min).min(max);
+                let is_inside = (min..=max).contains(&free);
+                v[axis] = match walls {
+                    _ if is_inside => moved,
+                    Wall::Absorbing => 0.0,
+                    Wall::Reflecting => -moved,
+                };
+            }
+        }
+    }
+}
+
+impl Optimizer for Pso {
+    fn ask(&mut self) -> Candidates<'_> {
+        if self.told {
+            self.fly();
+            self.told = false;
+        }
+        self.swarm.candidates()
+    }
+
+    fn tell(&mut self, costs: &[f64]) {
+        let costs = ordered(costs);
+        self.swarm.note(&costs);
+        self.costs.resize(costs.len(), f64::INFINITY);
+        let width = self.swarm.width();
+        for (agent, cost) in costs.into_iter().enumerate() {
+            if cost < self.costs[agent] {
+                self.costs[agent] = cost;
+                self.own[agent * width..(agent + 1) * width].copy_from_slice(self.swarm.row(agent));
+            }
+        }
+        self.told = true;
+    }
+
+    fn best(&self) -> Option<Best<'_>> {
+        self.swarm.best()
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, reason = "exact equality is meant")]
+mod tests {
+    use super::*;
+
+    fn setup() -> Setup {
+        Setup { bounds: vec![(-1.0, 3.0), (10.0, 20.0)], population: 3, generations: 4, seed: 5, run: 2 }
+    }
+
+    /// One generation after another by the formula alone, particle by particle, from the same random numbers.
+    #[test]
+    fn generations_are_the_formula() {
+        for walls in [Wall::Absorbing, Wall::Reflecting] {
+            let options = PsoOptions { c1: 2.5, c2: 1.9, velocity: 0.1, walls };
+            let mut swarm = Pso::new(setup(), options).unwrap();
+            let mut numbers = Population::new(setup()).unwrap().numbers;
+            let chi = 2.0 / (2.0_f64 - 4.4 - (4.4_f64 * 4.4 - 4.0 * 4.4).sqrt()).abs();
+            let mut x: Vec<[f64; 2]> = swarm.ask().values().chunks(2).map(|row| [row[0], row[1]]).collect();
+            let (mut v, mut own, mut lowest) = ([[0.0; 2]; 3], x.clone(), [f64::INFINITY; 3]);
+            let (mut clamped, mut at_wall) = (0, 0);
+            for _ in 0..12 {
+                let costs: Vec<f64> = x.iter().map(|[a, b]| (a - 2.99).powi(2) + (b - 10.01).powi(2)).collect();
+                swarm.tell(&costs);
+                for n in 0..3 {
+                    if costs[n] < lowest[n] {
+                        (lowest[n], own[n]) = (costs[n], x[n]);
+                    }
+                }
+                let leader = own[(0..3).min_by(|a, b| lowest[*a].total_cmp(&lowest[*b])).unwrap()];
+                for n in 0..3 {
+                    for (axis, (min, max)) in [(-1.0, 3.0), (10.0, 20.0)].into_iter().enumerate() {
+                        let (r1, r2) = numbers.pair();
+                        let pull = 2.5 * r1 * (own[n][axis] - x[n][axis]) + 1.9 * r2 * (leader[axis] - x[n][axis]);
+                        let wanted = chi * (v[n][axis] + pull);
+                        let most = 0.1 * (max - min);
+                        v[n][axis] = if wanted.abs() > most { most * wanted.signum() } else { wanted };
+                        clamped += usize::from(wanted.abs() > most);
+                        x[n][axis] += v[n][axis];
+                        if x[n][axis] < min || x[n][axis] > max {
+                            x[n][axis] = if x[n][axis] < min { min } else { max };
+                            v[n][axis] *= if walls == Wall::Absorbing { 0.0 } else { -1.0 };
+                            at_wall += 1;
+                        }
+                    }
+                }
+                for (moved, expected) in swarm.ask().values().iter().zip(x.as_flattened()) {
+                    assert!((moved - expected).abs() < 1e-12, "{walls:?}: {moved} {expected}");
+                }
+            }
+            assert!(clamped > 0 && at_wall > 0, "{walls:?}: {clamped} clamped, {at_wall} at a wall");
+        }
+    }
+
+    #[test]
+    fn the_constriction_is_that_of_clerc_and_kennedy() {
+        let swarm = Pso::new(setup(), PsoOptions::default()).unwrap();
+        assert!((swarm.constriction - 0.729_843_788).abs() < 1e-9, "{}", swarm.constriction);
+        assert!(Pso::new(setup(), PsoOptions { c1: 2.0, c2: 2.0, ..PsoOptions::default() }).is_err());
+    }
+
+    #[test]
+    fn random_numbers_do_not_depend_on_costs() {
+        let after = |cost: fn(usize) -> f64| {
+            let mut swarm = Pso::new(setup(), PsoOptions::default()).unwrap();
+            for _ in 0..3 {
+                swarm.ask();
+                swarm.tell(&[0, 1, 2].map(cost));
+            }
+            swarm.ask();
+            swarm.swarm.numbers.unit()
+        };
+        assert_eq!(after(|_| f64::INFINITY), after(|agent| [1.0, f64::NAN, 0.5][agent]));
+    }
+}

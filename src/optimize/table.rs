@@ -1,0 +1,334 @@
+//! The table of population searches: what a row of [`SEARCHES`] says of a search and of its settings.
+
+use super::{Optimizer, SEARCHES, Setup};
+use crate::setting::text;
+use crate::text::{excerpt, listed};
+use crate::{Error, Result};
+use std::fmt;
+
+/// A population search: a row of the table.
+#[derive(Debug)]
+pub struct Search {
+    /// The name in settings and results.
+    pub name: &'static str,
+    /// The name in words.
+    pub text: &'static str,
+    /// The settings of its own.
+    pub settings: &'static [Hyperparameter],
+    pub(super) usual: fn() -> Values,
+    pub(super) begin: fn(Setup, &Values) -> Result<Box<dyn Optimizer>>,
+    pub(super) debug: fn(&Values) -> String,
+}
+
+/// A setting of a search.
+#[derive(Debug)]
+pub struct Hyperparameter {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is, a sentence.
+    pub text: &'static str,
+    /// The values that it may have.
+    pub range: Range,
+}
+
+/// The values that a setting may have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Range {
+    /// A finite number from the first to the second; `true` excludes the first.
+    Number(f64, f64, bool),
+    /// A whole number, 0 or more.
+    Count,
+    /// One of these words.
+    Choice(&'static [&'static str]),
+}
+
+/// A number of 0 or more.
+pub(super) const NOT_NEGATIVE: Range = Range::Number(0.0, f64::INFINITY, false);
+/// A probability.
+pub(super) const PROBABILITY: Range = Range::Number(0.0, 1.0, false);
+
+/// The most settings that a search has.
+const SETTINGS_MAX: usize = 8;
+
+/// The values of the settings of a search, in the order of its row: numbers, counts, or places among the choices.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Values([f64; SETTINGS_MAX]);
+
+impl Values {
+    /// Returns these values followed by zeros.
+    pub(super) fn of<const N: usize>(given: [f64; N]) -> Self {
+        const { assert!(N <= SETTINGS_MAX) };
+        let mut values = [0.0; SETTINGS_MAX];
+        values[..N].copy_from_slice(&given);
+        Self(values)
+    }
+
+    pub(super) fn get(&self, place: usize) -> f64 {
+        self.0[place]
+    }
+}
+
+/// Typed settings of a search.
+pub trait SearchOptions: Default {
+    /// The row of the search.
+    const SEARCH: &'static Search;
+
+    /// Takes the values in the order of the row.
+    fn of(values: &Values) -> Self;
+
+    /// Returns the values in the order of the row.
+    fn values(&self) -> Values;
+
+    /// Checks every value against its range.
+    ///
+    /// # Errors
+    /// `Usage` for a value out of its range.
+    fn check(&self) -> Result<()> {
+        let rows = Self::SEARCH.settings.iter().enumerate();
+        rows.map(|(place, row)| row.check(Self::SEARCH, self.values().get(place))).collect()
+    }
+}
+
+/// A type that a typed setting may have.
+pub(super) trait SettingValue: Copy {
+    fn number(self) -> f64;
+    fn of(number: f64) -> Self;
+}
+
+impl SettingValue for f64 {
+    fn number(self) -> f64 {
+        self
+    }
+
+    fn of(number: f64) -> Self {
+        number
+    }
+}
+
+impl SettingValue for usize {
+    fn number(self) -> f64 {
+        self as f64
+    }
+
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "made from a count")]
+    fn of(number: f64) -> Self {
+        number as Self
+    }
+}
+
+/// A choice is its place among all.
+macro_rules! setting_choice {
+    ($type:ty: $($choice:expr),+) => {
+        impl SettingValue for $type {
+            fn number(self) -> f64 {
+                [$($choice),+].iter().position(|one| *one == self).unwrap_or(0) as f64
+            }
+
+            fn of(number: f64) -> Self {
+                [$($choice),+][usize::of(number)]
+            }
+        }
+    };
+}
+pub(super) use setting_choice;
+setting_choice!(bool: false, true);
+/// The words of a setting that is on or off.
+pub(super) const SWITCH: Range = Range::Choice(&["false", "true"]);
+
+/// Defines the typed settings of a search and its row: for each setting its text, field, type, default, name and range.
+macro_rules! search {
+    (
+        $search:ident = $name:literal, $text:literal;
+        $(#[$meta:meta])*
+        pub struct $options:ident {
+            $($(#[doc = $doc:literal])+ $field:ident: $type:ty = $usual:expr, $setting:literal in $range:expr;)*
+        }
+    ) => {
+        $(#[$meta])*
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub struct $options {
+            $($(#[doc = $doc])+ pub $field: $type,)*
+        }
+
+        impl Default for $options {
+            fn default() -> Self {
+                Self { $($field: $usual),* }
+            }
+        }
+
+        impl $crate::optimize::SearchOptions for $options {
+            const SEARCH: &'static Search = &SEARCH;
+
+            fn of(values: &Values) -> Self {
+                let mut places = 0..;
+                let mut next = || places.next().map_or(0.0, |place| values.get(place));
+                Self { $($field: SettingValue::of(next())),* }
+            }
+
+            fn values(&self) -> Values {
+                Values::of([$(SettingValue::number(self.$field)),*])
+            }
+        }
+
+        pub(super) const SEARCH: Search = Search {
+            name: $name,
+            text: $text,
+            settings: &[$(Hyperparameter { name: $setting, text: concat!($($doc),+).trim_ascii(), range: $range }),*],
+            usual: || $options::default().values(),
+            begin: |setup, values| Ok(Box::new($search::new(setup, $options::of(values))?)),
+            debug: |values| format!("{}({:?})", stringify!($search), $options::of(values)),
+        };
+    };
+}
+pub(super) use search;
+
+impl Search {
+    /// Returns the search of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<&'static Self> {
+        SEARCHES.into_iter().find(|search| search.name == name)
+    }
+
+    /// Returns the settings that all searches have, in a sentence.
+    #[must_use]
+    pub fn settings_of_all() -> String {
+        let with_settings = SEARCHES.into_iter().filter(|search| !search.settings.is_empty());
+        let one = |(n, search): (usize, &Self)| {
+            let settings: Vec<String> = search.settings.iter().map(Hyperparameter::form).collect();
+            let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
+            format!("{} {}{}", search.name, if n == 0 { "has " } else { "" }, listed(&settings, "and"))
+        };
+        with_settings.enumerate().map(one).collect::<Vec<_>>().join("; ")
+    }
+}
+
+impl Hyperparameter {
+    /// Returns the name, and behind it the words that it may be.
+    #[must_use]
+    pub fn form(&self) -> String {
+        match self.range {
+            Range::Choice(words) => {
+                let mut words = words.to_vec();
+                // On before off.
+                words.sort_by_key(|word| *word == "false");
+                format!("{}={}", self.name, words.join("|"))
+            }
+            _ => self.name.to_owned(),
+        }
+    }
+
+    /// Returns a value as it is written.
+    #[must_use]
+    pub fn shown(&self, value: f64) -> String {
+        match self.range {
+            Range::Number(..) => format!("{value:?}"),
+            Range::Count => value.to_string(),
+            Range::Choice(words) => words[usize::of(value)].to_owned(),
+        }
+    }
+
+    fn read(&self, text: &str) -> Result<f64> {
+        let wrong = |what: &str, remedy: String| {
+            Err(Error::usage(text!([Set](" {}=\"{}\" is {what}", self.name, excerpt(text))), remedy))
+        };
+        match self.range {
+            Range::Number(..) => match text.trim().parse() {
+                Ok(number) => Ok(number),
+                Err(_) => wrong("no number", "Use a decimal point.".to_owned()),
+            },
+            Range::Count => match text.trim().parse::<u32>() {
+                Ok(count) => Ok(f64::from(count)),
+                Err(_) => wrong("no count", "Give a whole number, 0 or more.".to_owned()),
+            },
+            Range::Choice(words) => match words.iter().position(|word| *word == text.trim()) {
+                Some(place) => Ok(place.number()),
+                None => wrong("none of its values", format!("Write {}.", self.form())),
+            },
+        }
+    }
+
+    fn check(&self, search: &Search, value: f64) -> Result<()> {
+        let Range::Number(min, max, above) = self.range else { return Ok(()) };
+        if value.is_finite() && value <= max && if above { value > min } else { value >= min } {
+            return Ok(());
+        }
+        let range = match (max.is_finite(), above) {
+            (true, _) => format!("between {min} and {max}"),
+            (false, true) => format!("more than {min}"),
+            (false, false) => format!("{min} or more"),
+        };
+        let message = format!("{} of {} is {value}", self.name, search.name);
+        Err(Error::usage(message, format!("Give {} {range}.", self.name)))
+    }
+}
+
+/// A search with the values of its settings.
+#[derive(Clone, Copy)]
+pub struct Tuned {
+    /// The search.
+    pub search: &'static Search,
+    values: Values,
+}
+
+impl fmt::Debug for Tuned {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&(self.search.debug)(&self.values))
+    }
+}
+
+impl PartialEq for Tuned {
+    fn eq(&self, other: &Self) -> bool {
+        self.search.name == other.search.name && self.values == other.values
+    }
+}
+
+impl From<&'static Search> for Tuned {
+    /// Takes the usual values.
+    fn from(search: &'static Search) -> Self {
+        Self { search, values: (search.usual)() }
+    }
+}
+
+impl<O: SearchOptions> From<O> for Tuned {
+    fn from(options: O) -> Self {
+        Self { search: O::SEARCH, values: options.values() }
+    }
+}
+
+impl Tuned {
+    /// Changes a setting.
+    ///
+    /// # Errors
+    /// `Usage` when the search has no such setting, or it cannot be this.
+    pub fn set(&mut self, name: &str, value: &str) -> Result<()> {
+        let settings = self.search.settings;
+        let place = settings.iter().position(|setting| setting.name == name);
+        let place = place.ok_or_else(|| unknown_setting(name, value))?;
+        self.values.0[place] = settings[place].read(value)?;
+        settings[place].check(self.search, self.values.0[place])
+    }
+
+    /// Returns the settings that are not the usual ones, each with its value as it is written.
+    #[must_use]
+    pub fn changed(&self) -> Vec<(&'static str, String)> {
+        let usual = (self.search.usual)();
+        let places = self.search.settings.iter().enumerate();
+        let changed = places.filter(|(place, _)| self.values.0[*place].to_bits() != usual.0[*place].to_bits());
+        changed.map(|(place, setting)| (setting.name, setting.shown(self.values.0[place]))).collect()
+    }
+
+    /// Begins a run.
+    ///
+    /// # Errors
+    /// `Usage` for a box or settings that cannot be.
+    pub fn begin(&self, setup: Setup) -> Result<Box<dyn Optimizer>> {
+        (self.search.begin)(setup, &self.values)
+    }
+}
+
+/// Returns the error of a setting that a method has not.
+#[must_use]
+pub fn unknown_setting(name: &str, value: &str) -> Error {
+    let message = text!([Set](" \"{}={}\" is no setting of this method", excerpt(name), excerpt(value)));
+    Error::usage(message, format!("{}.", Search::settings_of_all()))
+}
