@@ -69,6 +69,7 @@ enum Total {
     RootMean,
 }
 
+#[expect(clippy::derivable_impls, reason = "the enum is made by its table")]
 impl Default for Norm {
     fn default() -> Self {
         Self::Nrmse

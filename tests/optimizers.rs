@@ -164,7 +164,11 @@ fn runs_of_one_number_begin_alike_and_settings_do_what_the_table_says() {
             assert_eq!(tuned.changed().is_empty(), usual, "{} {}={good}", search.name, setting.name);
         }
         let error = named(search.name).set("nothing", "1").unwrap_err();
-        assert!(search.settings.iter().all(|setting| error.remedy().contains(setting.name)), "{}", error.remedy());
+        assert!(
+            search.settings.iter().all(|setting| error.hint().to_string().contains(setting.name)),
+            "{}",
+            error.hint()
+        );
     }
 }
 

@@ -1,6 +1,7 @@
 //! The table of population searches: what a row of [`SEARCHES`] says of a search and of its settings.
 
 use super::{Optimizer, SEARCHES, Setup};
+use crate::numeric::{count, whole};
 use crate::setting::text;
 use crate::text::{excerpt, listed};
 use crate::{Error, Result};
@@ -84,8 +85,8 @@ pub trait SearchOptions: Default {
     /// # Errors
     /// `Usage` for a value out of its range.
     fn check(&self) -> Result<()> {
-        let rows = Self::SEARCH.settings.iter().enumerate();
-        rows.map(|(place, row)| row.check(Self::SEARCH, self.values().get(place))).collect()
+        let mut rows = Self::SEARCH.settings.iter().enumerate();
+        rows.try_for_each(|(place, row)| row.check(Self::SEARCH, self.values().get(place)))
     }
 }
 
@@ -107,12 +108,11 @@ impl SettingValue for f64 {
 
 impl SettingValue for usize {
     fn number(self) -> f64 {
-        self as f64
+        count(self)
     }
 
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "made from a count")]
     fn of(number: f64) -> Self {
-        number as Self
+        whole(number)
     }
 }
 
@@ -121,7 +121,7 @@ macro_rules! setting_choice {
     ($type:ty: $($choice:expr),+) => {
         impl SettingValue for $type {
             fn number(self) -> f64 {
-                [$($choice),+].iter().position(|one| *one == self).unwrap_or(0) as f64
+                [$($choice),+].iter().position(|one| *one == self).map_or(0.0, $crate::numeric::count)
             }
 
             fn of(number: f64) -> Self {
