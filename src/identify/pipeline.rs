@@ -3,17 +3,18 @@
 use super::checks;
 use super::method::Method;
 use super::model_selection::select;
+use super::normalized::NormalizedModel;
 use super::prepare::Prepared;
 use super::refine::{Fit, Observer, fit};
 use super::result::{Identification, Searched};
 use super::spec::IdentifySpec;
 use super::start::{asked_space, start};
 use super::unidentified::{fix_unidentified, not_told};
-use super::verify::{Verification, verify};
+use super::verify::{Verification, settle, verify};
 use super::warnings;
 use crate::Result;
 use crate::analysis::{
-    Characteristics, FitMetrics, coarse_rate, friction_differs, input_noise, intersample_of_current,
+    Characteristics, FitMetrics, ResidualTests, coarse_rate, friction_differs, input_noise, intersample_of_current,
     intersample_of_voltage, regressions, repeatability, residual_tests, residuals_follow_input,
 };
 use crate::device::with_threads;
@@ -48,8 +49,20 @@ pub fn identify_with(
 }
 
 fn run(records: &[Record], spec: &IdentifySpec, observe: &mut Observer<'_>) -> Result<Identification> {
-    // Recordings themselves are judged first; the seconds of the result are those of the estimation.
-    let of_recordings = warnings::of_recordings(records, spec);
+    let of_recordings = || warnings::of_recordings(records, spec);
+    let (of_recordings, result) = rayon::join(of_recordings, || estimated(records, spec, observe));
+    let (mut result, normalized) = result?;
+    let mut warnings = warnings::with_normalized(of_recordings, normalized.as_ref());
+    warnings.append(&mut result.warnings);
+    Ok(Identification { warnings, ..result })
+}
+
+/// Runs the stages; beside the result, the model that represents all motors where a channel is missing.
+fn estimated(
+    records: &[Record],
+    spec: &IdentifySpec,
+    observe: &mut Observer<'_>,
+) -> Result<(Identification, Option<NormalizedModel>)> {
     let started = Instant::now();
     let prepared = Prepared::new(records, spec)?;
     checks::before(records, &prepared.spec, &prepared.searched(asked_space(records, &prepared.spec)?))?;
@@ -57,22 +70,35 @@ fn run(records: &[Record], spec: &IdentifySpec, observe: &mut Observer<'_>) -> R
     let model = select(&prepared, &start)?;
     let mut fit = fit(&prepared, &start, &model.space, observe)?;
     let dropped = fix_unidentified(&prepared, &mut fit)?;
-    let verification = verify(&prepared, &mut fit, start.estimate.as_ref().ok())?;
-    let mut warnings = warnings::with_normalized(of_recordings, prepared.normalized.as_ref());
-    warnings.append(&mut fit.found.warnings);
+    // The residuals are tested beside the verification, which nearly always leaves the fit as it is.
+    let verified = || verify(&prepared, &fit, start.estimate.as_ref().ok());
+    let (verified, tests) = rayon::join(verified, || tested(&prepared, &fit));
+    let (verification, is_replaced) = settle(&prepared, &mut fit, verified)?;
+    let residual_tests = if is_replaced { tested(&prepared, &fit) } else { tests };
+    let mut warnings = std::mem::take(&mut fit.found.warnings);
     warnings.extend(checks::after(records, &prepared.spec, &fit.space, &fit.refined)?);
     if spec.is_polished() {
         warnings.extend(friction_differs(records, &prepared.fitted(&fit.space), &fit.refined));
     }
     warnings.extend(dropped.iter().copied().map(not_told));
     let unidentified = unidentified(&prepared, &fit, &dropped);
-    let mut result = Identification { verification, unidentified, ladder: model.ladder, ..assembled(&prepared, fit) };
+    let found = assembled(&prepared, fit);
+    let mut result = Identification { verification, unidentified, residual_tests, ladder: model.ladder, ..found };
     checks::fit(records, &prepared.spec, result.fit_percent)?;
     warnings.extend(warnings::of_result(&result, start.estimate.as_ref().err().copied()));
     result.warnings = warnings;
     analyse(&prepared, &mut result)?;
     result.seconds = started.elapsed().as_secs_f64();
-    Ok(result)
+    Ok((result, prepared.normalized))
+}
+
+/// Returns the tests of the residuals of a refined fit.
+fn tested(prepared: &Prepared<'_>, fit: &Fit) -> Vec<ResidualTests> {
+    if !prepared.spec.is_polished() {
+        return Vec::new();
+    }
+    let problem = fit.problem.with_space(fit.space.clone()).starting_from(&fit.refined.initial);
+    residual_tests(prepared.records, &problem, &fit.refined.values, &[])
 }
 
 /// Returns what no fit of these recordings identifies, and what this one does not.
@@ -137,7 +163,7 @@ fn assembled(prepared: &Prepared<'_>, fit: Fit) -> Identification {
         space,
         initial: problem.signals().iter().map(|s| s.initial()).collect(),
         fit_percent: metrics.fit_percent(),
-        residual_tests: if polished { residual_tests(records, &problem, values, &[]) } else { Vec::new() },
+        residual_tests: Vec::new(),
         residual_sigma: if polished { refined.sigma } else { metrics.residual_sigma() },
         converged: !polished || refined.converged,
         uncertainty: polished.then_some(refined.uncertainty),

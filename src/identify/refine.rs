@@ -17,7 +17,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// What watches a search: it sees every generation and may end it.
-pub(super) type Observer<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + 'a;
+pub(super) type Observer<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + Send + 'a;
 
 /// A first optimum with its refinement.
 pub(super) struct Fit {

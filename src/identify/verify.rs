@@ -7,7 +7,7 @@ use super::spec::IdentifySpec;
 use super::start::steiglitz_mcbride;
 use crate::Result;
 use crate::estimate::{Estimate, Reference, ReferenceKind, Refined, global_reference_on, refine_on, squares_on};
-use crate::motor::{Parameters, Space};
+use crate::motor::{Axis, Parameters, Space};
 use crate::numeric::{count, rms};
 use crate::record::Record;
 
@@ -70,18 +70,14 @@ impl Verification {
 }
 
 /// The verification with what it found on the way.
-struct Verified {
+pub(super) struct Verified {
     verification: Verification,
     /// The best of the references, where it is better than what was found.
     better: Option<Refined>,
 }
 
 /// Stage 5, verify: holds a fit against a search of the whole box and the refinement of the Steiglitz–McBride estimate.
-/// Under `auto` a better reference is taken in its place: the best there is was asked for, wherever it was found.
-///
-/// # Errors
-/// As a refinement.
-pub(super) fn verify(prepared: &Prepared<'_>, fit: &mut Fit, estimate: Option<&Estimate>) -> Result<Verification> {
+pub(super) fn verify(prepared: &Prepared<'_>, fit: &Fit, estimate: Option<&Estimate>) -> Verified {
     let spec = prepared.spec.as_ref();
     let claim = Claim {
         space: &fit.space,
@@ -90,12 +86,22 @@ pub(super) fn verify(prepared: &Prepared<'_>, fit: &mut Fit, estimate: Option<&E
         is_judged: spec.method.is_search() || !spec.is_polished(),
         estimate,
     };
-    let Verified { mut verification, better } = judged(prepared, &claim);
-    if let (Method::Auto, true, Some(better)) = (spec.method, spec.is_polished(), better) {
-        (fit.refined, fit.space) = refine_widening(&prepared.fitted(&fit.space), spec, &fit.space, &better.values)?;
-        (verification.status, verification.cost_gap) = (Status::Agrees, Some(0.0));
-    }
-    Ok(verification)
+    judged(prepared, &claim)
+}
+
+/// Takes a better reference in place of a fit under `auto`: the best there is was asked for, wherever it was found.
+/// Returns the verdict, and whether the fit was replaced.
+///
+/// # Errors
+/// As a refinement.
+pub(super) fn settle(prepared: &Prepared<'_>, fit: &mut Fit, verified: Verified) -> Result<(Verification, bool)> {
+    let (spec, Verified { mut verification, better }) = (prepared.spec.as_ref(), verified);
+    let Some(better) = better.filter(|_| spec.method == Method::Auto && spec.is_polished()) else {
+        return Ok((verification, false));
+    };
+    (fit.refined, fit.space) = refine_widening(&prepared.fitted(&fit.space), spec, &fit.space, &better.values)?;
+    (verification.status, verification.cost_gap) = (Status::Agrees, Some(0.0));
+    Ok((verification, true))
 }
 
 /// Returns the verdict on parameters from elsewhere (one value per free axis of the spec's space), as if a search had
@@ -143,12 +149,12 @@ fn judged(prepared: &Prepared<'_>, claim: &Claim<'_>) -> Verified {
     let (records, plain) = (prepared.records, prepared.fitted(space));
     let sigma = sigmas(records, refined);
     let own = refined.weighted(&sigma);
-    let reference = global_reference_on(&plain, &sigma).ok();
-    let from_sm = estimate.and_then(|estimate| {
-        let start: Vec<f64> =
-            space.free().iter().map(|axis| estimate.parameters.get(axis.parameter).clamp(axis.min, axis.max)).collect();
-        refine_on(&plain, &start, Some(&sigma)).ok()
-    });
+    let from_sm = || {
+        let inside = |axis: &Axis| Some(estimate?.parameters.get(axis.parameter).clamp(axis.min, axis.max));
+        let start: Option<Vec<f64>> = space.free().iter().map(inside).collect();
+        refine_on(&plain, &start?, Some(&sigma)).ok()
+    };
+    let (reference, from_sm) = rayon::join(|| global_reference_on(&plain, &sigma).ok(), from_sm);
     let kind = reference.as_ref().map(|reference: &Reference| reference.kind);
     let fits = reference.map(|reference| reference.refined).into_iter().chain(from_sm);
     let best = fits.min_by(|a, b| a.weighted(&sigma).total_cmp(&b.weighted(&sigma)));
