@@ -23,7 +23,7 @@ use std::time::Instant;
 
 /// Whether a spec asks for more than the linear motor.
 pub(super) fn is_extended(spec: &IdentifySpec) -> bool {
-    spec.with != With::default() || !spec.space.extent().is_linear() || !spec.per_recording.is_empty()
+    spec.with != With::default() || !spec.space.features().is_linear() || !spec.per_recording.is_empty()
 }
 
 pub(super) fn run(
@@ -59,8 +59,8 @@ pub(super) fn run(
     let plain = fit_problem(records, &attempt.space, spec.model)?;
     warnings.append(&mut friction::differs(records, spec, &plain, &attempt));
     let mut result = Identification { verification, ladder, ..assemble(records, spec, attempt)? };
-    let extent = result.space.extent();
-    let stood = unknown.into_iter().filter(|p| !p.is_extension() || extent.has(*p));
+    let features = result.space.features();
+    let stood = unknown.into_iter().filter(|p| !p.is_extension() || features.has(*p));
     result.unidentified = stood.chain(dropped.iter().copied()).collect();
     result.unidentified.sort_by_key(|p| *p as usize);
     result.unidentified.dedup();

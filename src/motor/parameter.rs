@@ -1,6 +1,5 @@
 //! The parameters: the five of the linear motor, and those of extensions that real motors need.
 
-use super::Extent;
 use crate::text::excerpt;
 use crate::{Error, Result};
 
@@ -35,7 +34,7 @@ pub enum Parameter {
     /// Magnitude of the input beyond which the drive gives no more.
     Saturation,
     /// Gain of the drive for negative inputs; that for positive ones is 1.
-    ReverseGain,
+    NegativeGain,
     /// Samples that the current sensor averages over.
     CurrentAverage,
     /// Samples that the speed sensor averages over.
@@ -103,7 +102,7 @@ impl Parameter {
         Self::BrushDrop,
         Self::Deadband,
         Self::Saturation,
-        Self::ReverseGain,
+        Self::NegativeGain,
         Self::CurrentAverage,
         Self::SpeedAverage,
     ];
@@ -222,13 +221,6 @@ impl Extensions {
     #[must_use]
     pub fn get(&self, parameter: Parameter) -> f64 {
         (parameter as usize).checked_sub(Parameter::ALL.len()).map_or(f64::NAN, |own| self.0[own])
-    }
-
-    /// Those that act at all.
-    #[must_use]
-    pub fn extent(&self) -> Extent {
-        let act = |p: &Parameter| self.get(*p).to_bits() != p.neutral().to_bits();
-        Parameter::EXTENSIONS.into_iter().filter(act).fold(Extent::default(), Extent::with)
     }
 
     /// In the order of [`Parameter::EXTENSIONS`].

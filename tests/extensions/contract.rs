@@ -18,7 +18,7 @@ pub const RANGES: [(Parameter, f64, f64); 11] = [
     (Parameter::BrushDrop, 0.0, 1.5),
     (Parameter::Deadband, 0.0, 2.0),
     (Parameter::Saturation, 4.0, 12.0),
-    (Parameter::ReverseGain, 0.7, 1.3),
+    (Parameter::NegativeGain, 0.7, 1.3),
     (Parameter::CurrentAverage, 1.0, 40.0),
     (Parameter::SpeedAverage, 1.0, 70.0),
 ];

@@ -143,7 +143,7 @@ fn lines_come_late_as_lines() {
 #[test]
 fn drives_lose_and_limit_what_they_are_told() {
     let told = |n: u32| -8.0 + 0.02 * f64::from(n);
-    let drive = with(&[(Parameter::Deadband, 1.5), (Parameter::Saturation, 6.0), (Parameter::ReverseGain, 0.8)]);
+    let drive = with(&[(Parameter::Deadband, 1.5), (Parameter::Saturation, 6.0), (Parameter::NegativeGain, 0.8)]);
     let given = |v: f64| {
         let size = (v.abs().min(6.0) - 1.5).max(0.0);
         if v < 0.0 { -0.8 * size } else { size }

@@ -22,7 +22,7 @@ const TRUTH: [(Parameter, f64); 11] = [
     (Parameter::BrushDrop, 0.65),
     (Parameter::Deadband, 0.9),
     (Parameter::Saturation, 7.3),
-    (Parameter::ReverseGain, 0.86),
+    (Parameter::NegativeGain, 0.86),
     (Parameter::CurrentAverage, 6.4),
     (Parameter::SpeedAverage, 17.7),
 ];
@@ -96,7 +96,7 @@ fn sets() -> Vec<Vec<Parameter>> {
     let mut sets: Vec<Vec<Parameter>> = P::EXTENSIONS.into_iter().map(|p| vec![p]).collect();
     sets.push(vec![P::Coulomb, P::BrushDrop, P::Load, P::Offset]);
     sets.push(vec![P::DeadTime, P::Latency, P::SpeedAverage]);
-    sets.push(vec![P::Deadband, P::Saturation, P::ReverseGain, P::Coulomb]);
+    sets.push(vec![P::Deadband, P::Saturation, P::NegativeGain, P::Coulomb]);
     sets.push(vec![P::Coulomb, P::DeadTime, P::CurrentAverage, P::SpeedAverage]);
     sets.push(P::EXTENSIONS.to_vec());
     sets

@@ -89,7 +89,7 @@ impl Extension {
             Self::BrushDrop => &[Parameter::BrushDrop],
             Self::Deadband => &[Parameter::Deadband],
             Self::Saturation => &[Parameter::Saturation],
-            Self::DirectionGain => &[Parameter::ReverseGain],
+            Self::DirectionGain => &[Parameter::NegativeGain],
             Self::SensorAverage => &[Parameter::CurrentAverage, Parameter::SpeedAverage],
         }
     }
@@ -233,7 +233,7 @@ impl Scales {
             Parameter::BrushDrop => (0.0, 0.5 * voltage),
             Parameter::Deadband => (0.0, 0.95 * voltage),
             Parameter::Saturation => (0.05 * voltage, voltage),
-            Parameter::ReverseGain => (0.2, 5.0),
+            Parameter::NegativeGain => (0.2, 5.0),
             _ => (1.0, (0.25 * samples).clamp(2.0, 300.0)),
         }
     }

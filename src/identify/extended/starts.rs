@@ -26,7 +26,7 @@ fn grid(axis: &Axis) -> Vec<f64> {
     let share = |n: u32, of: u32| f64::from(n) / f64::from(of);
     match axis.parameter {
         // What counts is the ratio.
-        Parameter::CurrentAverage | Parameter::SpeedAverage | Parameter::ReverseGain => {
+        Parameter::CurrentAverage | Parameter::SpeedAverage | Parameter::NegativeGain => {
             (0..=GRID).map(|n| axis.min * (axis.max / axis.min).powf(share(n, GRID))).collect()
         }
         // Small ones matter too.
