@@ -55,7 +55,7 @@ fn work(job: u32, lane: u32, place: u32) {
         x = enter(x, before, g);
         let end = sample_first + segment.y;
         for (var n = sample_first + segment.x; n < end; n += BLOCK) {
-            let run = stretch(Run(x, Lanes2()), map, g, n, min(n + BLOCK, end), weight_shift, place);
+            let run = walk(Run(x, Lanes2()), map, g, n, min(n + BLOCK, end), weight_shift, place);
             x = run.x;
             total = Lanes2(total.i + run.part.i, total.w + run.part.w);
         }

@@ -16,7 +16,7 @@ struct Map {
     step: Step,
     drive: Drive,
     delay: Delay,
-    average: Average,
+    average: MovingAverage,
 }
 
 // One sample: its errors into the sums, then one step of the state.
@@ -27,8 +27,8 @@ fn follow(run: Run, map: Map, g: Lanes2, sample: Sample, weight: Pair) -> Run {
     var acts = g;
     var given = run.given;
     if DELAYED {
-        let last = comes(map.delay, map.drive, run.n);
-        acts = late(map.delay, g, run.given, last, run.n);
+        let last = arrived(map.delay, map.drive, run.n);
+        acts = delayed(map.delay, g, run.given, last, run.n);
         given = Given(run.given.three, last);
     }
     return Run(advance(run.x, map.step, acts), part, shown.sum, given, run.n + 1);
@@ -53,6 +53,7 @@ fn work(job: u32, lane: u32, place: u32) {
     let bounds = jobs[head + 6u] + round.index;
 
     let drive = load_drive(constants);
+    let load = maps[constants + AT_TL];
     let average = load_average(head, constants, own, lane < blocks);
     var map = Map(load_step(map_first, constants), drive, load_delay(head, constants, drive), average);
     var map_at = map_first;
@@ -76,11 +77,11 @@ fn work(job: u32, lane: u32, place: u32) {
             map_at = at;
             map.step = load_step(map_at, constants);
         }
-        let g = gain(map_at, drive, inputs[segment.w]);
+        let g = gain(map_at, drive, load, inputs[segment.w]);
         let end = sample_first + segment.y;
         for (var n = sample_first + segment.x; n < end; n += BLOCK) {
             run.part = Lanes2();
-            run = stretch(run, map, g, n, min(n + BLOCK, end), weight_shift, place);
+            run = walk(run, map, g, n, min(n + BLOCK, end), weight_shift, place);
             total = Lanes2(total.i + run.part.i, total.w + run.part.w);
         }
     }

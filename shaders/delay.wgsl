@@ -1,14 +1,14 @@
-// The voltage as it comes late: at each step the three last samples that have arrived, each with its gain. Until the
-// first movement has waited for its latency, the voltage is the one before it. Each candidate has three steps of its own
-// that follow no rule; what they add was computed beforehand.
+// A delayed voltage on an even clock: at each step the three last samples that have arrived, each with its gain. Up to the
+// step of the first movement the voltage is the one before it. Each candidate has three steps that no taps give; what they
+// add was computed beforehand. Twin: src/motor/delay_taps.rs.
 // Constants: whole samples of the dead time, the step of the first movement, the gains of three samples for the current
-// (3) and the speed (3); then three times a step that follows no rule and what it adds (2).
+// (3) and the speed (3); then three times a step that no taps give and what it adds (2).
 
 struct Delay {
-    // Where the voltages lie, and their number.
-    told: i32,
+    // Where the commanded voltages lie, and their number.
+    first: i32,
     count: i32,
-    // What has come last at step n is told at n + shift.
+    // The last sample that has arrived at step n is n + shift.
     shift: Counts,
     // The voltage before the first movement, and the step up to which it lasts.
     movement: i32,
@@ -19,7 +19,7 @@ struct Delay {
     special0: Lanes2, special1: Lanes2, special2: Lanes2,
 }
 
-// What the drive gave of the two samples that came last.
+// The voltages at the motor of the last two samples that arrived.
 struct Given {
     two: Lanes,
     three: Lanes,
@@ -32,11 +32,11 @@ fn load_delay(head: u32, constants: u32, drive: Drive) -> Delay {
     }
     let taps = constants + TAPS;
     let special = constants + SPECIAL;
-    delay.told = i32(jobs[head + 8u]) + 1;
+    delay.first = i32(jobs[head + 8u]) + 1;
     delay.movement = i32(jobs[head + 10u]);
     delay.count = i32(jobs[head + 11u]);
     delay.shift = Counts(i32(jobs[head + 12u]) + 2) - Counts(maps[taps]);
-    delay.before = terminal(drive, told(Counts(delay.told + delay.movement)));
+    delay.before = output(drive, commanded(Counts(delay.first + delay.movement)));
     delay.moves = Counts(maps[taps + 1u]);
     delay.one = Lanes2(maps[taps + 2u], maps[taps + 5u]);
     delay.two = Lanes2(maps[taps + 3u], maps[taps + 6u]);
@@ -50,38 +50,39 @@ fn load_delay(head: u32, constants: u32, drive: Drive) -> Delay {
     return delay;
 }
 
-// What comes at step n.
-fn comes(delay: Delay, drive: Drive, n: i32) -> Lanes {
+// The voltage at the motor of the sample that arrives at step n.
+fn arrived(delay: Delay, drive: Drive, n: i32) -> Lanes {
     let at = clamp(Counts(n) + delay.shift, Counts(), Counts(delay.count));
-    return terminal(drive, told(Counts(delay.told) + at));
+    return output(drive, commanded(Counts(delay.first) + at));
 }
 
-// Those that came before step n.
+// Those that arrived before step n.
 fn given_before(delay: Delay, drive: Drive, n: i32) -> Given {
     if DELAYED {
-        return Given(comes(delay, drive, n - 2), comes(delay, drive, n - 1));
+        return Given(arrived(delay, drive, n - 2), arrived(delay, drive, n - 1));
     }
     return Given();
 }
 
-fn special(g: Lanes2, own: Lanes2, is_own: Choice) -> Lanes2 {
-    return Lanes2(select(g.i, own.i, is_own), select(g.w, own.w, is_own));
+fn choose(other: Lanes2, own: Lanes2, is_own: Choice) -> Lanes2 {
+    return Lanes2(select(other.i, own.i, is_own), select(other.w, own.w, is_own));
 }
 
-// What acts on the motor at step n: g of the torque, and the voltages given, of which `last` has just come.
-fn late(delay: Delay, g: Lanes2, given: Given, last: Lanes, n: i32) -> Lanes2 {
+// What acts on the motor at step n: g of the torque, and the voltages given, of which `last` has just arrived.
+fn delayed(delay: Delay, g: Lanes2, given: Given, last: Lanes, n: i32) -> Lanes2 {
     let waits = Counts(n) < delay.moves;
     let at = Counts(n) + delay.shift;
-    let held = Counts(delay.movement);
-    let one = select(given.two, delay.before, waits & (at - 2 > held));
-    let two = select(given.three, delay.before, waits & (at - 1 > held));
-    let three = select(last, delay.before, waits & (at > held));
-    var voltage = Lanes2(
-        delay.one.i * one + (delay.two.i * two + delay.three.i * three),
-        delay.one.w * one + (delay.two.w * two + delay.three.w * three),
+    let movement = Counts(delay.movement);
+    let one = select(given.two, delay.before, waits & (at - 2 > movement));
+    let two = select(given.three, delay.before, waits & (at - 1 > movement));
+    let three = select(last, delay.before, waits & (at > movement));
+    let taps = Lanes2(
+        delay.one.i * one + (delay.two.i * two + (delay.three.i * three + g.i)),
+        delay.one.w * one + (delay.two.w * two + (delay.three.w * three + g.w)),
     );
-    voltage = special(voltage, delay.special0, Counts(n) == delay.at0);
-    voltage = special(voltage, delay.special1, Counts(n) == delay.at1);
-    voltage = special(voltage, delay.special2, Counts(n) == delay.at2);
-    return Lanes2(voltage.i + g.i, voltage.w + g.w);
+    let is1 = Counts(n) == delay.at1;
+    let is2 = Counts(n) == delay.at2;
+    let special = choose(choose(delay.special0, delay.special1, is1), delay.special2, is2);
+    let own = Lanes2(special.i + g.i, special.w + g.w);
+    return choose(taps, own, (Counts(n) == delay.at0) | is1 | is2);
 }

@@ -1,6 +1,6 @@
 // Every invocation reads each sample: where the hardware reads at once what all of them want, nothing is faster.
 
-fn stretch(begin: Run, map: Map, g: Lanes2, first: u32, end: u32, weight_shift: u32, place: u32) -> Run {
+fn walk(begin: Run, map: Map, g: Lanes2, first: u32, end: u32, weight_shift: u32, place: u32) -> Run {
     var run = begin;
     for (var n = first; n < end; n++) {
         run = follow(run, map, g, samples[n], weight_of(n + weight_shift));

@@ -1,7 +1,7 @@
 // Each invocation of eight reads one sample of eight and shows it to the others: for software adapters, which read a
 // sample once for every invocation, and so spend more on reading than on arithmetic.
 
-fn stretch(begin: Run, map: Map, g: Lanes2, first: u32, end: u32, weight_shift: u32, place: u32) -> Run {
+fn walk(begin: Run, map: Map, g: Lanes2, first: u32, end: u32, weight_shift: u32, place: u32) -> Run {
     var run = begin;
     var n = first;
     for (; n + 8u <= end; n += 8u) {

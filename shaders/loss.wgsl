@@ -1,4 +1,10 @@
-// What an error adds to a sum.
+// Errors and what they add to a sum.
+
+// The error of what the sensors show: x and y of a sample are measured current and speed, or what the reference leaves
+// of them.
+fn residual(sample: Sample, x: Lanes2) -> Lanes2 {
+    return Lanes2(sample.x - x.i, sample.y - x.w);
+}
 
 fn lose(e: Lanes, weight: Scalar, sum: Lanes) -> Lanes {
     var part = e * e;

@@ -1,7 +1,9 @@
 //! Simulated experiments: an excitation, a motor at rest, white noise on what is measured.
 
 use crate::criterion::Noise;
-use crate::motor::{Beginning, Discretization, Drive, Extended, Extensions, Parameters, Setting, walk, walk_extended};
+use crate::motor::{
+    Discretization, Drive, Extended, ExtendedWalk, Extensions, InputHistory, Parameters, SimulationSettings, walk,
+};
 use crate::numeric::{count, whole};
 use crate::record::{Record, SAMPLES_MAX, Samples};
 use crate::setting::text;
@@ -85,13 +87,14 @@ pub fn simulated_with(
         current.push(seen[0]);
         speed.push(seen[1]);
     };
-    let extent = extensions.extent();
-    if extent.is_linear() {
+    let features = extensions.features();
+    if features.is_linear() {
         walk(parameters, &drive(&draft), [0.0; 2], method, &mut visit);
     } else {
-        let setting =
-            Setting { extent, method: method.into(), beginning: Beginning::of(&draft.samples().voltage, true) };
-        walk_extended(&Extended::new(parameters, extensions), &drive(&draft), setting, [0.0; 2], visit);
+        let history = InputHistory::of(&draft.samples().voltage, true);
+        let settings = SimulationSettings { features, method: method.into(), history };
+        let motor = Extended::new(parameters, extensions);
+        ExtendedWalk::new(&motor, &drive(&draft), settings, [0.0; 2]).for_each(visit);
     }
     let (current, speed) = (Some(current), Some(speed));
     Record::new(Samples { current, speed, ..draft.samples().clone() }).map_err(|error| {

@@ -5,7 +5,7 @@
 #![cfg(feature = "gpu")]
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
-use motorfit::evaluate::gpu::{Extras, Fetch, LANES, Precision, Variant, assemble};
+use motorfit::evaluate::gpu::{Fetch, LANES, Precision, ShaderFeatures, Variant, assemble};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 fn validate(source: &str, capabilities: Capabilities) -> Result<(naga::Module, naga::valid::ModuleInfo), String> {
@@ -71,18 +71,21 @@ fn a_broken_shader_is_rejected() {
         weighted: false,
         uniform: true,
         fetch: Fetch::Direct,
-        extras: None,
+        features: None,
     };
     let good = assemble(variant);
     validate(&good, Capabilities::empty()).unwrap();
-    for (from, to) in
-        [("fn gain(", "fn gian("), ("sample.z", "sample.q"), ("@binding(6)", "@binding(5)"), ("-> Run {", "-> Map {")]
-    {
+    for (from, to) in [
+        ("fn gain(", "fn gian("),
+        ("sample.z", "sample.q"),
+        ("@binding(MAPS_BINDING)", "@binding(WEIGHTS_BINDING)"),
+        ("-> Run {", "-> Map {"),
+    ] {
         assert!(good.contains(from));
         assert!(validate(&good.replacen(from, to, 1), Capabilities::empty()).is_err(), "{from} -> {to} went unnoticed");
     }
-    let extras = Some(Extras { brushes: true, delayed: true, averages: [true; 2] });
-    let extended = assemble(Variant { precision: Precision::F32Plain, extras, ..variant });
+    let features = Some(ShaderFeatures { brushes: true, delayed: true, averages: [true; 2] });
+    let extended = assemble(Variant { precision: Precision::F32Plain, features, ..variant });
     validate(&extended, Capabilities::empty()).unwrap();
     for (from, to) in [("fn advance(", "fn advances("), ("delay.shift", "delay.shaft"), ("const TAPS", "const TIPS")] {
         assert!(extended.contains(from));

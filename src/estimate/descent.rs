@@ -159,7 +159,7 @@ impl<'a> Search<'a> {
             })
         };
         let own: Sigma = self.fit.problem.signals().iter().enumerate().map(of).collect();
-        if self.fit.problem.extent().is_linear() { own } else { self.shared(own) }
+        if self.fit.problem.features().is_linear() { own } else { self.shared(own) }
     }
 
     /// The same where residuals are far above the noise of their recording: what a model misses it misses in all of them,

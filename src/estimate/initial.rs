@@ -26,7 +26,7 @@ pub fn initial_states(problem: &Problem, values: &[f64], sigma: [f64; 2]) -> Res
     }
     let fit = Fit::new(problem);
     let mut at = fit.start(values);
-    for _ in 0..if problem.extent().is_linear() { 1 } else { BENT_STEPS } {
+    for _ in 0..if problem.features().is_linear() { 1 } else { BENT_STEPS } {
         let (matrix, gradient) = fit.weighted(&fit.normal(&at), &vec![sigma; problem.signals().len()]);
         // The states of one recording do not depend on those of another.
         for first in (axes..fit.unknowns).step_by(2) {

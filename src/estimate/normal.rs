@@ -55,7 +55,7 @@ impl<'a> Fit<'a> {
             let covers = |axis: &Axis| axis.scope.covers(u32::try_from(recording).unwrap_or(u32::MAX));
             let own = axes.iter().enumerate().filter(|(_, axis)| covers(axis));
             // Rows of the linear motor have a place for each of the five parameters, others for what is free only.
-            let linear = problem.extent().is_linear();
+            let linear = problem.features().is_linear();
             let place =
                 |(n, (axis, of)): (usize, (usize, &Axis))| (axis, if linear { of.parameter as usize } else { n });
             let mut own: Vec<(usize, usize)> = own.enumerate().map(place).collect();
@@ -111,7 +111,7 @@ impl<'a> Fit<'a> {
     /// The sums of one recording.
     fn one(&self, recording: usize, values: &[f64], initial: [f64; 2]) -> [Products; 2] {
         let signals: &Signals = &self.problem.signals()[recording];
-        let mut sums = if self.problem.extent().is_linear() {
+        let mut sums = if self.problem.features().is_linear() {
             let parameters = self.problem.parameters(values, recording);
             products(signals, &parameters, initial, self.problem.method())
                 .map(|sums| DMatrix::from_fn(sums.len(), sums.len(), |a, b| sums[a][b]))
@@ -120,11 +120,11 @@ impl<'a> Fit<'a> {
             let own: Vec<usize> = self.places[recording].iter().map(|place| place.0).filter(|n| *n < axes).collect();
             sensitivity::products(self.problem, recording, &own, values, initial)
         };
-        let rest = self.problem.rest(signals);
+        let idle = self.problem.idle_sums(signals);
         for (channel, of) in sums.iter_mut().enumerate() {
             let error = of.nrows() - 1;
             if signals.has(channel) {
-                of[(error, error)] += rest[channel];
+                of[(error, error)] += idle[channel];
             } else {
                 of.fill(0.0);
             }

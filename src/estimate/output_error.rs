@@ -8,8 +8,8 @@
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
-use crate::evaluate::{Level, Signals, multiply_add};
-use crate::motor::{Method, Parameters, StepMap};
+use crate::evaluate::{Level, Signals};
+use crate::motor::{Method, Parameters, StepMap, multiply_add};
 use multiversion::multiversion;
 
 /// Five parameters, two initial states, the error.
@@ -79,19 +79,19 @@ fn run<const FMA: bool>(signals: &Signals, steps: &[Step], initial: [f64; 2]) ->
     let mut waiting = 0;
     // Masks are rare: a row that does not count is nothing.
     let masked = !signals.weight.is_empty();
-    for span in &signals.spans {
-        let Step { map, d, taps, torque } = &steps[usize::from(span.step)];
-        let [v, v_next] = span.voltage;
+    for run in signals.active_runs() {
+        let Step { map, d, taps, torque } = &steps[usize::from(run.step)];
+        let [v, v_next] = run.voltage;
         let gain: [f64; 2] =
-            std::array::from_fn(|a| map.taps[0][a] * v + map.taps[1][a] * v_next + map.torque[a] * span.torque);
+            std::array::from_fn(|a| map.taps[0][a] * v + map.taps[1][a] * v_next + map.torque[a] * run.torque);
         let mut slope = [[0.0; ROW]; 2];
         for a in 0..2 {
             for lane in 0..ROW {
-                slope[a][lane] = taps[0][a][lane] * v + taps[1][a][lane] * v_next + torque[a][lane] * span.torque;
+                slope[a][lane] = taps[0][a][lane] * v + taps[1][a][lane] * v_next + torque[a][lane] * run.torque;
             }
         }
         let phi = [map.d[0] + 1.0, map.d[1], map.d[2], map.d[3] + 1.0];
-        for (n, y) in (span.start..span.end).zip(&signals.measured[span.start..span.end]) {
+        for (n, y) in (run.start..run.end).zip(&signals.measured[run.start..run.end]) {
             for channel in 0..2 {
                 rows[channel][waiting] = s[channel];
                 rows[channel][waiting][ERROR] = y[channel] - x[channel];

@@ -10,8 +10,8 @@
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
 use super::normal::Sigma;
-use crate::evaluate::{Level, Problem, Signals, multiply_add};
-use crate::motor::{Discretization, Parameters, step_maps};
+use crate::evaluate::{Level, Problem, Signals};
+use crate::motor::{Discretization, Parameters, multiply_add, step_maps};
 use crate::numeric::count;
 use multiversion::multiversion;
 use rayon::prelude::*;
@@ -33,7 +33,7 @@ pub(super) fn applies(problem: &Problem) -> bool {
         s.has(0) && s.has(1) && s.starts_at_rest() && quiet && s.step_index.is_empty()
     };
     exact
-        && problem.extent().is_linear()
+        && problem.features().is_linear()
         && axes.len() == 5
         && problem.space().fixed().is_empty()
         && problem.signals().iter().all(|s| served(s))
@@ -150,15 +150,15 @@ fn simulate<const FMA: bool>(signals: &Signals, motors: &Motors, method: Discret
     let maps = step_maps(motors, signals.step_s[0], method);
     let mut sums = [[0.0; LANES]; SUMS];
     let mut x = [[0.0; LANES]; 2];
-    for span in &signals.spans {
-        let [v, v_next] = span.voltage;
+    for run in signals.active_runs() {
+        let [v, v_next] = run.voltage;
         let mut gain = [[0.0; LANES]; 2];
         for axis in 0..2 {
             for lane in 0..LANES {
                 gain[axis][lane] = maps.taps[0][axis][lane] * v + maps.taps[1][axis][lane] * v_next;
             }
         }
-        for y in &signals.measured[span.start..span.end] {
+        for y in &signals.measured[run.start..run.end] {
             for lane in 0..LANES {
                 let (one, zero) = (x[0][lane], x[1][lane]);
                 sums[0][lane] = multiply_add::<FMA>(one, one, sums[0][lane]);

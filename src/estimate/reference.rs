@@ -103,7 +103,7 @@ fn middle(problem: &Problem) -> Vec<f64> {
 fn scattered(problem: &Problem) -> Vec<Vec<f64>> {
     let axes = problem.space().free();
     let mut generator = Xoshiro256PlusPlus::seed_from_u64(1);
-    let count = if problem.extent().is_linear() {
+    let count = if problem.features().is_linear() {
         STARTS
     } else {
         (EXTENDED_SAMPLES / problem.active().max(1)).clamp(STARTS_MIN, STARTS)

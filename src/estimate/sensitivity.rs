@@ -1,8 +1,8 @@
 //! Output errors of a motor with extensions and their derivatives, as sums of products: what `output_error` is for the
 //! linear motor, by the oracle itself in numbers that carry derivatives.
 
-use crate::evaluate::{Level, Problem, multiply_add};
-use crate::motor::{Dual, Extended, ExtendedWalk, Number as _, Parameter};
+use crate::evaluate::{Level, Problem};
+use crate::motor::{Dual, Extended, ExtendedWalk, Number as _, Parameter, multiply_add};
 use multiversion::multiversion;
 use nalgebra::DMatrix;
 
@@ -75,7 +75,7 @@ impl Case<'_> {
         let masked = !signals.weight.is_empty();
         let mut sums = [0, 1].map(|_| Sums::<ROW>::new(unknowns + 1));
         let drive = signals.drive();
-        let mut walk = ExtendedWalk::new(&motor, &drive, problem.setting(signals), initial);
+        let mut walk = ExtendedWalk::new(&motor, &drive, problem.settings(signals), initial);
         // A closure, or an adapter of iterators, would not be compiled for the vectors of this function.
         for (n, measured) in signals.measured.iter().enumerate() {
             let Some(seen) = walk.next() else { break };
@@ -96,7 +96,7 @@ impl Case<'_> {
         let Self { problem, recording, own, values, initial } = *self;
         let plain = Extended::new(&problem.parameters(values, recording), &problem.extensions(values, recording));
         let constant = |v: f64| Dual::constant(v);
-        let mut motor = Extended { motor: plain.motor.map(constant), extensions: plain.extensions.map(constant) };
+        let mut motor = plain.map(constant);
         for (place, &axis) in own.iter().enumerate() {
             let (axis, value) = (&problem.space().free()[axis], values[axis]);
             let mut number = Dual::constant(value);

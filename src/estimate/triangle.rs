@@ -5,7 +5,8 @@
 //!
 //! Limit: two passes over two columns for each pair of columns.
 
-use crate::evaluate::{Level, multiply_add};
+use crate::evaluate::Level;
+use crate::motor::multiply_add;
 use multiversion::multiversion;
 
 /// Columns at most.

@@ -1,14 +1,14 @@
-//! The kernel for motors with extensions: `L` candidates side by side. Where inputs come on time and sensors show what
-//! there is, from stretch to stretch of constant inputs, like the linear motor's, or with inputs taken from the recording
-//! at each step; else some samples at a time: first what drives each candidate over them, then its steps, then what its
-//! sensors show, then the errors.
+//! The kernel for motors with extensions: `L` candidates side by side. Without delays and averages it goes from segment to
+//! segment of constant inputs, like the linear motor's, or reads the inputs of each step from the recording; else it
+//! computes some samples at a time: first the inputs of each candidate, then its steps, then what its sensors show, then
+//! the errors.
 
-use super::input::{Driven, Input, Inputs, Piece};
-use super::kernel::{Block, LANES, LANES_AVX512, SUM_BLOCK, Samples};
-use super::reaction::{Lanes, Pair, Step};
-use super::sensor::Sensor;
-use super::{Problem, Signals};
-use crate::motor::{Extended, Parameter};
+use super::input::{Inputs, Piece, PieceInput};
+use super::kernel::{Block, LANES, LANES_AVX512, SUM_BLOCK, Samples, add_loss};
+use super::problem::Problem;
+use super::signals::Signals;
+use super::step::{Input, Pair, Step};
+use crate::motor::{CHUNK, Extended, MovingAverages, Parameter};
 use multiversion::multiversion;
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
@@ -28,9 +28,6 @@ pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {
     run::<LANES, false>(block, costs);
 }
 
-/// Samples that are done at a time.
-pub(super) const CHUNK: usize = 64;
-
 #[inline(always)]
 fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
     let Block { problem, candidates, width } = *block;
@@ -41,7 +38,8 @@ fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
             let values = &candidates[row..row + width];
             Extended::new(&problem.parameters(values, recording), &problem.extensions(values, recording))
         });
-        let sums = Run::<L>::new(problem, signals, &motors).sums::<FMA>(&motors);
+        let motors = Extended::side_by_side(&motors);
+        let sums = Simulation::<L>::new(problem, signals, &motors).sums::<FMA>(&motors);
         for lane in 0..L {
             totals[lane] += problem.scaled(signals, [sums[0][lane], sums[1][lane]]);
         }
@@ -51,8 +49,8 @@ fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
     }
 }
 
-/// One recording on its way.
-struct Run<'a, const L: usize> {
+/// The simulation of a block of candidates on one recording.
+struct Simulation<'a, const L: usize> {
     problem: &'a Problem,
     signals: &'a Signals,
     steps: Vec<Step<L>>,
@@ -61,24 +59,23 @@ struct Run<'a, const L: usize> {
     summed: usize,
     totals: Pair<L>,
     /// Sensors that average.
-    sensors: [Option<Sensor<L>>; 2],
+    sensors: [Option<MovingAverages<L>>; 2],
 }
 
-impl<'a, const L: usize> Run<'a, L> {
+impl<'a, const L: usize> Simulation<'a, L> {
     #[inline(always)]
-    fn new(problem: &'a Problem, signals: &'a Signals, motors: &[Extended; L]) -> Self {
-        let (extent, method) = (problem.extent(), problem.method());
+    fn new(problem: &'a Problem, signals: &'a Signals, motors: &Extended<[f64; L]>) -> Self {
+        let (features, method) = (problem.features(), problem.method());
         // A loop, because a closure would not be compiled for the feature level.
         let mut steps = Vec::with_capacity(signals.step_s.len());
         for &h in &signals.step_s {
-            steps.push(Step::new(motors, h, extent, method));
+            steps.push(Step::new(motors, h, features, method));
         }
         let sensors = [(Parameter::CurrentAverage, 0), (Parameter::SpeedAverage, 1)].map(|(of, channel)| {
-            let windows = std::array::from_fn(|lane| motors[lane].get(of));
-            extent.has(of).then(|| Sensor::new(windows, signals.initial[channel]))
+            features.has(of).then(|| MovingAverages::new(motors.get(of), signals.initial[channel]))
         });
         let mut totals = [[0.0; L]; 2];
-        // A map without numbers has no trajectory, even where nothing drives the motor.
+        // NaN step maps must give a NaN cost, also where the input is zero.
         for lane in 0..L {
             totals[0][lane] = 0.0 * steps[0].maps.d.iter().map(|d| d[lane]).sum::<f64>();
         }
@@ -86,9 +83,9 @@ impl<'a, const L: usize> Run<'a, L> {
         Self { problem, signals, steps, lanes, summed: 0, totals, sensors }
     }
 
-    /// Weighted sums of errors per channel over the active samples.
+    /// Returns the weighted sums of errors per channel over the active samples.
     #[inline(always)]
-    fn sums<const FMA: bool>(mut self, motors: &[Extended; L]) -> Pair<L> {
+    fn sums<const FMA: bool>(mut self, motors: &Extended<[f64; L]>) -> Pair<L> {
         let mut inputs = Inputs::new(self.problem, self.signals, motors);
         while let Some(piece) = inputs.next::<FMA>(&self.steps) {
             self.advance::<FMA>(&piece);
@@ -104,18 +101,18 @@ impl<'a, const L: usize> Run<'a, L> {
     #[inline(always)]
     fn advance<const FMA: bool>(&mut self, piece: &Piece<'_, L>) {
         let (signals, [start, end]) = (self.signals, piece.range);
-        match piece.driven {
-            Driven::Held(gain) => self.pass::<FMA>(piece, std::iter::repeat(gain)),
-            Driven::Each(gains) => self.pass::<FMA>(piece, gains.iter()),
-            Driven::Volts => self.pass::<FMA>(piece, signals.voltage[start..end].iter().copied()),
-            Driven::Lines => self.pass::<FMA>(piece, (start..end).map(|n| signals.line(n))),
-            Driven::Loads => self.pass::<FMA>(piece, (start..end).map(|n| signals.inputs(n))),
+        match piece.input {
+            PieceInput::Constant(gain) => self.pass::<FMA>(piece, std::iter::repeat(gain)),
+            PieceInput::Each(gains) => self.pass::<FMA>(piece, gains.iter()),
+            PieceInput::Volts => self.pass::<FMA>(piece, signals.voltage[start..end].iter().copied()),
+            PieceInput::Lines => self.pass::<FMA>(piece, (start..end).map(|n| signals.line(n))),
+            PieceInput::Loads => self.pass::<FMA>(piece, (start..end).map(|n| signals.inputs(n))),
         }
     }
 
     #[inline(always)]
     fn pass<const FMA: bool>(&mut self, piece: &Piece<'_, L>, inputs: impl Iterator<Item = impl Input<L>>) {
-        if self.problem.extent().has(Parameter::BrushDrop) {
+        if self.problem.features().has(Parameter::BrushDrop) {
             self.pass_with::<FMA, true>(piece, inputs);
         } else {
             self.pass_with::<FMA, false>(piece, inputs);
@@ -142,7 +139,7 @@ impl<'a, const L: usize> Run<'a, L> {
         }
         let mut seen = [[[0.0; L]; 2]; CHUNK];
         let seen = &mut seen[..end - start];
-        lanes.watch::<FMA, BRUSHES>(step, inputs, seen);
+        lanes.observe::<FMA, BRUSHES>(step, inputs, seen);
         for (channel, sensor) in sensors.iter_mut().enumerate() {
             if let Some(sensor) = sensor {
                 sensor.show(start, channel, seen);
@@ -166,5 +163,76 @@ impl<'a, const L: usize> Run<'a, L> {
         }
         self.lanes.sums = [[0.0; L]; 2];
         self.summed = 0;
+    }
+}
+
+/// State and sums of errors of a block of candidates.
+struct Lanes<const L: usize> {
+    x: Pair<L>,
+    sums: Pair<L>,
+}
+
+impl<const L: usize> Lanes<L> {
+    /// Steps over `samples` and adds their errors.
+    #[inline(always)]
+    fn follow<const FMA: bool, const BRUSHES: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+        &mut self,
+        step: &Step<L>,
+        samples: Samples<'_>,
+        inputs: impl Iterator<Item = impl Input<L>>,
+    ) {
+        let [mut i, mut w] = self.x;
+        let [mut sum_i, mut sum_w] = self.sums;
+        for (n, (measured, input)) in samples.measured.iter().zip(inputs).enumerate() {
+            let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
+            for lane in 0..L {
+                let [error_i, error_w] = [measured[0] - i[lane], measured[1] - w[lane]];
+                sum_i[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_i[lane], error_i, weight[0]);
+                sum_w[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_w[lane], error_w, weight[1]);
+                [i[lane], w[lane]] = step.next::<FMA, BRUSHES>([i[lane], w[lane]], input, lane);
+            }
+        }
+        self.x = [i, w];
+        self.sums = [sum_i, sum_w];
+    }
+
+    /// Steps and writes the state before each step to `seen`.
+    #[inline(always)]
+    fn observe<const FMA: bool, const BRUSHES: bool>(
+        &mut self,
+        step: &Step<L>,
+        inputs: impl Iterator<Item = impl Input<L>>,
+        seen: &mut [Pair<L>],
+    ) {
+        let [mut i, mut w] = self.x;
+        for (seen, input) in seen.iter_mut().zip(inputs) {
+            *seen = [i, w];
+            for lane in 0..L {
+                [i[lane], w[lane]] = step.next::<FMA, BRUSHES>([i[lane], w[lane]], input, lane);
+            }
+        }
+        self.x = [i, w];
+    }
+
+    /// Adds the errors of what sensors show.
+    #[inline(always)]
+    fn lose<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+        &mut self,
+        samples: Samples<'_>,
+        shown: &[Pair<L>],
+    ) {
+        let mut sums = self.sums;
+        for (n, (measured, shown)) in samples.measured.iter().zip(shown).enumerate() {
+            let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
+            // Lane by lane of one channel, then of the other: side by side in memory.
+            for channel in 0..2 {
+                for lane in 0..L {
+                    let error = measured[channel] - shown[channel][lane];
+                    sums[channel][lane] =
+                        add_loss::<FMA, ABSOLUTE, WEIGHTED>(sums[channel][lane], error, weight[channel]);
+                }
+            }
+        }
+        self.sums = sums;
     }
 }

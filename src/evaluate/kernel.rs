@@ -1,6 +1,6 @@
 //! The kernel: `L` candidates side by side through one recording.
 //!
-//! Limit: per candidate and step, four multiply–adds for the state (`x⁺ = Φ x + g`, g constant over a span), two
+//! Limit: per candidate and step, four multiply–adds for the state (`x⁺ = Φ x + g`, g constant over a run), two
 //! subtractions and two multiply–adds for the errors: 8 operations on the FMA ports (6 where additions have ports of
 //! their own). `Φ = I + D` is rounded once per candidate, which moves a trajectory by ε/(h·pole) at most.
 //!
@@ -10,9 +10,10 @@
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
-use super::span::Stretch;
-use super::{Problem, Signals};
-use crate::motor::{StepMaps, step_maps};
+use super::problem::Problem;
+use super::segment::Segment;
+use super::signals::Signals;
+use crate::motor::{StepMaps, multiply_add, step_maps};
 use multiversion::multiversion;
 
 /// Candidates of one block and what they are run on.
@@ -119,17 +120,17 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
         totals[0][lane] = 0.0 * first.d.iter().map(|d| d[lane]).sum::<f64>();
     }
     let mut summed = 0;
-    for Stretch { span, held } in &signals.stretches {
-        let maps = if uniform { &first } else { &table[usize::from(span.step)] };
+    for Segment { run, constant } in signals.active_segments() {
+        let maps = if uniform { &first } else { &table[usize::from(run.step)] };
         if !uniform {
             lanes.phi = phi(maps);
         }
-        lanes.gain = gain::<L, 3>(maps, [span.voltage[0], span.voltage[1], span.torque]);
-        let mut start = span.start;
-        while start < span.end {
-            let end = span.end.min(start + SUM_BLOCK);
+        lanes.gain = gain::<L, 3>(maps, [run.voltage[0], run.voltage[1], run.torque]);
+        let mut start = run.start;
+        while start < run.end {
+            let end = run.end.min(start + SUM_BLOCK);
             let samples = Samples::of(signals, start, end);
-            if *held {
+            if *constant {
                 run_stretch::<L, FMA, ABSOLUTE, WEIGHTED, 0>(&mut lanes, maps, samples, std::iter::repeat([0.0; 3]));
             } else if method.uses_next_input() || !signals.torque.is_empty() {
                 let inputs = (start..end).map(|n| signals.inputs(n));
@@ -246,10 +247,4 @@ pub(super) fn add_loss<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bo
         (true, false) => sum + e.abs(),
         (true, true) => multiply_add::<FMA>(weight, e.abs(), sum),
     }
-}
-
-/// `a b + c`, fused where the level has it.
-#[inline(always)]
-pub(crate) fn multiply_add<const FMA: bool>(a: f64, b: f64, c: f64) -> f64 {
-    if FMA { a.mul_add(b, c) } else { a * b + c }
 }

@@ -5,157 +5,26 @@
 //! many runs on many recordings go in one call.
 
 mod cpu;
+mod delayed;
+mod evaluator;
 mod extended;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod input;
 mod kernel;
-mod late;
 mod peak;
 mod problem;
-mod reaction;
 mod scalar;
-mod sensor;
+mod segment;
 mod signals;
 mod simd;
-mod span;
-mod terminal;
+mod step;
 
 pub use cpu::{Level, cpu_name};
-pub(crate) use kernel::multiply_add;
+pub use evaluator::{Batch, Evaluator, Group, Pending};
 pub use peak::fma_loop;
 pub use problem::{Model, Problem};
 pub use scalar::Scalar;
+pub use segment::Run;
 pub use signals::{Initial, Signals};
 pub use simd::Simd;
-pub use span::Span;
-
-use crate::candidates::Candidates;
-use crate::{Error, Result};
-use std::any::Any;
-use std::sync::Arc;
-
-/// Candidates that are evaluated on one problem.
-#[derive(Debug, Clone, Copy)]
-pub struct Group<'a> {
-    /// What they are evaluated on.
-    pub problem: &'a Arc<Problem>,
-    /// The candidates, one value per free axis of the problem's space.
-    pub candidates: Candidates<'a>,
-    /// A candidate near the others, the reference of evaluators that compute in deviations; others ignore it.
-    pub reference: Option<&'a [f64]>,
-}
-
-/// Groups that are evaluated together.
-#[derive(Debug, Clone, Copy)]
-pub struct Batch<'a> {
-    /// The groups; costs come back in their order.
-    pub groups: &'a [Group<'a>],
-}
-
-impl Batch<'_> {
-    /// Candidates of all groups.
-    #[must_use]
-    pub fn count(&self) -> usize {
-        self.groups.iter().map(|group| group.candidates.count()).sum()
-    }
-
-    /// Checks that every group fits its problem and `costs` holds one cost per candidate.
-    ///
-    /// # Errors
-    /// `Usage` when the lengths do not fit.
-    pub fn check(&self, costs: &[f64]) -> Result<()> {
-        if costs.len() != self.count() {
-            return Err(Error::usage(
-                format!("{} costs for {} candidates", costs.len(), self.count()),
-                "Give one cost per candidate of the batch.",
-            ));
-        }
-        self.check_candidates()
-    }
-
-    /// Checks that every group fits its problem.
-    fn check_candidates(&self) -> Result<()> {
-        for group in self.groups {
-            let (width, axes) = (group.candidates.width(), group.problem.space().free().len());
-            if width != axes {
-                return Err(Error::usage(
-                    format!("candidates of {width} values for a space of {axes} free parameters"),
-                    "Give one value per free parameter.",
-                ));
-            }
-        }
-        Ok(())
-    }
-}
-
-/// A batch that has begun, for the evaluator that began it.
-#[must_use = "what it holds is in use until it is finished"]
-#[derive(Default)]
-pub struct Pending(Option<Box<dyn Any + Send>>);
-
-impl Pending {
-    /// With what the evaluator needs to finish it.
-    pub fn of(state: impl Any + Send) -> Self {
-        Self(Some(Box::new(state)))
-    }
-
-    /// What the evaluator kept; `None` where another one began it.
-    #[must_use]
-    pub fn take<T: Any>(self) -> Option<T> {
-        self.0.and_then(|state| state.downcast().ok()).map(|state| *state)
-    }
-}
-
-/// Evaluates batches of candidates.
-///
-/// A cost is finite and at most 1e30, or +∞ for a candidate that diverges; never NaN. It depends on the candidate
-/// and its problem alone, not on what else is in the batch.
-pub trait Evaluator: Send {
-    /// Writes the cost of every candidate, group after group, to `costs`.
-    ///
-    /// # Errors
-    /// `Usage` when lengths do not fit; `Device` when the device fails.
-    fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()>;
-
-    /// Begins a batch. An evaluator with a device of its own computes while the caller goes on; others do all the work
-    /// in `finish`.
-    ///
-    /// # Errors
-    /// As for [`Evaluator::evaluate`].
-    fn begin(&mut self, batch: &Batch<'_>) -> Result<Pending> {
-        batch.check_candidates().map(|()| Pending::default())
-    }
-
-    /// Waits for the same batch and writes its costs.
-    ///
-    /// # Errors
-    /// As for [`Evaluator::evaluate`].
-    fn finish(&mut self, batch: &Batch<'_>, pending: Pending, costs: &mut [f64]) -> Result<()> {
-        drop(pending);
-        self.evaluate(batch, costs)
-    }
-
-    /// Whether something is gained by beginning a batch before the last is finished.
-    fn overlaps(&self) -> bool {
-        false
-    }
-
-    /// Whether costs are those of f64. Where they are not, searches evaluate their leaders again on the CPU.
-    fn is_exact(&self) -> bool {
-        true
-    }
-
-    /// Evaluates, and returns the seconds that its device computed by the device's own clock; `None` without one.
-    ///
-    /// # Errors
-    /// As for [`Evaluator::evaluate`].
-    fn evaluate_timed(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<Option<f64>> {
-        self.evaluate(batch, costs).map(|()| None)
-    }
-
-    /// What it evaluates on, in words.
-    fn name(&self) -> String {
-        "an evaluator of the caller".to_owned()
-    }
-}

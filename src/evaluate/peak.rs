@@ -1,6 +1,6 @@
 //! The processor's peak of multiply–adds, measured: what the rate of an evaluator is held against.
 
-use super::Level;
+use super::cpu::Level;
 use crate::numeric::count;
 use multiversion::multiversion;
 use std::hint::black_box;

@@ -1,23 +1,18 @@
 //! A problem: recordings, model, space and criterion, checked and prepared once.
 
-use super::signals::{Initial, Signals};
 #[cfg(feature = "gpu")]
-use super::span::Span;
-use super::span::Stretch;
+use super::segment::Run;
+use super::segment::Segment;
+use super::signals::{Initial, Signals};
 use crate::Result;
 use crate::criterion::Criterion;
 use crate::motor::{
-    Discretization, Extended, Extensions, Extent, Input, Method, Parameters, Setting, Space, walk, walk_extended,
+    Discretization, Extended, ExtendedWalk, Extensions, Input, Method, ModelFeatures, Parameters, SimulationSettings,
+    Space, walk,
 };
 use crate::record::{Quantity, Record};
 use crate::setting::text;
 use std::sync::Arc;
-
-/// Stretches of constant inputs.
-#[cfg(feature = "gpu")]
-pub(crate) type Spans<'a> = std::iter::Chain<std::slice::Iter<'a, Span>, std::slice::Iter<'a, Span>>;
-/// The same, short ones together.
-pub(super) type Stretches<'a> = std::iter::Chain<std::slice::Iter<'a, Stretch>, std::slice::Iter<'a, Stretch>>;
 
 /// How the motor is simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -35,7 +30,7 @@ pub struct Problem {
     model: Model,
     input: Input,
     space: Space,
-    extent: Extent,
+    features: ModelFeatures,
     criterion: Criterion,
     samples: usize,
 }
@@ -62,13 +57,13 @@ impl Problem {
             })
             .collect::<Result<Vec<_>>>()?;
         let samples = signals.iter().map(|s| s.samples()).sum();
-        Ok(Self { signals, model, input: input(records)?, extent: space.extent(), space, criterion, samples })
+        Ok(Self { signals, model, input: input(records)?, features: space.features(), space, criterion, samples })
     }
 
     /// The same with other free and held parameters; the recordings are shared.
     #[must_use]
     pub fn with_space(&self, space: Space) -> Self {
-        Self { extent: space.extent(), space, ..self.clone() }
+        Self { features: space.features(), space, ..self.clone() }
     }
 
     /// The same with other initial states for the recordings whose own is free.
@@ -118,35 +113,33 @@ impl Problem {
         &self.criterion
     }
 
-    /// Which extensions the motor has.
+    /// Returns the extensions of the motor.
     #[must_use]
-    pub fn extent(&self) -> Extent {
-        self.extent
+    pub fn features(&self) -> ModelFeatures {
+        self.features
     }
 
     /// The first sample of a recording that has to be simulated: those before find the motor at rest, unless something
     /// acts on it without an input.
     #[must_use]
     pub fn first_active(&self, signals: &Signals) -> usize {
-        if self.extent.is_biased() { 0 } else { signals.first_active }
+        if self.features.is_biased() { 0 } else { signals.first_active }
     }
 
-    /// The stretches of constant inputs from there on.
+    /// Returns the runs of constant inputs from there on.
     #[cfg(feature = "gpu")]
-    pub(crate) fn spans<'a>(&self, signals: &'a Signals) -> Spans<'a> {
-        let quiet: &[Span] = if self.extent.is_biased() { &signals.quiet } else { &[] };
-        quiet.iter().chain(&signals.spans)
+    pub(crate) fn runs<'a>(&self, signals: &'a Signals) -> &'a [Run] {
+        if self.features.is_biased() { &signals.runs } else { signals.active_runs() }
     }
 
-    /// The same, short ones together.
-    pub(super) fn stretches<'a>(&self, signals: &'a Signals) -> Stretches<'a> {
-        let quiet: &[Stretch] = if self.extent.is_biased() { &signals.quiet_stretches } else { &[] };
-        quiet.iter().chain(&signals.stretches)
+    /// Returns the segments from there on.
+    pub(super) fn segments<'a>(&self, signals: &'a Signals) -> &'a [Segment] {
+        if self.features.is_biased() { &signals.segments } else { signals.active_segments() }
     }
 
-    /// The weighted sums of errors before that sample.
-    pub(crate) fn rest(&self, signals: &Signals) -> [f64; 2] {
-        if self.extent.is_biased() { [0.0; 2] } else { signals.rest }
+    /// Returns the weighted sums of errors before that sample.
+    pub(crate) fn idle_sums(&self, signals: &Signals) -> [f64; 2] {
+        if self.features.is_biased() { [0.0; 2] } else { signals.idle_sums }
     }
 
     /// Samples that have to be simulated for each candidate, over all recordings: its candidate-steps.
@@ -179,11 +172,11 @@ impl Problem {
     pub fn walk(&self, candidate: &[f64], recording: usize, initial: [f64; 2], visit: impl FnMut([f64; 2])) {
         let signals = &self.signals[recording];
         let motor = self.parameters(candidate, recording);
-        if self.extent.is_linear() {
+        if self.features.is_linear() {
             return walk(&motor, &signals.drive(), initial, self.method(), visit);
         }
         let motor = Extended::new(&motor, &self.extensions(candidate, recording));
-        walk_extended(&motor, &signals.drive(), self.setting(signals), initial, visit);
+        ExtendedWalk::new(&motor, &signals.drive(), self.settings(signals), initial).for_each(visit);
     }
 
     /// Simulates one recording likewise: current and speed as the sensors show them, one value a sample.
@@ -196,18 +189,18 @@ impl Problem {
         signals
     }
 
-    /// What an extended motor is simulated in.
+    /// Returns the settings in which an extended motor is simulated.
     #[must_use]
-    pub fn setting(&self, signals: &Signals) -> Setting {
-        Setting { extent: self.extent, method: self.method(), beginning: signals.beginning }
+    pub fn settings(&self, signals: &Signals) -> SimulationSettings {
+        SimulationSettings { features: self.features, method: self.method(), history: signals.history }
     }
 
     /// Adds one recording's weighted sums (over its active samples) to the total of a candidate.
     #[must_use]
     #[inline]
     pub(crate) fn scaled(&self, signals: &Signals, sums: [f64; 2]) -> f64 {
-        let rest = self.rest(signals);
-        signals.factor[0] * (rest[0] + sums[0]) + signals.factor[1] * (rest[1] + sums[1])
+        let idle = self.idle_sums(signals);
+        signals.factor[0] * (idle[0] + sums[0]) + signals.factor[1] * (idle[1] + sums[1])
     }
 
     /// The cost from the total over all recordings.

@@ -2,7 +2,9 @@
 //!
 //! It simulates every sample, the dead ones included, and shares no loop with the fast evaluators.
 
-use super::{Batch, Evaluator, Problem, Signals};
+use super::evaluator::{Batch, Evaluator};
+use super::problem::Problem;
+use super::signals::Signals;
 use crate::Result;
 
 /// Scalar f64 on one thread.

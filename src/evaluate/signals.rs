@@ -1,8 +1,8 @@
 //! One recording, made ready to be evaluated: what does not depend on the candidate is done once, here.
 
-use super::span::{Span, Stretch, spans, stretches};
+use super::segment::{Run, Segment};
 use crate::criterion::Criterion;
-use crate::motor::{Beginning, Discretization, Drive};
+use crate::motor::{Discretization, Drive, InputHistory};
 use crate::named::named;
 use crate::numeric::{count, noise_sigma, peak};
 use crate::record::Record;
@@ -56,16 +56,15 @@ pub struct Signals {
     /// Samples before this one find the motor at rest without voltage or torque: their state is zero.
     pub(crate) first_active: usize,
     /// The weighted sums over those samples.
-    pub(crate) rest: [f64; 2],
-    /// The inputs from `first_active` on.
-    pub(crate) spans: Vec<Span>,
-    /// Those before.
-    pub(crate) quiet: Vec<Span>,
-    /// The spans, short ones together; and those before `first_active`.
-    pub(crate) stretches: Vec<Stretch>,
-    pub(crate) quiet_stretches: Vec<Stretch>,
-    /// How the voltage begins.
-    pub(crate) beginning: Beginning,
+    pub(crate) idle_sums: [f64; 2],
+    /// The inputs, and the number of runs before `first_active`.
+    pub(super) runs: Vec<Run>,
+    idle_runs: usize,
+    /// The segments, and their number before `first_active`.
+    pub(super) segments: Vec<Segment>,
+    idle_segments: usize,
+    /// The voltage before the recording and its first movement.
+    pub(crate) history: InputHistory,
 }
 
 impl Signals {
@@ -98,14 +97,14 @@ impl Signals {
             initial,
             initial_is_free,
             first_active: 0,
-            rest: [0.0; 2],
-            spans: Vec::new(),
-            quiet: Vec::new(),
-            stretches: Vec::new(),
-            quiet_stretches: Vec::new(),
-            beginning: Beginning::default(),
+            idle_sums: [0.0; 2],
+            runs: Vec::new(),
+            idle_runs: 0,
+            segments: Vec::new(),
+            idle_segments: 0,
+            history: InputHistory::default(),
         };
-        signals.beginning = Beginning::of(&signals.voltage, signals.starts_at_rest());
+        signals.history = InputHistory::of(&signals.voltage, signals.starts_at_rest());
         for (channel, signal) in measured.into_iter().enumerate() {
             if let Some(signal) = signal {
                 let divisor = divisor(criterion, channel, signal)
@@ -115,8 +114,8 @@ impl Signals {
         }
         signals.power = power(&signals.measured);
         signals.set_weights(record, criterion);
-        signals.set_spans(method);
-        signals.set_rest(criterion);
+        signals.set_runs(method);
+        signals.set_idle_sums(criterion);
         Ok(signals)
     }
 
@@ -226,6 +225,16 @@ impl Signals {
         [start, end]
     }
 
+    /// Returns the runs from `first_active` on.
+    pub(crate) fn active_runs(&self) -> &[Run] {
+        &self.runs[self.idle_runs..]
+    }
+
+    /// Returns the segments from `first_active` on.
+    pub(super) fn active_segments(&self) -> &[Segment] {
+        &self.segments[self.idle_segments..]
+    }
+
     /// The index of the step of a sample.
     pub(super) fn step_of(&self, n: usize) -> u16 {
         self.step_index.get(n).copied().unwrap_or(0)
@@ -248,25 +257,31 @@ impl Signals {
         }
     }
 
-    fn set_spans(&mut self, method: Discretization) {
-        self.spans = spans(self, method);
+    fn set_runs(&mut self, method: Discretization) {
+        let run = |n: usize| {
+            let [start, end, torque] = self.inputs(n);
+            let voltage = [start, if method.uses_next_input() { end } else { 0.0 }];
+            Run { start: n, end: n + 1, step: self.step_of(n), voltage, torque }
+        };
+        self.runs = Run::joined((0..self.len()).map(run));
         let zero = |values: &[f64]| values.iter().all(|v| *v == 0.0);
         if self.starts_at_rest() {
-            let quiet = |span: &Span| zero(&span.voltage) && span.torque == 0.0;
-            let leading = self.spans.iter().take_while(|span| quiet(span)).count();
-            self.first_active = self.spans.get(leading).map_or(self.len(), |span| span.start);
-            self.quiet = self.spans.drain(..leading).collect();
+            let idle = |run: &&Run| zero(&run.voltage) && run.torque == 0.0;
+            self.idle_runs = self.runs.iter().take_while(idle).count();
+            self.first_active = self.runs.get(self.idle_runs).map_or(self.len(), |run| run.start);
         }
-        self.quiet_stretches = stretches(&self.quiet);
-        self.stretches = stretches(&self.spans);
+        let (idle, active) = self.runs.split_at(self.idle_runs);
+        self.segments = Segment::of(idle);
+        self.idle_segments = self.segments.len();
+        self.segments.extend(Segment::of(active));
     }
 
-    fn set_rest(&mut self, criterion: &Criterion) {
+    fn set_idle_sums(&mut self, criterion: &Criterion) {
         for (n, measured) in self.measured[..self.first_active].iter().enumerate() {
             for channel in 0..2 {
                 let e = measured[channel];
                 let loss = if criterion.is_absolute() { e.abs() } else { e * e };
-                self.rest[channel] += loss * self.weight.get(n).map_or(1.0, |w| w[channel]);
+                self.idle_sums[channel] += loss * self.weight.get(n).map_or(1.0, |w| w[channel]);
             }
         }
     }

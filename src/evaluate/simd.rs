@@ -1,8 +1,10 @@
 //! The SIMD evaluator: blocks of candidates over the threads of the current rayon pool.
 
+use super::cpu::{Level, cpu_name};
+use super::evaluator::{Batch, Evaluator, Group};
 use super::extended;
 use super::kernel::{self, Block};
-use super::{Batch, Evaluator, Group, Level, Problem, cpu_name};
+use super::problem::Problem;
 use crate::Result;
 use rayon::prelude::*;
 
@@ -47,7 +49,7 @@ impl Simd {
     }
 
     fn takes_one_thread(self, problem: &Problem, candidates: usize) -> bool {
-        let factor = if problem.extent().is_linear() { 1 } else { EXTENDED };
+        let factor = if problem.features().is_linear() { 1 } else { EXTENDED };
         let waking = if self.level == Level::Avx512 { WAKING_AVX512 } else { WAKING };
         candidates.saturating_mul(problem.active()).saturating_mul(factor) < waking
     }
@@ -65,7 +67,7 @@ impl Simd {
 
     /// Candidates of a block.
     fn lanes(self, problem: &Problem) -> usize {
-        match (self.level, problem.extent().is_linear()) {
+        match (self.level, problem.features().is_linear()) {
             (Level::Avx512, _) => kernel::LANES_AVX512,
             (Level::Avx2, false) => extended::LANES_AVX2,
             _ => kernel::LANES,
@@ -76,7 +78,7 @@ impl Simd {
         let width = group.candidates.width();
         let candidates = &group.candidates.values()[first * width..(first + costs.len()) * width];
         let block = Block { problem: group.problem, candidates, width };
-        if !group.problem.extent().is_linear() {
+        if !group.problem.features().is_linear() {
             return match self.level {
                 Level::Avx512 => extended::avx512(&block, costs),
                 Level::Avx2 => extended::avx2(&block, costs),

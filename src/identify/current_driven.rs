@@ -81,9 +81,9 @@ fn check(spec: &IdentifySpec) -> Result<()> {
         return Err(Error::usage(message, hint));
     }
     let asked: &[Extension] = if let With::These(list) = &spec.with { list } else { &[] };
-    let extent = spec.space.extent();
-    let meant = |e: &Extension| asked.contains(e) || extent.has_any(e.parameters());
-    let no_sensor = extent.has(Parameter::CurrentAverage).then_some(Extension::SensorAverage);
+    let features = spec.space.features();
+    let meant = |e: &Extension| asked.contains(e) || features.has_any(e.parameters());
+    let no_sensor = features.has(Parameter::CurrentAverage).then_some(Extension::SensorAverage);
     let Some(extension) = Extension::ALL.into_iter().find(|e| meant(e) && !e.acts_on_current()).or(no_sensor) else {
         return Ok(());
     };

@@ -73,8 +73,8 @@ impl Identification {
     /// The extensions of its motor.
     #[must_use]
     pub fn extensions(&self) -> Vec<Extension> {
-        let extent = self.space.extent();
-        Extension::ALL.into_iter().filter(|extension| extent.has_any(extension.parameters())).collect()
+        let features = self.space.features();
+        Extension::ALL.into_iter().filter(|extension| features.has_any(extension.parameters())).collect()
     }
 
     /// What it says that recordings show: current and speed, one value a sample, of those that it was made from; not a

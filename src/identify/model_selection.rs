@@ -209,8 +209,8 @@ fn candidates(records: &[Record], model: &Fit) -> Vec<Extension> {
         Needs::Current => measured(0),
         Needs::Nothing => true,
     };
-    let extent = model.space.extent();
-    Extension::ALL.into_iter().filter(|e| !extent.has_any(e.parameters())).filter(can).collect()
+    let features = model.space.features();
+    Extension::ALL.into_iter().filter(|e| !features.has_any(e.parameters())).filter(can).collect()
 }
 
 fn rung(records: &[Record], fit: &Fit, gain: Option<f64>) -> Rung {

@@ -103,8 +103,8 @@ fn tested(prepared: &Prepared<'_>, fit: &Fit) -> Vec<ResidualTests> {
 
 /// Returns what no fit of these recordings identifies, and what this one does not.
 fn unidentified(prepared: &Prepared<'_>, fit: &Fit, dropped: &[Parameter]) -> Vec<Parameter> {
-    let extent = fit.space.extent();
-    let open = prepared.open().iter().filter(|p| !p.is_extension() || extent.has(**p));
+    let features = fit.space.features();
+    let open = prepared.open().iter().filter(|p| !p.is_extension() || features.has(**p));
     let mut all: Vec<Parameter> = open.chain(dropped).copied().collect();
     all.sort_by_key(|p| *p as usize);
     all.dedup();

@@ -68,7 +68,7 @@ impl IdentifySpec {
     /// Returns whether more than the linear motor is asked for: extensions, or parameters of single recordings.
     #[must_use]
     pub fn is_extended(&self) -> bool {
-        self.with != With::default() || !self.space.extent().is_linear() || !self.per_recording.is_empty()
+        self.with != With::default() || !self.space.features().is_linear() || !self.per_recording.is_empty()
     }
 
     /// Returns whether the result is refined.

@@ -13,8 +13,8 @@
 //! Inputs: R \[ohm\], L \[H\], K \[V·s/rad\], B \[N·m·s/rad\], J \[kg·m²\], h \[s\]. Reference: N. J. Higham,
 //! Functions of Matrices (2008), ch. 10.
 
-use super::Parameters;
 use super::dual::{Dual, Number};
+use super::linear::Parameters;
 use crate::named::named;
 
 named! {

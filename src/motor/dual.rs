@@ -18,9 +18,54 @@ pub trait Number:
     fn constant(value: f64) -> Self;
     /// The number without its derivatives.
     fn value(self) -> f64;
+
+    /// The size of the number: itself or its negative.
+    #[must_use]
+    #[inline(always)]
+    fn abs(self) -> Self {
+        if self.value() < 0.0 { -self } else { self }
+    }
+
+    /// The number clipped to ±`limit`. At the limit itself the derivatives are those of the number: a motor at rest sticks.
+    #[must_use]
+    #[inline(always)]
+    fn clip(self, limit: Self) -> Self {
+        if self.value().abs() <= limit.value() {
+            self
+        } else if self.value() > 0.0 {
+            limit
+        } else {
+            -limit
+        }
+    }
+
+    /// `a b + c`; fused where `FMA` says that the feature level has it and the number is one that it is for.
+    #[must_use]
+    #[inline(always)]
+    fn multiply_add<const FMA: bool>(a: Self, b: Self, c: Self) -> Self {
+        a * b + c
+    }
+}
+
+/// `a b + c`, fused where the level has it.
+#[inline(always)]
+pub(crate) fn multiply_add<const FMA: bool>(a: f64, b: f64, c: f64) -> f64 {
+    if FMA { a.mul_add(b, c) } else { a * b + c }
 }
 
 impl Number for f64 {
+    /// Two choices, an instruction each: the limit is the second operand and may lie in memory.
+    #[inline(always)]
+    fn clip(self, limit: Self) -> Self {
+        let low = if self > -limit { self } else { -limit };
+        if low < limit { low } else { limit }
+    }
+
+    #[inline(always)]
+    fn multiply_add<const FMA: bool>(a: Self, b: Self, c: Self) -> Self {
+        multiply_add::<FMA>(a, b, c)
+    }
+
     #[inline(always)]
     fn constant(value: f64) -> Self {
         value

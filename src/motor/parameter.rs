@@ -1,6 +1,5 @@
 //! The parameters: the five of the linear motor, and those of extensions that real motors need.
 
-use super::Extent;
 use crate::text::excerpt;
 use crate::{Error, Result};
 
@@ -259,13 +258,6 @@ impl Extensions {
     #[must_use]
     pub fn get(&self, parameter: Parameter) -> f64 {
         (parameter as usize).checked_sub(Parameter::ALL.len()).map_or(f64::NAN, |own| self.0[own])
-    }
-
-    /// Those that act at all.
-    #[must_use]
-    pub fn extent(&self) -> Extent {
-        let act = |p: &Parameter| self.get(*p).to_bits() != p.neutral().to_bits();
-        Parameter::EXTENSIONS.into_iter().filter(act).fold(Extent::default(), Extent::with)
     }
 
     /// In the order of [`Parameter::EXTENSIONS`].

@@ -2,7 +2,8 @@
 //!
 //! It walks all samples one after the other with `x⁺ = x + (D x + gains)`, skips nothing and shortens nothing.
 
-use super::{Method, Parameters, StepMap};
+use super::discretize::{Method, StepMap};
+use super::linear::Parameters;
 
 /// What drives a simulation: samples of voltage and load torque with the steps between them.
 #[derive(Debug, Clone, Copy)]

@@ -1,6 +1,7 @@
 //! The search space: which parameters are free within which bounds, and which are held.
 
-use super::{Extensions, Extent, Parameter, Parameters};
+use super::linear::Parameters;
+use super::parameter::{Extensions, Parameter};
 use crate::{Error, Result};
 
 /// Which recordings of a joint fit a parameter belongs to.
@@ -224,14 +225,6 @@ impl Space {
             }
         }
         extensions
-    }
-
-    /// Which extensions the model has: those that are free or held.
-    #[must_use]
-    pub fn extent(&self) -> Extent {
-        let fixed = self.fixed.iter().map(|(parameter, _, _)| *parameter);
-        let free = self.free.iter().map(|axis| axis.parameter);
-        fixed.chain(free).fold(Extent::default(), Extent::with)
     }
 
     /// The same with a value of its own for each of `recordings` where these parameters are free.

@@ -2,8 +2,8 @@
 //! oracle before its first use.
 
 use super::device::AdapterFacts;
-use super::extras::Extras;
-use super::shader::{Precision, Variant};
+use super::features::ShaderFeatures;
+use super::variant::{Precision, Variant};
 use crate::criterion::{Criterion, Norm};
 use crate::evaluate::{Model, Problem, Scalar};
 use crate::motor::{Discretization, Drive, Parameter, Parameters, Space, Trajectory, simulate};
@@ -20,7 +20,7 @@ const SAMPLES: u32 = 395;
 pub(super) fn specimen(variant: Variant) -> Result<(Arc<Problem>, Vec<f64>)> {
     let volts = |n: u32| match n {
         0..20 => 0.0,
-        300.. if variant.extras.is_some() => -6.5,
+        300.. if variant.features.is_some() => -6.5,
         _ => 10.0 - f64::from(n / 100),
     };
     let voltage: Vec<f64> = (0..SAMPLES).map(volts).collect();
@@ -36,14 +36,14 @@ pub(super) fn specimen(variant: Variant) -> Result<(Arc<Problem>, Vec<f64>)> {
     };
     let criterion = Criterion { norm, ..Criterion::default() };
     let (mut truth, mut space) = (Parameters::M2.to_array().to_vec(), Space::table2());
-    if let Some(extras) = variant.extras {
-        let extensions = extensions(extras);
+    if let Some(features) = variant.features {
+        let extensions = extensions(features);
         truth.extend(extensions.iter().map(|(_, value)| value));
         let bounds: Vec<_> = extensions.iter().map(|&(of, value)| (of, 0.7 * value, 1.3 * value)).collect();
         space = Space::table2_with(&bounds, &[])?;
     }
-    // A voltage that comes late needs the method for lines, which has more special steps than that for held ones.
-    let discretization = if variant.extras.is_some() { Discretization::Foh } else { Discretization::Zoh };
+    // A delayed voltage needs the method for lines, which has more special steps than a zero-order hold.
+    let discretization = if variant.features.is_some() { Discretization::Foh } else { Discretization::Zoh };
     let problem = Problem::new(&[record], Model { discretization, ..Model::default() }, space, criterion)?;
     let factor = |n: u32, axis: u32| 1.0 + 0.3 * f64::from(n * 7 + axis * 5 + 1).sin();
     let candidate = |n| truth.iter().zip(0..).map(move |(value, axis)| value * factor(n, axis));
@@ -51,9 +51,9 @@ pub(super) fn specimen(variant: Variant) -> Result<(Arc<Problem>, Vec<f64>)> {
 }
 
 /// Extensions that need these parts, the drive and friction besides, with values that are seen.
-fn extensions(extras: Extras) -> Vec<(Parameter, f64)> {
+fn extensions(features: ShaderFeatures) -> Vec<(Parameter, f64)> {
     use Parameter as P;
-    let Extras { brushes, delayed, averages } = extras;
+    let ShaderFeatures { brushes, delayed, averages } = features;
     let drive = [(P::Coulomb, 0.02), (P::Load, 0.01), (P::Offset, 0.2), (P::Deadband, 0.5), (P::Saturation, 8.0)];
     let parts = [
         (brushes, (P::BrushDrop, 0.7)),

@@ -1,6 +1,6 @@
 //! Adapters and devices: what is there, opening one, and turning what goes wrong into errors.
 
-use super::shader::Fetch;
+use super::variant::Fetch;
 use crate::setting::{Text, text};
 use crate::text::printable;
 use crate::{Error, ErrorKind, Result};

@@ -1,10 +1,11 @@
 //! A batch as the words of buffers. Offsets are those of `shaders/input.wgsl`.
 
-use super::extras::{Extras, ring};
+use super::constants::ring;
+use super::features::ShaderFeatures;
 use super::reference::{Reference, ReferenceStep, reference_values};
-use super::shader::{BLOCK, LANES, Precision, UNIFORM_BYTES, Variant, WORKGROUP};
-use crate::evaluate::late::late_times;
-use crate::evaluate::{Group, Problem, Signals, Span};
+use super::variant::{BLOCK, LANES, Precision, UNIFORM_BYTES, Variant, WORKGROUP};
+use crate::evaluate::{Group, Problem, Run, Signals};
+use crate::motor::tap_times;
 use crate::numeric::single;
 use std::sync::Arc;
 
@@ -51,8 +52,8 @@ pub(super) struct Unit {
     pub map_first: usize,
     /// The reference's maps for each distinct step.
     pub reference: Vec<ReferenceStep>,
-    /// Times of the samples, where inputs come late.
-    pub time: Vec<f64>,
+    /// Times of the samples, where inputs are delayed.
+    pub time: Arc<[f64]>,
 }
 
 /// A group of the batch and a recording of its problem.
@@ -129,7 +130,7 @@ impl Scene {
         let (table, kept) = (word(scene.jobs.len()), word(scene.blocks * variant.states()));
         for job in scene.jobs.chunks_exact_mut(words) {
             job[6] += table;
-            if variant.extras.is_some() {
+            if variant.features.is_some() {
                 job[RING] += kept;
             }
         }
@@ -179,17 +180,17 @@ impl Scene {
         self.add_samples(signals, first_active, &reference);
         let initial = self.inputs.count(4);
         let rounds_first = self.bounds.len();
-        let delayed = variant.extras.is_some_and(|extras| extras.delayed);
+        let delayed = variant.is_delayed();
         self.add_initial(signals, delayed);
         let rounds = if delayed {
-            self.add_segments(first_active, torques(signals, first_active).iter())
+            self.add_segments(first_active, &torques(signals, first_active))
         } else {
-            self.add_segments(first_active, problem.spans(signals))
+            self.add_segments(first_active, problem.runs(signals))
         };
         let map_first = self.maps;
         let steps = signals.step_s.len();
-        let each = steps + variant.slots().len();
-        let kept = variant.extras.map(|extras| self.add_kept(problem, signals, extras, blocks));
+        let each = steps + variant.slots();
+        let kept = variant.features.map(|features| self.add_kept(problem, signals, features, blocks));
         for first in (0..blocks).step_by(WORKGROUP) {
             let count = WORKGROUP.min(blocks - first);
             self.jobs.extend([
@@ -204,12 +205,12 @@ impl Scene {
                 word(initial),
             ]);
             if let Some([ring_first, ring, channels]) = kept {
-                let known = signals.beginning.first_movement;
+                let known = signals.history.first_movement;
                 let ring_at = ring_first + first * ring * channels;
                 self.jobs.extend([steps, known, signals.len(), first_active, ring_at, ring - 1].map(word));
             }
         }
-        let time = if delayed { late_times(signals, problem.setting(signals)) } else { Vec::new() };
+        let time = if delayed { tap_times(&signals.drive(), problem.settings(signals)) } else { Arc::default() };
         self.units.push(Unit { place, first: self.blocks, blocks, map_first, reference: reference.steps, time });
         self.maps += blocks * each;
         self.steps += (blocks * LANES * (signals.len() - first_active)) as u64;
@@ -218,8 +219,14 @@ impl Scene {
     }
 
     /// Makes room for what the sensors keep: where it begins, past values of each, sensors.
-    fn add_kept(&mut self, problem: &Problem, signals: &Signals, extras: Extras, blocks: usize) -> [usize; 3] {
-        let (first, channels) = (self.states, extras.channels());
+    fn add_kept(
+        &mut self,
+        problem: &Problem,
+        signals: &Signals,
+        features: ShaderFeatures,
+        blocks: usize,
+    ) -> [usize; 3] {
+        let (first, channels) = (self.states, features.channels());
         let ring = if channels == 0 { 1 } else { ring(problem, signals) };
         self.states += blocks * ring * channels;
         [first, ring, channels]
@@ -245,57 +252,57 @@ impl Scene {
         }
     }
 
-    /// The initial state; where inputs come late, all voltages too, that before the first sample first.
+    /// The initial state; where inputs are delayed, all voltages too, that before the first sample first.
     fn add_initial(&mut self, signals: &Signals, delayed: bool) {
         let initial = if self.inputs.precision.is_deviation() { [0.0; 2] } else { signals.initial };
         self.segments.push([0; 4]);
         self.inputs.push(&[initial[0], initial[1], 0.0, 0.0]);
         if delayed {
-            let told = [&[signals.beginning.voltage], &signals.voltage[..]];
-            told.into_iter().flatten().for_each(|v| self.inputs.push(&[*v, 0.0, 0.0, 0.0]));
+            let commanded = [&[signals.history.voltage], &signals.voltage[..]];
+            commanded.into_iter().flatten().for_each(|v| self.inputs.push(&[*v, 0.0, 0.0, 0.0]));
         }
     }
 
-    /// Spans from sample `from` on cut into segments; the bounds of rounds. Returns the number of rounds.
-    fn add_segments<'a>(&mut self, from: usize, spans: impl Iterator<Item = &'a Span>) -> usize {
+    /// Runs from sample `from` on cut into segments; the bounds of rounds. Returns the number of rounds.
+    fn add_segments(&mut self, from: usize, runs: &[Run]) -> usize {
         self.bounds.push(word(self.segments.len()));
         let (mut rounds, mut iterations) = (0, 0);
-        for span in spans {
-            let mut begin = span.start;
+        for run in runs {
+            let mut begin = run.start;
             iterations += OVERHEAD;
-            for start in (span.start..span.end).step_by(BLOCK) {
-                let count = BLOCK.min(span.end - start) + OVERHEAD;
+            for start in (run.start..run.end).step_by(BLOCK) {
+                let count = BLOCK.min(run.end - start) + OVERHEAD;
                 if iterations + count > ITERATIONS {
                     if start > begin {
-                        self.add_segment(from, [begin, start], span);
+                        self.add_segment(from, [begin, start], run);
                     }
                     self.bounds.push(word(self.segments.len()));
                     (rounds, iterations, begin) = (rounds + 1, OVERHEAD, start);
                 }
                 iterations += count;
             }
-            self.add_segment(from, [begin, span.end], span);
+            self.add_segment(from, [begin, run.end], run);
         }
         self.bounds.push(word(self.segments.len()));
         rounds + 1
     }
 
-    fn add_segment(&mut self, from: usize, [start, end]: [usize; 2], span: &Span) {
+    fn add_segment(&mut self, from: usize, [start, end]: [usize; 2], run: &Run) {
         let at = word(self.inputs.count(4));
-        self.segments.push([word(start - from), word(end - from), u32::from(span.step), at]);
-        self.inputs.push(&[span.voltage[0], span.voltage[1], span.torque, 0.0]);
+        self.segments.push([word(start - from), word(end - from), u32::from(run.step), at]);
+        self.inputs.push(&[run.voltage[0], run.voltage[1], run.torque, 0.0]);
     }
 }
 
-/// Stretches of constant torque from a sample on, of a recording whose steps are even.
-fn torques(signals: &Signals, from: usize) -> Vec<Span> {
-    let mut spans: Vec<Span> = Vec::new();
+/// Returns runs of constant torque from a sample on, of a recording whose steps are even.
+fn torques(signals: &Signals, from: usize) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
     for start in from..signals.len() {
         let torque = signals.torque.get(start).copied().unwrap_or(0.0);
-        match spans.last_mut().filter(|last| last.torque.to_bits() == torque.to_bits()) {
+        match runs.last_mut().filter(|last| last.torque.to_bits() == torque.to_bits()) {
             Some(last) => last.end = start + 1,
-            None => spans.push(Span { start, end: start + 1, step: 0, voltage: [0.0; 2], torque }),
+            None => runs.push(Run { start, end: start + 1, step: 0, voltage: [0.0; 2], torque }),
         }
     }
-    spans
+    runs
 }

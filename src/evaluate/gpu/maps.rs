@@ -1,11 +1,12 @@
 //! Step maps of all candidates of a batch, made in f64 on all threads, as the shaders read them.
 
-use super::extras::{Constants, Extras};
+use super::constants::{Constants, constants};
+use super::features::ShaderFeatures;
 use super::layout::Unit;
 use super::reference::ReferenceStep;
-use super::shader::{LANES, Precision, Variant};
-use crate::evaluate::Group;
-use crate::motor::{Extended, StepMaps, inverse, product, step_maps, times};
+use super::variant::{LANES, Precision, Variant};
+use crate::evaluate::{Group, Signals};
+use crate::motor::{Extended, Reactions, StepMaps, inverse, product, step_maps, times};
 use crate::numeric::single;
 use rayon::prelude::*;
 
@@ -52,26 +53,25 @@ fn write_from(groups: &[Group<'_>], units: &[Unit], variant: Variant, mut map: u
     let mut made: Option<([usize; 2], [Constants; LANES])> = None;
     while !bytes.is_empty() {
         let Unit { map_first, blocks, reference, place, .. } = &units[unit];
-        let each = reference.len() + variant.slots().len();
+        let each = reference.len() + variant.slots();
         if map == map_first + blocks * each {
             unit += 1;
             continue;
         }
-        let (block, at) = ((map - map_first) / each, (map - map_first) % each);
-        let group = &groups[place.group];
+        let (number, at) = ((map - map_first) / each, (map - map_first) % each);
+        let block = Block { group: &groups[place.group], unit: &units[unit], number };
         let mut put = |values: &[f64; LANES]| match variant.precision {
             Precision::F32 | Precision::F32Plain => push(&mut bytes, bytemuck::cast_slice(&values.map(single))),
             Precision::F64 => push(&mut bytes, bytemuck::cast_slice(values)),
         };
-        match (variant.extras, at.checked_sub(reference.len())) {
-            (None, _) => put_linear(&mut put, group, &units[unit], variant.precision, [block, at]),
-            (Some(_), None) => put_extended(&mut put, group, place.recording, [block, at]),
-            (Some(extras), Some(slot)) => {
+        match (variant.features, at.checked_sub(reference.len())) {
+            (None, _) => block.put_linear(at, variant.precision, &mut put),
+            (Some(_), None) => block.put_extended(at, &mut put),
+            (Some(features), Some(slot)) => {
                 // The slots of a block follow each other.
-                let known = made.filter(|(of, _)| *of == [unit, block]);
-                let (_, lanes) =
-                    known.unwrap_or_else(|| ([unit, block], constants_of(group, &units[unit], extras, block)));
-                made = Some(([unit, block], lanes));
+                let known = made.filter(|(of, _)| *of == [unit, number]);
+                let (_, lanes) = known.unwrap_or_else(|| ([unit, number], block.constants(features)));
+                made = Some(([unit, number], lanes));
                 (0..variant.fields()).for_each(|n| put(&lanes.map(|constants| constants[slot][n])));
             }
         }
@@ -79,58 +79,61 @@ fn write_from(groups: &[Group<'_>], units: &[Unit], variant: Variant, mut map: u
     }
 }
 
-/// The constants of a block of candidates.
-fn constants_of(group: &Group<'_>, unit: &Unit, extras: Extras, block: usize) -> [Constants; LANES] {
-    let (problem, recording) = (group.problem, unit.place.recording);
-    std::array::from_fn(|lane| {
-        let values = row_of(group, block, lane);
-        let motor = Extended::new(&problem.parameters(values, recording), &problem.extensions(values, recording));
-        extras.constants(problem, &problem.signals()[recording], &motor, &unit.time)
-    })
+/// Candidates of one (group, recording) side by side; the last is repeated where there are fewer.
+struct Block<'a> {
+    group: &'a Group<'a>,
+    unit: &'a Unit,
+    number: usize,
 }
 
-/// Puts the map of a linear motor.
-fn put_linear(
-    put: &mut dyn FnMut(&[f64; LANES]),
-    group: &Group<'_>,
-    unit: &Unit,
-    precision: Precision,
-    [block, step]: [usize; 2],
-) {
-    let signals = &group.problem.signals()[unit.place.recording];
-    let parameters = parameters_of(group, unit.place.recording, block);
-    let maps = step_maps(&parameters, signals.step_s[step], group.problem.method());
-    put_map(put, precision, &maps, &unit.reference[step]);
-}
+impl Block<'_> {
+    /// Returns what `of` makes of each candidate and the recording.
+    fn each<T>(&self, of: impl Fn(&[f64], usize) -> T) -> [T; LANES] {
+        std::array::from_fn(|lane| {
+            let row = (self.number * LANES + lane).min(self.group.candidates.count() - 1);
+            of(self.group.candidates.row(row), self.unit.place.recording)
+        })
+    }
 
-/// Puts the map of a motor with extensions: D, gains, and the reactions that end current and speed at zero, per unit of
-/// them.
-fn put_extended(put: &mut dyn FnMut(&[f64; LANES]), group: &Group<'_>, recording: usize, [block, step]: [usize; 2]) {
-    let signals = &group.problem.signals()[recording];
-    let method = group.problem.extent().method(group.problem.method());
-    let maps = step_maps(&parameters_of(group, recording, block), signals.step_s[step], method);
-    maps.d.iter().for_each(&mut *put);
-    [&maps.taps[0], &maps.taps[1], &maps.torque].into_iter().flatten().for_each(&mut *put);
-    put(&std::array::from_fn(|lane| 1.0 / (maps.taps[0][0][lane] + maps.taps[1][0][lane])));
-    put(&maps.torque[1].map(|gain| -1.0 / gain));
+    /// Returns the motors of the candidates.
+    fn motors(&self) -> [Extended; LANES] {
+        let problem = self.group.problem;
+        self.each(|values, n| Extended::new(&problem.parameters(values, n), &problem.extensions(values, n)))
+    }
+
+    fn signals(&self) -> &Signals {
+        &self.group.problem.signals()[self.unit.place.recording]
+    }
+
+    /// Returns the constants of the candidates.
+    fn constants(&self, features: ShaderFeatures) -> [Constants; LANES] {
+        self.motors().map(|motor| constants(features, self.group.problem, self.signals(), &motor, &self.unit.time))
+    }
+
+    /// Puts the map of linear motors.
+    fn put_linear(&self, step: usize, precision: Precision, put: &mut dyn FnMut(&[f64; LANES])) {
+        let problem = self.group.problem;
+        let motors = self.each(|values, n| problem.parameters(values, n).to_array());
+        let motors = std::array::from_fn(|p| motors.map(|motor| motor[p]));
+        let maps = step_maps(&motors, self.signals().step_s[step], problem.method());
+        put_map(put, precision, &maps, &self.unit.reference[step]);
+    }
+
+    /// Puts the map of motors with extensions: D, gains, and what the reactions add to the other state.
+    fn put_extended(&self, step: usize, put: &mut dyn FnMut(&[f64; LANES])) {
+        let (problem, motors) = (self.group.problem, Extended::side_by_side(&self.motors()));
+        let method = problem.features().method(problem.method());
+        let maps = step_maps(&motors.motor, self.signals().step_s[step], method);
+        maps.d.iter().for_each(&mut *put);
+        [&maps.taps[0], &maps.taps[1], &maps.torque].into_iter().flatten().for_each(&mut *put);
+        Reactions::new(&motors, &maps, problem.features()).adds.iter().for_each(put);
+    }
 }
 
 fn push(bytes: &mut Bytes<'_>, values: &[u8]) {
     if let Some(mut own) = bytes.split_off(..values.len()) {
         own.copy_from_slice(values);
     }
-}
-
-/// Parameters of a block of candidates side by side; the last is repeated where there are fewer.
-fn parameters_of(group: &Group<'_>, recording: usize, block: usize) -> [[f64; LANES]; 5] {
-    let lanes: [[f64; 5]; LANES] =
-        std::array::from_fn(|lane| group.problem.parameters(row_of(group, block, lane), recording).to_array());
-    std::array::from_fn(|p| lanes.map(|values| values[p]))
-}
-
-/// A candidate of a block.
-fn row_of<'a>(group: &Group<'a>, block: usize, lane: usize) -> &'a [f64] {
-    group.candidates.row((block * LANES + lane).min(group.candidates.count() - 1))
 }
 
 /// A step map as the shader reads it: D and gains, or in deviations D, the matrix of the force and where the deviation

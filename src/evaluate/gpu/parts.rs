@@ -1,7 +1,7 @@
 //! A batch cut into submissions.
 
-use super::extras::kept_bytes;
-use super::shader::{LANES, Variant};
+use super::constants::kept_bytes;
+use super::variant::{LANES, Variant};
 use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Group, Problem, Signals};
 
@@ -56,11 +56,11 @@ pub(super) fn split(
 /// Bytes of a candidate, its maps or what its sensors keep; and of the samples.
 fn bytes(problem: &Problem, variant: Variant) -> (usize, usize) {
     let (signals, number) = (problem.signals(), variant.precision.bytes());
-    let maps: usize = signals.iter().map(|s| s.step_s.len() + variant.slots().len()).sum();
-    let kept = variant.extras.map_or(0, |extras| kept_bytes(problem, extras, number));
-    // Late inputs are read like samples, four numbers each.
-    let told = |s: &Signals| if variant.extras.is_some_and(|extras| extras.delayed) { 4 * s.len() } else { 0 };
-    let samples = |s: &Signals| (s.len() - problem.first_active(s)) * variant.precision.sample() + told(s);
+    let maps: usize = signals.iter().map(|s| s.step_s.len() + variant.slots()).sum();
+    let kept = variant.features.map_or(0, |features| kept_bytes(problem, features, number));
+    // Delayed inputs are read like samples, four numbers each.
+    let delayed = |s: &Signals| if variant.is_delayed() { 4 * s.len() } else { 0 };
+    let samples = |s: &Signals| (s.len() - problem.first_active(s)) * variant.precision.sample() + delayed(s);
     let samples: usize = signals.iter().map(|s| samples(s) * number).sum();
     ((maps * variant.fields() * number).max(kept), samples)
 }

@@ -1,13 +1,12 @@
 //! Compute pipelines by variant.
 
+use super::binding::Binding;
 use super::device::Device;
-use super::shader::{Variant, assemble};
+use super::shader::assemble;
+use super::variant::Variant;
 use crate::Result;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-
-/// Buffers that a shader sees.
-pub(super) const BINDINGS: usize = 9;
 
 /// Pipelines of one device by variant.
 #[derive(Default)]
@@ -32,23 +31,16 @@ impl Pipelines {
 
 fn make(device: &Device, variant: Variant) -> (wgpu::BindGroupLayout, wgpu::ComputePipeline) {
     let device = &device.device;
-    let storage = |read_only| wgpu::BufferBindingType::Storage { read_only };
-    let entry = |binding: usize| {
-        let ty = match binding {
-            0 => wgpu::BufferBindingType::Uniform,
-            4 if variant.uniform => wgpu::BufferBindingType::Uniform,
-            7 | 8 => storage(false),
-            _ => storage(true),
-        };
-        #[expect(clippy::cast_possible_truncation, reason = "nine bindings")]
-        wgpu::BindGroupLayoutEntry {
-            binding: binding as u32,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: binding == 0, min_binding_size: None },
-            count: None,
-        }
-    };
-    let entries: Vec<wgpu::BindGroupLayoutEntry> = (0..BINDINGS).map(entry).collect();
+    let entries = Binding::ALL.map(|binding| wgpu::BindGroupLayoutEntry {
+        binding: binding.number(),
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer {
+            ty: binding.kind(variant.uniform),
+            has_dynamic_offset: binding == Binding::Round,
+            min_binding_size: None,
+        },
+        count: None,
+    });
     let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some("evaluate"),

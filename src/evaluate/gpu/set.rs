@@ -1,12 +1,13 @@
 //! The buffers of a submission, from its upload to its sums. Buffers are kept and grow; a submission is one encoder
 //! with the copies to and from the device in it.
 
+use super::binding::Binding;
 use super::clock::{BYTES as STAMPS, Clock};
 use super::device::Device;
 use super::layout::Scene;
 use super::maps::write_maps;
-use super::pipelines::{BINDINGS, Pipelines};
-use super::shader::{LANES, Precision, UNIFORM_BYTES, Variant};
+use super::pipelines::Pipelines;
+use super::variant::{LANES, Precision, UNIFORM_BYTES, Variant};
 use crate::evaluate::Group;
 use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
@@ -17,8 +18,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const DISPATCH_MAX: u32 = 65_535;
 /// Bytes between the uniforms of rounds: the alignment that every device accepts.
 const ROUND_BYTES: usize = 256;
-/// Where the step maps lie.
-const MAPS: usize = 6;
 
 /// The buffers of one submission.
 #[derive(Default)]
@@ -26,7 +25,7 @@ pub(super) struct Set {
     pub scene: Option<Scene>,
     /// Submitted and not collected.
     pub busy: bool,
-    buffers: [Option<wgpu::Buffer>; BINDINGS],
+    buffers: [Option<wgpu::Buffer>; Binding::ALL.len()],
     /// Step maps on their way to the device; mapped whenever the set is not busy.
     upload: Option<wgpu::Buffer>,
     read_back: Option<wgpu::Buffer>,
@@ -85,8 +84,8 @@ impl Set {
         let precision = scene.variant.precision;
         let maps = self.put_maps(device, groups, &scene)?;
         let result = scene.blocks * 2 * LANES * precision.bytes();
-        self.ensure(device, 7, scene.states * LANES * precision.bytes(), wgpu::BufferUsages::STORAGE)?;
-        self.ensure(device, 8, result, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC)?;
+        self.ensure(device, Binding::States, scene.states * LANES * precision.bytes())?;
+        self.ensure(device, Binding::Sums, result)?;
         if self.read_back.as_ref().is_none_or(|b| b.size() < (result + STAMPS) as u64) {
             let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
             self.read_back = Some(buffer(device, result + STAMPS, usage)?);
@@ -112,23 +111,19 @@ impl Set {
             bytes
         };
         let rounds: Vec<u8> = (0..scene.rounds).flat_map(round).collect();
-        self.write(device, 0, &rounds, 0)?;
-        self.write(device, 1, bytemuck::cast_slice(&scene.jobs), 0)?;
-        self.write(device, 2, bytemuck::cast_slice(&scene.segments), 0)?;
-        self.write(device, 3, &scene.inputs.bytes, 0)?;
-        self.write(device, 4, &scene.samples.bytes, UNIFORM_BYTES)?;
-        self.write(device, 5, &scene.weights.bytes, 0)
+        self.write(device, Binding::Round, &rounds)?;
+        self.write(device, Binding::Jobs, bytemuck::cast_slice(&scene.jobs))?;
+        self.write(device, Binding::Segments, bytemuck::cast_slice(&scene.segments))?;
+        self.write(device, Binding::Inputs, &scene.inputs.bytes)?;
+        self.write(device, Binding::Samples, &scene.samples.bytes)?;
+        self.write(device, Binding::Weights, &scene.weights.bytes)
     }
 
-    /// Puts bytes into a buffer of at least `least` bytes.
-    fn write(&mut self, device: &Device, binding: usize, bytes: &[u8], least: usize) -> Result<()> {
-        let usage = match binding {
-            0 => wgpu::BufferUsages::UNIFORM,
-            4 => wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE,
-            _ => wgpu::BufferUsages::STORAGE,
-        };
-        self.ensure(device, binding, bytes.len().max(least), usage | wgpu::BufferUsages::COPY_DST)?;
-        if let Some(buffer) = &self.buffers[binding] {
+    /// Puts bytes into a buffer; a uniform one of samples has its full size.
+    fn write(&mut self, device: &Device, binding: Binding, bytes: &[u8]) -> Result<()> {
+        let least = if binding == Binding::Samples { UNIFORM_BYTES } else { 0 };
+        self.ensure(device, binding, bytes.len().max(least))?;
+        if let Some(buffer) = &self.buffers[binding as usize] {
             device.queue.write_buffer(buffer, 0, bytes);
         }
         Ok(())
@@ -138,8 +133,7 @@ impl Set {
     fn put_maps(&mut self, device: &Device, groups: &[Group<'_>], scene: &Scene) -> Result<usize> {
         let variant = scene.variant;
         let bytes = scene.maps * variant.fields() * LANES * variant.precision.bytes();
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
-        self.ensure(device, MAPS, bytes, usage)?;
+        self.ensure(device, Binding::Maps, bytes)?;
         if self.upload.as_ref().is_none_or(|b| b.size() < bytes as u64) {
             let made = buffer(device, bytes, wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC)?;
             self.upload = Some(made);
@@ -160,8 +154,9 @@ impl Set {
         [maps_bytes, bytes]: [u64; 2],
     ) -> Result<wgpu::SubmissionIndex> {
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let [maps, sums] = [Binding::Maps, Binding::Sums].map(|binding| self.buffers[binding as usize].as_ref());
         let (Some((_, bind_group)), Some(upload), Some(maps), Some(sums), Some(read_back)) =
-            (&self.bind_group, &self.upload, &self.buffers[MAPS], &self.buffers[8], &self.read_back)
+            (&self.bind_group, &self.upload, maps, sums, &self.read_back)
         else {
             return Err(lost());
         };
@@ -211,9 +206,10 @@ impl Set {
     }
 
     /// A buffer of at least `size` bytes; a new one ends the bind group.
-    fn ensure(&mut self, device: &Device, binding: usize, size: usize, usage: wgpu::BufferUsages) -> Result<()> {
-        if self.buffers[binding].as_ref().is_none_or(|b| b.size() < size as u64) {
-            self.buffers[binding] = Some(buffer(device, size, usage)?);
+    fn ensure(&mut self, device: &Device, binding: Binding, size: usize) -> Result<()> {
+        let own = &mut self.buffers[binding as usize];
+        if own.as_ref().is_none_or(|b| b.size() < size as u64) {
+            *own = Some(buffer(device, size, binding.usage())?);
             self.bind_group = None;
         }
         Ok(())
@@ -223,24 +219,17 @@ impl Set {
         if self.bind_group.as_ref().is_some_and(|(of, _)| *of == variant) {
             return;
         }
-        #[expect(clippy::cast_possible_truncation, reason = "nine bindings")]
-        let entry = |(binding, buffer): (usize, &'_ wgpu::Buffer)| {
+        let entry = |(binding, buffer): (Binding, _)| {
             let bytes = match binding {
-                0 => Some(ROUND_BYTES as u64),
-                4 if variant.uniform => Some(UNIFORM_BYTES as u64),
+                Binding::Round => Some(ROUND_BYTES as u64),
+                Binding::Samples if variant.uniform => Some(UNIFORM_BYTES as u64),
                 _ => None,
             };
             let size = bytes.and_then(wgpu::BufferSize::new);
-            (binding as u32, buffer.clone(), size)
+            let resource = wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size });
+            wgpu::BindGroupEntry { binding: binding.number(), resource }
         };
-        let bound: Vec<_> = self.buffers.iter().flatten().enumerate().map(entry).collect();
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = bound
-            .iter()
-            .map(|(binding, buffer, size)| wgpu::BindGroupEntry {
-                binding: *binding,
-                resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size: *size }),
-            })
-            .collect();
+        let entries: Vec<_> = Binding::ALL.into_iter().zip(self.buffers.iter().flatten()).map(entry).collect();
         let descriptor = wgpu::BindGroupDescriptor { label: None, layout, entries: &entries };
         self.bind_group = Some((variant, device.device.create_bind_group(&descriptor)));
     }

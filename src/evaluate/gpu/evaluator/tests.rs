@@ -1,5 +1,6 @@
 //! Faults and the life of buffers, from inside.
 
+use super::super::variant::Fetch;
 use super::*;
 use crate::criterion::Criterion;
 use crate::evaluate::{Model, Scalar};
@@ -18,7 +19,7 @@ fn open() -> Option<Gpu> {
 
 fn usual(gpu: &Gpu) -> Variant {
     let (precision, fetch) = (gpu.precision, Fetch::Direct);
-    Variant { precision, absolute: false, weighted: false, uniform: true, fetch, extras: None }
+    Variant { precision, absolute: false, weighted: false, uniform: true, fetch, features: None }
 }
 
 fn specimen(gpu: &Gpu) -> (Arc<Problem>, Vec<f64>) {
@@ -153,19 +154,19 @@ fn the_device_says_how_long_it_computed() {
 fn every_part_of_extended_shaders_computes_rightly_and_is_checked() {
     let Some(mut gpu) = open() else { return };
     for precision in [gpu.precision, Precision::F32Plain] {
-        for extras in Extras::all() {
-            let variant = Variant { precision, extras: Some(extras), ..usual(&gpu) };
+        for features in ShaderFeatures::all() {
+            let variant = Variant { precision, features: Some(features), ..usual(&gpu) };
             gpu.check_shader(variant).unwrap_or_else(|e| panic!("{variant:?}: {e}"));
             assert!(gpu.checked.contains(&variant));
         }
     }
     // What the check is made of is evaluated on the device, by the shader that it is for.
-    let extras = Extras { brushes: true, delayed: true, averages: [true; 2] };
-    let (problem, values) = check::specimen(Variant { extras: Some(extras), ..usual(&gpu) }).unwrap();
+    let features = ShaderFeatures { brushes: true, delayed: true, averages: [true; 2] };
+    let (problem, values) = check::specimen(Variant { features: Some(features), ..usual(&gpu) }).unwrap();
     let candidates = Candidates::new(&values, problem.space().free().len());
     let group = Group { problem: &problem, candidates, reference: None };
-    assert!(extras::is_served(&problem, 8, gpu.budget));
-    assert_eq!(gpu.variant(&group, true).extras, Some(extras));
+    assert!(is_served(&problem, 8, gpu.budget));
+    assert_eq!(gpu.variant(&group, true).features, Some(features));
 }
 
 #[test]
@@ -181,7 +182,7 @@ fn what_the_device_cannot_do_goes_to_the_cpu() {
         Problem::new(&[record(uneven)], Model::default(), space, Criterion::default()).unwrap()
     };
     let serves = |uneven: f64, extension: Parameter, max: f64, budget: usize| {
-        extras::is_served(&problem(uneven, extension, max), 8, budget)
+        is_served(&problem(uneven, extension, max), 8, budget)
     };
     assert!(serves(0.0, Parameter::DeadTime, 2.0, 1 << 20));
     assert!(!serves(3e-4, Parameter::DeadTime, 2.0, 1 << 20), "late on an uneven clock");
@@ -191,8 +192,7 @@ fn what_the_device_cannot_do_goes_to_the_cpu() {
     assert!(serves(0.0, Parameter::SpeedAverage, 9.0, 320));
     assert!(!serves(0.0, Parameter::SpeedAverage, 9.0, 319), "more than the budget");
     assert!(serves(0.0, Parameter::SpeedAverage, 1e9, 2 * (64 + 4) * 8), "no more than all samples");
-    let beyond = |window: f64| {
-        extras::is_beyond(&problem(0.0, Parameter::SpeedAverage, 9.0), &[1.0, 1.0, 1.0, 1.0, 1.0, window])
-    };
+    let beyond =
+        |window: f64| is_beyond(&problem(0.0, Parameter::SpeedAverage, 9.0), &[1.0, 1.0, 1.0, 1.0, 1.0, window]);
     assert!(!beyond(9.0) && beyond(9.1) && beyond(f64::INFINITY));
 }

@@ -1,0 +1,151 @@
+//! Delayed voltages of `L` candidates side by side, as what they and the torque add to both states at each step.
+
+use super::problem::Problem;
+use super::signals::Signals;
+use super::step::{Pair, Step, loaded};
+use crate::motor::{
+    CHUNK, Commanded, DelayTaps, DelayedVoltage, DriveNonlinearity, Extended, Parameter, SimulationSettings,
+    multiply_add, sample_times, tap_times,
+};
+
+/// The delayed inputs of a block of candidates, in the order of samples.
+pub(super) struct DelayedInputs<'a, const L: usize> {
+    signals: &'a Signals,
+    settings: SimulationSettings,
+    load: [f64; L],
+    clock: Clock<'a, L>,
+}
+
+enum Clock<'a, const L: usize> {
+    /// Even steps: by taps.
+    Even(Box<Taps<L>>),
+    /// Steps that are not even, or voltages that are lines of their own: from piece to piece, each candidate at its own.
+    Uneven(Vec<(DelayedVoltage<'a, f64>, usize)>),
+}
+
+/// The taps of each candidate.
+struct Taps<const L: usize> {
+    delays: [DelayTaps; L],
+    drives: DriveNonlinearity<[f64; L]>,
+    /// The change of both states for one volt of each of the three samples.
+    gains: [Pair<L>; 3],
+}
+
+impl<'a, const L: usize> DelayedInputs<'a, L> {
+    pub(super) fn new(problem: &Problem, signals: &'a Signals, motors: &Extended<[f64; L]>) -> Self {
+        let (settings, drive) = (problem.settings(signals), signals.drive());
+        let clock = if signals.step_index.is_empty() && !signals.has_own_lines() {
+            let time = tap_times(&drive, settings);
+            let delay = |lane| DelayTaps::new(&motors.lane(lane), drive, settings, time.clone());
+            Clock::Even(Box::new(Taps::new(std::array::from_fn(delay), DriveNonlinearity::of(motors))))
+        } else {
+            let time = sample_times(&drive);
+            let delayed = |lane| DelayedVoltage::new(&motors.lane(lane), drive, settings, time.clone());
+            Clock::Uneven((0..L).map(|lane| (delayed(lane), 0)).collect())
+        };
+        Self { signals, settings, load: motors.get(Parameter::Load), clock }
+    }
+
+    /// Writes the gains of the inputs at samples `start` to `end`.
+    #[inline(always)]
+    pub(super) fn fill<const FMA: bool>(
+        &mut self,
+        steps: &[Step<L>],
+        [start, end]: [usize; 2],
+        gains: &mut [Pair<L>; CHUNK],
+    ) {
+        let Self { signals, settings, load, clock } = self;
+        let gains = &mut gains[..end - start];
+        let torques = Torques { torque: &signals.torque, load: *load, gains: &steps[0].maps.torque };
+        match clock {
+            Clock::Even(taps) => {
+                let commanded = Commanded { voltage: &signals.voltage, history: settings.history };
+                taps.fill::<FMA>(commanded, &torques, start, gains);
+            }
+            Clock::Uneven(lanes) => {
+                let mut voltages = [[[0.0; L]; 2]; CHUNK];
+                for (lane, (delayed, cursor)) in lanes.iter_mut().enumerate() {
+                    for n in start..end {
+                        let [first, last] = settings.ends(delayed.line(n, cursor));
+                        voltages[n - start][0][lane] = first;
+                        voltages[n - start][1][lane] = last;
+                    }
+                }
+                for (n, (gain, voltages)) in (start..).zip(gains.iter_mut().zip(&voltages)) {
+                    *gain = steps[usize::from(signals.step_of(n))].gain::<FMA>(voltages, &torques.at(n));
+                }
+            }
+        }
+    }
+}
+
+/// The torques that load the candidates.
+struct Torques<'a, const L: usize> {
+    /// Those of the recording.
+    torque: &'a [f64],
+    load: [f64; L],
+    /// The change of both states for one unit in the first step.
+    gains: &'a Pair<L>,
+}
+
+impl<const L: usize> Torques<'_, L> {
+    /// Returns the load and the torque of the recording at a sample.
+    #[inline(always)]
+    fn at(&self, n: usize) -> [f64; L] {
+        loaded(self.load, self.torque.get(n).copied().unwrap_or(0.0))
+    }
+}
+
+impl<const L: usize> Taps<L> {
+    fn new(delays: [DelayTaps; L], drives: DriveNonlinearity<[f64; L]>) -> Self {
+        let gain = |tap: usize| [0, 1].map(|axis| std::array::from_fn(|lane| delays[lane].gains[axis][tap]));
+        Self { gains: [gain(0), gain(1), gain(2)], delays, drives }
+    }
+
+    /// Writes what voltages and torque add from sample `start` on. Each candidate's voltages are side by side in time, then
+    /// in a column, so that both the drive and the taps are computed for many at once.
+    #[inline(always)]
+    fn fill<const FMA: bool>(
+        &self,
+        commanded: Commanded<'_>,
+        torques: &Torques<'_, L>,
+        start: usize,
+        gains: &mut [Pair<L>],
+    ) {
+        let mut given = [[0.0; L]; CHUNK + 2];
+        let mut row = [0.0; CHUNK + 2];
+        for (lane, delay) in self.delays.iter().enumerate() {
+            delay.fill(commanded, self.drives.lane(lane), start, &mut row[..gains.len() + 2]);
+            for (given, row) in given.iter_mut().zip(row) {
+                given[lane] = row;
+            }
+        }
+        let [one, two, three] = &self.gains;
+        for (n, (gain, given)) in (start..).zip(gains.iter_mut().zip(given.windows(3))) {
+            let torque = torques.at(n);
+            // Apart from `gains`, which could be where other numbers are.
+            let mut sums = [[0.0; L]; 2];
+            for axis in 0..2 {
+                for lane in 0..L {
+                    let constant = multiply_add::<FMA>(
+                        three[axis][lane],
+                        given[2][lane],
+                        torques.gains[axis][lane] * torque[lane],
+                    );
+                    let later = multiply_add::<FMA>(two[axis][lane], given[1][lane], constant);
+                    sums[axis][lane] = multiply_add::<FMA>(one[axis][lane], given[0][lane], later);
+                }
+            }
+            *gain = sums;
+        }
+        for (lane, delay) in self.delays.iter().enumerate() {
+            for (at, voltages) in delay.special {
+                if let Some(gains) = at.checked_sub(start).and_then(|n| gains.get_mut(n)) {
+                    for axis in 0..2 {
+                        gains[axis][lane] = voltages[axis] + torques.gains[axis][lane] * torques.at(at)[lane];
+                    }
+                }
+            }
+        }
+    }
+}

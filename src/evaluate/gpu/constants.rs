@@ -1,0 +1,100 @@
+//! The constants of a motor with extensions on the device, behind its step maps; and which problems go to the CPU instead.
+
+use super::features::{FIELDS, SLOTS, STATES, ShaderFeatures, Slot, WINDOWS};
+use super::variant::LANES;
+use crate::evaluate::{Problem, Signals};
+use crate::motor::{DelayTaps, Extended, MovingAverage, Parameter, WINDOW_MAX};
+use std::sync::Arc;
+
+/// Samples up to which f32 counts.
+const SAMPLES_MAX: usize = 1 << 24;
+/// A voltage that no drive reaches, for those without a saturation.
+const VOLTS_MAX: f64 = 1e30;
+
+/// A candidate's constants for one recording, slot after slot.
+pub(super) type Constants = [[f64; FIELDS]; SLOTS];
+
+/// Returns the constants of a motor; `time` holds those of [`crate::motor::tap_times`].
+pub(super) fn constants(
+    features: ShaderFeatures,
+    problem: &Problem,
+    signals: &Signals,
+    motor: &Extended,
+    time: &Arc<[f64]>,
+) -> Constants {
+    let mut constants = Constants::default();
+    let values = constants.as_flattened_mut();
+    values.iter_mut().zip(motor.extensions).for_each(|(own, value)| *own = value.min(VOLTS_MAX));
+    if features.averages != [false; 2] {
+        let own = &mut constants[features.slot(Slot::Averages)];
+        for (own, window) in own.chunks_exact_mut(3).zip(WINDOWS.map(|of| motor.get(of))) {
+            let (whole, MovingAverage { part, share }) = MovingAverage::new(window);
+            own.copy_from_slice(&[number(whole), part, share]);
+        }
+    }
+    if features.delayed {
+        let taps = DelayTaps::new(motor, signals.drive(), problem.settings(signals), time.clone());
+        // Steps count from the first that is simulated; of `count` samples none has the number `count + 1`.
+        let (first, count) = (problem.first_active(signals), signals.len());
+        let own = &mut constants[features.slot(Slot::Taps)];
+        own[0] = number(taps.whole.min(count + 1));
+        own[1] = number(taps.movement.unwrap_or(0).min(count + 1).saturating_sub(first));
+        own[2..8].copy_from_slice(taps.gains.as_flattened());
+        let own = &mut constants[features.slot(Slot::Special)];
+        // The shaders know the steps before the first movement by themselves.
+        for (own, (at, gains)) in own.chunks_exact_mut(3).zip(&taps.special[2..]) {
+            let at = at.min(&(count + 1)).checked_sub(first).unwrap_or(count + 1);
+            own.copy_from_slice(&[number(at), gains[0], gains[1]]);
+        }
+    }
+    constants
+}
+
+fn number(n: usize) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "at most SAMPLES_MAX")]
+    let number = n as f64;
+    number
+}
+
+/// Returns the number of past values that a sensor of a candidate keeps of one recording: a power of two, more than the
+/// longest window, or all samples.
+pub(super) fn ring(problem: &Problem, signals: &Signals) -> usize {
+    let longest = WINDOWS.map(|window| longest(problem, window)).into_iter().fold(1.0, f64::max);
+    let active = signals.len() - problem.first_active(signals);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and WINDOW_MAX")]
+    let longest = longest.clamp(1.0, WINDOW_MAX) as usize;
+    (longest + 1).min(active.max(1)).next_power_of_two()
+}
+
+/// Returns the largest value of a parameter in the bounds of a problem.
+fn longest(problem: &Problem, parameter: Parameter) -> f64 {
+    let space = problem.space();
+    let free = space.free().iter().filter(|axis| axis.parameter == parameter).map(|axis| axis.max);
+    let held = space.fixed().iter().filter(|held| held.0 == parameter).map(|held| held.2);
+    free.chain(held).fold(0.0, f64::max)
+}
+
+/// Returns the bytes of the past values and the states of a candidate, over all recordings.
+pub(super) fn kept_bytes(problem: &Problem, features: ShaderFeatures, number_bytes: usize) -> usize {
+    let channels = features.channels();
+    let ring = |signals: &Signals| if channels == 0 { 0 } else { channels * ring(problem, signals) };
+    problem.signals().iter().map(|signals| number_bytes * (STATES + ring(signals))).sum()
+}
+
+/// Returns whether the device takes a problem: not with delayed inputs on an uneven clock or with voltages that are lines of
+/// their own over each step, not where past values of sensors need more than `budget` bytes, and not recordings so long
+/// that f32 does not count them.
+pub(super) fn is_served(problem: &Problem, number_bytes: usize, budget: usize) -> bool {
+    let Some(features) = ShaderFeatures::of(problem.features()) else { return true };
+    let uneven = |s: &Signals| !s.step_index.is_empty() || s.has_own_lines();
+    let refused = |s: &Signals| s.len() > SAMPLES_MAX - 2 || (features.delayed && uneven(s));
+    !problem.signals().iter().any(|s| refused(s)) && LANES * kept_bytes(problem, features, number_bytes) <= budget
+}
+
+/// Returns whether a candidate's windows exceed the bounds: its past values are kept for those, and the device computes
+/// wrongly beyond.
+pub(super) fn is_beyond(problem: &Problem, candidate: &[f64]) -> bool {
+    let axes = problem.space().free().iter().zip(candidate);
+    problem.features().is_averaged()
+        && axes.into_iter().any(|(axis, v)| WINDOWS.contains(&axis.parameter) && *v > longest(problem, axis.parameter))
+}

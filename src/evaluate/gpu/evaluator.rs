@@ -1,0 +1,325 @@
+//! The evaluator: batches cut into submissions, several of them in flight, their sums made costs.
+
+use super::check;
+use super::clock::Kernel;
+use super::constants::{is_beyond, is_served};
+use super::device::{AdapterFacts, Device, Selector, again};
+use super::features::ShaderFeatures;
+use super::layout::{Scene, Unit};
+use super::parts::{Part, split};
+use super::pipelines::Pipelines;
+use super::set::{Set, Sums, Ticket};
+use super::variant::{LANES, Precision, UNIFORM_BYTES, Variant};
+use crate::candidates::Candidates;
+use crate::evaluate::{Batch, Evaluator, Group, Pending, Problem, Simd};
+use crate::setting::text;
+use crate::{Error, ErrorKind, Result};
+use std::collections::{HashSet, VecDeque};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Bytes of step maps in one submission, and of samples; larger batches are cut.
+const BUDGET: u64 = 64 << 20;
+/// Submissions of one batch in flight.
+const FLIGHTS: usize = 2;
+/// Submissions whose buffers are kept.
+const SETS: usize = 4;
+
+/// Evaluates on one adapter.
+pub struct Gpu {
+    device: Device,
+    precision: Precision,
+    budget: usize,
+    pipelines: Pipelines,
+    /// Shaders that have computed rightly.
+    checked: HashSet<Variant>,
+    sets: Vec<Set>,
+    /// The set that is given up next.
+    next: usize,
+    /// How often all sets were given up.
+    losses: usize,
+    /// What the device computed while it was timed.
+    kernel: Kernel,
+}
+
+/// A part of the batch in flight.
+struct Flight {
+    parts: Vec<Part>,
+    ticket: Ticket,
+    set: usize,
+}
+
+/// A batch that has begun.
+struct Begun {
+    flights: VecDeque<Flight>,
+    waiting: VecDeque<Vec<Part>>,
+    /// Where the costs of each group begin.
+    offsets: Vec<usize>,
+    /// Which groups the device takes; the CPU takes the others.
+    served: Vec<bool>,
+    /// The losses before it: after another one its sets are no longer its own.
+    losses: usize,
+}
+
+impl Gpu {
+    /// Opens an adapter and checks that it computes rightly. `precision`: `None` takes f64 where the device has it.
+    ///
+    /// # Errors
+    /// `Device` when there is no such adapter, it lacks f64, cannot be opened or computes wrongly.
+    pub fn open(selector: &Selector, precision: Option<Precision>) -> Result<Self> {
+        let device = Device::open(selector, precision == Some(Precision::F64))?;
+        let has_f64 = device.facts.f64;
+        if precision == Some(Precision::F64) && !has_f64 {
+            return Err(Error::new(
+                ErrorKind::Device,
+                format!("{} does not compute in f64", device.facts.name),
+                text!("Use " [Precision = "f32"] ", or " [Device = "cpu"] "."),
+            ));
+        }
+        let precision = precision.unwrap_or(if has_f64 { Precision::F64 } else { Precision::F32 });
+        let budget = usize::try_from(BUDGET.min(device.facts.binding_bytes_max)).unwrap_or(usize::MAX);
+        let (pipelines, checked) = (Pipelines::default(), HashSet::new());
+        let mut gpu = Self {
+            device,
+            precision,
+            budget,
+            pipelines,
+            checked,
+            sets: Vec::new(),
+            next: 0,
+            losses: 0,
+            kernel: Kernel::default(),
+        };
+        let uniform = gpu.device.has_uniform(UNIFORM_BYTES);
+        let fetch = gpu.device.fetch();
+        let usual = Variant { precision, absolute: false, weighted: false, uniform, fetch, features: None };
+        gpu.guard(|gpu| gpu.check_shader(usual))?;
+        Ok(gpu)
+    }
+
+    /// What is known of the adapter.
+    #[must_use]
+    pub fn facts(&self) -> &AdapterFacts {
+        &self.device.facts
+    }
+
+    /// The numbers that it computes with.
+    #[must_use]
+    pub fn precision(&self) -> Precision {
+        self.precision
+    }
+
+    /// Compares a shader with the oracle before its first use.
+    fn check_shader(&mut self, variant: Variant) -> Result<()> {
+        if self.checked.contains(&variant) {
+            return Ok(());
+        }
+        let (problem, values) = check::specimen(variant)?;
+        let candidates = Candidates::new(&values, problem.space().free().len());
+        let groups = [Group { problem: &problem, candidates, reference: None }];
+        let mut set = Set::default();
+        let ticket = set.submit(&self.device, &mut self.pipelines, &groups, variant)?;
+        let units = set.scene.take();
+        let mut costs = vec![0.0; groups[0].candidates.count()];
+        set.collect(&self.device, ticket, &mut |sums| {
+            for unit in units.iter().flat_map(|scene| &scene.units) {
+                add(unit, &problem, sums, &mut costs);
+            }
+        })?;
+        costs.iter_mut().for_each(|cost| *cost = problem.cost(*cost));
+        check::compare(&self.device.facts, variant.precision, &problem, &values, &costs)?;
+        self.checked.insert(variant);
+        Ok(())
+    }
+
+    /// wgpu panics where a driver reports a loss while it is waited for. After a failure nothing in flight is trusted.
+    fn guard<T>(&mut self, work: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
+        let done = catch_unwind(AssertUnwindSafe(|| work(self))).unwrap_or_else(|_| {
+            let message = format!("{} was lost while it computed", self.device.facts.name);
+            Err(Error::new(ErrorKind::Device, message, again()))
+        });
+        if done.as_ref().is_err_and(|e| e.kind() == ErrorKind::Device) {
+            self.sets.clear();
+            self.losses += 1;
+        }
+        done
+    }
+
+    /// The shader that a group needs, if its samples lie in a uniform buffer or not.
+    fn variant(&self, group: &Group<'_>, uniform: bool) -> Variant {
+        let features = ShaderFeatures::of(group.problem.features());
+        Variant {
+            precision: if features.is_some() { self.precision.plain() } else { self.precision },
+            absolute: group.problem.criterion().is_absolute(),
+            weighted: group.problem.signals().iter().any(|s| !s.weight.is_empty()),
+            uniform,
+            fetch: self.device.fetch(),
+            features,
+        }
+    }
+
+    /// Whether the device takes a group; the CPU takes the others.
+    fn serves(&self, group: &Group<'_>) -> bool {
+        is_served(group.problem, self.precision.bytes(), self.budget)
+    }
+
+    /// An idle set: the one that holds these groups' scene if there is one, else a new one, else the next in turn.
+    fn idle_set(&mut self, groups: &[Group<'_>], variant: Variant) -> Result<usize> {
+        let serves = |set: &Set| set.scene.as_ref().is_some_and(|scene| scene.serves(groups, variant));
+        if let Some(found) = self.sets.iter().position(|set| !set.busy && serves(set)) {
+            return Ok(found);
+        }
+        if self.sets.len() < SETS {
+            self.sets.push(Set::default());
+            return Ok(self.sets.len() - 1);
+        }
+        for _ in 0..SETS {
+            self.next = (self.next + 1) % SETS;
+            if !self.sets[self.next].busy {
+                return Ok(self.next);
+            }
+        }
+        Err(Error::usage("too many batches are pending", "Finish one before the next begins."))
+    }
+
+    /// Submits waiting parts until enough are in flight.
+    fn launch(&mut self, batch: &Batch<'_>, pending: &mut Begun) -> Result<()> {
+        while pending.flights.len() < FLIGHTS
+            && let Some(parts) = pending.waiting.front()
+        {
+            let groups: Vec<Group<'_>> = parts.iter().map(|part| part.of(batch)).collect();
+            let uniform = self.device.has_uniform(UNIFORM_BYTES);
+            let variant = self.variant(&groups[0], uniform);
+            let set = match self.idle_set(&groups, variant) {
+                // What is in flight already frees a set when it lands.
+                Err(_) if !pending.flights.is_empty() => return Ok(()),
+                found => found?,
+            };
+            let ticket = self.sets[set].submit(&self.device, &mut self.pipelines, &groups, variant)?;
+            let used = self.sets[set].scene.as_ref().map_or(variant, |scene| scene.variant);
+            if let Some(parts) = pending.waiting.pop_front() {
+                pending.flights.push_back(Flight { parts, ticket, set });
+            }
+            self.check_shader(used)?;
+        }
+        Ok(())
+    }
+
+    /// Waits for all parts and adds their sums to the totals of their candidates. Returns where groups begin.
+    fn land(&mut self, batch: &Batch<'_>, mut pending: Begun, totals: &mut [f64]) -> Result<Vec<usize>> {
+        loop {
+            self.launch(batch, &mut pending)?;
+            let Some(Flight { parts, ticket, set }) = pending.flights.pop_front() else { break };
+            let Some(set) = self.sets.get_mut(set).filter(|_| pending.losses == self.losses) else {
+                return Err(Error::new(
+                    ErrorKind::Device,
+                    "the device failed while this batch was pending",
+                    "Run again.",
+                ));
+            };
+            let scene = set.scene.take();
+            let units = scene.as_ref().map_or(&[][..], |scene: &Scene| &scene.units);
+            let collected = set.collect(&self.device, ticket, &mut |sums| {
+                for unit in units {
+                    let part = parts[unit.place.group];
+                    let from = pending.offsets[part.group] + part.first;
+                    add(unit, batch.groups[part.group].problem, sums, &mut totals[from..from + part.count]);
+                }
+            });
+            set.scene = scene;
+            if let Some(stamps) = collected? {
+                self.kernel.add(stamps);
+            }
+        }
+        Ok(pending.offsets)
+    }
+}
+
+/// Adds the sums of a (group, recording) to the totals of the group's candidates.
+fn add(unit: &Unit, problem: &Problem, sums: &Sums<'_>, totals: &mut [f64]) {
+    let signals = &problem.signals()[unit.place.recording];
+    for (n, total) in totals.iter_mut().enumerate() {
+        let at = 2 * LANES * (unit.first + n / LANES) + n % LANES;
+        *total += problem.scaled(signals, [sums.get(at), sums.get(at + LANES)]);
+    }
+}
+
+/// Makes costs of the totals of a group. A candidate that the device does not take goes to the CPU.
+fn form(group: &Group<'_>, costs: &mut [f64]) -> Result<()> {
+    for (row, cost) in costs.iter_mut().enumerate() {
+        let values = group.candidates.row(row);
+        if values.iter().any(|v| v.is_nan()) {
+            *cost = f64::INFINITY;
+        } else if is_beyond(group.problem, values) {
+            let one = Group { candidates: Candidates::new(values, values.len()), ..*group };
+            Simd::default().evaluate(&Batch { groups: &[one] }, std::slice::from_mut(cost))?;
+        } else {
+            *cost = group.problem.cost(*cost);
+        }
+    }
+    Ok(())
+}
+
+impl Evaluator for Gpu {
+    fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()> {
+        batch.check(costs)?;
+        let pending = self.begin(batch)?;
+        self.finish(batch, pending, costs)
+    }
+
+    fn begin(&mut self, batch: &Batch<'_>) -> Result<Pending> {
+        batch.check_candidates()?;
+        self.guard(|gpu| {
+            let mut at = 0;
+            let first = |group: &Group<'_>| {
+                at += group.candidates.count();
+                at - group.candidates.count()
+            };
+            let offsets = batch.groups.iter().map(first).collect();
+            let uniform = gpu.device.has_uniform(UNIFORM_BYTES);
+            let served: Vec<bool> = batch.groups.iter().map(|group| gpu.serves(group)).collect();
+            let shader = |n: usize, group: &Group<'_>| served[n].then(|| gpu.variant(group, uniform));
+            let waiting = split(batch, gpu.budget, shader).into();
+            let mut begun = Begun { flights: VecDeque::new(), waiting, offsets, served, losses: gpu.losses };
+            gpu.launch(batch, &mut begun)?;
+            Ok(Pending::of(begun))
+        })
+    }
+
+    fn finish(&mut self, batch: &Batch<'_>, pending: Pending, costs: &mut [f64]) -> Result<()> {
+        batch.check(costs)?;
+        let Some(begun) = pending.take::<Begun>() else {
+            return Err(Error::usage("this batch was begun by another evaluator", "Finish it where it was begun."));
+        };
+        costs.fill(0.0);
+        let served = begun.served.clone();
+        let offsets = self.guard(|gpu| gpu.land(batch, begun, costs))?;
+        for ((group, from), served) in batch.groups.iter().zip(offsets).zip(served) {
+            let costs = &mut costs[from..from + group.candidates.count()];
+            if served { form(group, costs)? } else { Simd::default().evaluate(&Batch { groups: &[*group] }, costs)? }
+        }
+        Ok(())
+    }
+
+    fn overlaps(&self) -> bool {
+        true
+    }
+
+    fn is_exact(&self) -> bool {
+        self.precision == Precision::F64
+    }
+
+    fn evaluate_timed(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<Option<f64>> {
+        (self.device.timed, self.kernel) = (true, Kernel::default());
+        let done = self.evaluate(batch, costs);
+        self.device.timed = false;
+        done?;
+        Ok(self.kernel.seconds(self.device.queue.get_timestamp_period()))
+    }
+
+    fn name(&self) -> String {
+        format!("{} ({})", self.device.facts.name, self.device.facts.backend)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,154 @@
+//! The variants of a shader: its numbers, its criterion, how it reads samples, its extensions.
+
+use super::features::{self, ShaderFeatures};
+
+/// Numbers of a GPU evaluation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Precision {
+    /// f32 in deviations from a reference.
+    F32,
+    /// f32 as it comes: faster, and within some 1e-3 of the optimum mostly rounding. For benches.
+    F32Plain,
+    /// f64, where the device has it.
+    F64,
+}
+
+impl Precision {
+    /// Its name in flags and results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F32Plain => "f32-plain",
+            Self::F64 => "f64",
+        }
+    }
+
+    /// Operations (additions, multiplications or both in one) that a shader needs for a candidate-step: for the states
+    /// 4 multiply–adds and 2 additions, for the errors 2 subtractions and 2 multiply–adds; deviations add 4 for the force
+    /// and 2 to be observed.
+    #[must_use]
+    pub fn operations(self) -> f64 {
+        if self.is_deviation() { 16.0 } else { 10.0 }
+    }
+
+    /// Whether states are deviations from those of a reference.
+    pub(super) fn is_deviation(self) -> bool {
+        self == Self::F32
+    }
+
+    /// The type of a number.
+    pub(super) fn scalar(self) -> &'static str {
+        if self.bytes() == 8 { "f64" } else { "f32" }
+    }
+
+    /// Bytes of a number.
+    pub(super) const fn bytes(self) -> usize {
+        match self {
+            Self::F32 | Self::F32Plain => 4,
+            Self::F64 => 8,
+        }
+    }
+
+    /// Numbers of a sample: what is measured, and for deviations the reference's increment. Uniform buffers want 16 bytes.
+    pub(super) fn sample(self) -> usize {
+        match self {
+            Self::F32 | Self::F32Plain => 4,
+            Self::F64 => 2,
+        }
+    }
+
+    /// Entries of a step map.
+    const fn fields(self) -> usize {
+        match self {
+            Self::F32 => 14,
+            Self::F32Plain | Self::F64 => 10,
+        }
+    }
+
+    /// The same without deviations: those of a linear motor alone are linear themselves.
+    pub(super) fn plain(self) -> Self {
+        if self.is_deviation() { Self::F32Plain } else { self }
+    }
+}
+
+/// How samples reach the invocations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Fetch {
+    /// Each reads each.
+    Direct,
+    /// Each of eight reads one of eight and shows it to the others: pays on software adapters.
+    Subgroup,
+}
+
+/// What a shader is assembled for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Variant {
+    /// Its numbers.
+    pub precision: Precision,
+    /// Whether |e| is summed rather than e².
+    pub absolute: bool,
+    /// Whether samples have weights.
+    pub weighted: bool,
+    /// Whether the samples fit a uniform buffer.
+    pub uniform: bool,
+    /// How samples reach the invocations.
+    pub fetch: Fetch,
+    /// The parts for motors with extensions; `None` for linear motors.
+    pub features: Option<ShaderFeatures>,
+}
+
+impl Variant {
+    /// All of them.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let linear = [Precision::F32, Precision::F32Plain, Precision::F64].map(|precision| (precision, None));
+        let extended = [Precision::F32Plain, Precision::F64];
+        let with = move |features| extended.map(|precision| (precision, Some(features)));
+        linear.into_iter().chain(ShaderFeatures::all().flat_map(with)).flat_map(|(precision, features)| {
+            (0..16_u8).map(move |bits| Self {
+                precision,
+                absolute: bits & 1 != 0,
+                weighted: bits & 2 != 0,
+                uniform: bits & 4 != 0,
+                fetch: if bits & 8 == 0 { Fetch::Direct } else { Fetch::Subgroup },
+                features,
+            })
+        })
+    }
+
+    /// Entries of a step map.
+    pub(super) const fn fields(self) -> usize {
+        if self.features.is_some() { features::FIELDS } else { self.precision.fields() }
+    }
+
+    /// Words of a job.
+    pub(super) fn job(self) -> usize {
+        if self.features.is_some() { features::JOB } else { JOB }
+    }
+
+    /// Entries of the state of a block between rounds.
+    pub(super) fn states(self) -> usize {
+        if self.features.is_some() { features::STATES } else { 2 }
+    }
+
+    /// Slots of constants that a block has behind its step maps.
+    pub(super) fn slots(self) -> usize {
+        self.features.map_or(0, ShaderFeatures::slots)
+    }
+
+    /// Whether the voltage is delayed.
+    pub(super) fn is_delayed(self) -> bool {
+        self.features.is_some_and(|features| features.delayed)
+    }
+}
+
+/// Words of a job of linear motors.
+const JOB: usize = 9;
+/// Invocations of a workgroup; each runs [`LANES`] candidates.
+pub const WORKGROUP: usize = 32;
+/// Candidates of an invocation: 1, 2 or 4.
+pub const LANES: usize = 2;
+/// Samples whose errors are summed before they go to the total.
+pub const BLOCK: usize = 64;
+/// Bytes of a uniform buffer that every device has.
+pub const UNIFORM_BYTES: usize = 64 << 10;

@@ -1,0 +1,88 @@
+//! The extensions that a model has, as a set of flags.
+
+use super::discretize::{Discretization, Method};
+use super::parameter::{Extensions, Parameter};
+use super::space::Space;
+
+/// The set of extensions that a model has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct ModelFeatures(u64);
+
+// One flag for each parameter.
+const _: () = assert!(Parameter::COUNT <= u64::BITS as usize);
+
+impl ModelFeatures {
+    /// Returns the set with one more extension; the five parameters of the motor change nothing.
+    #[must_use]
+    pub fn with(self, parameter: Parameter) -> Self {
+        if parameter.is_extension() { Self(self.0 | 1 << parameter as u64) } else { self }
+    }
+
+    /// Returns whether the model has this extension.
+    #[must_use]
+    pub fn has(self, parameter: Parameter) -> bool {
+        self.0 & 1 << parameter as u64 != 0
+    }
+
+    /// Returns whether the model has any of these extensions.
+    #[must_use]
+    pub fn has_any(self, parameters: &[Parameter]) -> bool {
+        parameters.iter().any(|p| self.has(*p))
+    }
+
+    /// Returns whether the model is the linear motor.
+    #[must_use]
+    pub fn is_linear(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Returns whether the input is delayed.
+    #[must_use]
+    pub fn is_delayed(self) -> bool {
+        self.has_any(&[Parameter::DeadTime, Parameter::Latency])
+    }
+
+    /// Returns whether the model is driven while its input is zero.
+    #[must_use]
+    pub fn is_biased(self) -> bool {
+        self.has_any(&[Parameter::Load, Parameter::Offset])
+    }
+
+    /// Returns whether a sensor averages.
+    #[must_use]
+    pub fn is_averaged(self) -> bool {
+        self.has_any(&[Parameter::CurrentAverage, Parameter::SpeedAverage])
+    }
+
+    /// Returns the one-step method of the step maps: a delayed voltage is a line over a step, which the zero-order hold
+    /// cannot take.
+    #[must_use]
+    pub fn method(self, method: Method) -> Method {
+        let lines = self.is_delayed() && method.discretization == Discretization::Zoh;
+        if lines { Method { discretization: Discretization::Foh, ..method } } else { method }
+    }
+}
+
+impl FromIterator<Parameter> for ModelFeatures {
+    fn from_iter<I: IntoIterator<Item = Parameter>>(parameters: I) -> Self {
+        parameters.into_iter().fold(Self::default(), Self::with)
+    }
+}
+
+impl Extensions {
+    /// Returns the extensions whose values change anything.
+    #[must_use]
+    pub fn features(&self) -> ModelFeatures {
+        let acts = |p: &Parameter| self.get(*p).to_bits() != p.neutral().to_bits();
+        Parameter::EXTENSIONS.into_iter().filter(acts).collect()
+    }
+}
+
+impl Space {
+    /// Returns the extensions of the model: those that are free or fixed.
+    #[must_use]
+    pub fn features(&self) -> ModelFeatures {
+        let fixed = self.fixed().iter().map(|(parameter, _, _)| *parameter);
+        fixed.chain(self.free().iter().map(|axis| axis.parameter)).collect()
+    }
+}

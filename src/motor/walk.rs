@@ -1,0 +1,149 @@
+//! The motor with extensions, sample by sample: the oracle of what real motors add to the linear one. With [`Dual`]
+//! numbers the same walk gives exact derivatives.
+//!
+//! The voltage passes the drive and is delayed. A step then is that of the linear motor, whose map is exact, with the
+//! reactions of brushes and friction; sensors average over the last samples. The formula of each effect is that of its file
+//! and shared with the kernel; the loop is not: the oracle computes every sample, one after the other.
+//!
+//! [`Dual`]: super::dual::Dual
+
+use super::delay::{DelayedVoltage, sample_times};
+use super::discretize::{StepMaps, step_maps};
+use super::dual::Number;
+use super::extended::Extended;
+use super::friction::{Reactions, reactions};
+use super::parameter::Parameter;
+use super::sensor::Sensor;
+use super::settings::SimulationSettings;
+use super::simulate::Drive;
+use std::sync::Arc;
+
+/// An iterator over the samples: the current and the speed `[i, ω]` that the sensors show of each.
+pub struct ExtendedWalk<'a, T> {
+    inputs: Inputs<'a, T>,
+    steps: Vec<Step<T>>,
+    sensors: [Option<Sensor<T>>; 2],
+    load: T,
+    x: [T; 2],
+    n: usize,
+    /// The index of the last step with the torque in it, and what the inputs added to the states: kept while they last.
+    known: Option<((usize, u64), [T; 2])>,
+}
+
+impl<'a, T: Number> ExtendedWalk<'a, T> {
+    /// Begins at the state `initial` = `[i, ω]`.
+    #[must_use]
+    pub fn new(motor: &Extended<T>, drive: &Drive<'a>, settings: SimulationSettings, initial: [T; 2]) -> Self {
+        let time = if settings.features.is_delayed() { sample_times(drive) } else { Arc::default() };
+        let sensor =
+            |of, channel: usize| settings.features.has(of).then(|| Sensor::new(motor.get(of), initial[channel]));
+        Self {
+            inputs: Inputs {
+                delayed: DelayedVoltage::new(motor, *drive, settings, time),
+                settings,
+                cursor: 0,
+                last: None,
+            },
+            steps: drive.step_s.iter().map(|&h| Step::new(motor, h, settings)).collect(),
+            sensors: [sensor(Parameter::CurrentAverage, 0), sensor(Parameter::SpeedAverage, 1)],
+            load: motor.get(Parameter::Load),
+            x: initial,
+            n: 0,
+            known: None,
+        }
+    }
+}
+
+impl<T: Number> Iterator for ExtendedWalk<'_, T> {
+    type Item = [T; 2];
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<[T; 2]> {
+        let Self { inputs, steps, sensors, n, .. } = self;
+        let drive = inputs.delayed.drive;
+        if *n == drive.voltage.len() {
+            return None;
+        }
+        let mut seen = self.x;
+        for (sensor, seen) in sensors.iter_mut().zip(&mut seen) {
+            if let Some(sensor) = sensor {
+                *seen = sensor.show(*seen);
+            }
+        }
+        let torque = drive.torque.get(*n).copied().unwrap_or(0.0);
+        let acting = (drive.index(*n), torque.to_bits());
+        let (ends, is_same) = inputs.ends(*n);
+        let gain = match self.known {
+            Some((same, gain)) if is_same && same == acting => gain,
+            _ => self.known.insert((acting, steps[acting.0].gain(ends, T::constant(torque) + self.load))).1,
+        };
+        self.x = steps[acting.0].advance(self.x, gain);
+        *n += 1;
+        Some(seen)
+    }
+}
+
+/// The voltage at the motor, step by step.
+struct Inputs<'a, T> {
+    delayed: DelayedVoltage<'a, T>,
+    settings: SimulationSettings,
+    cursor: usize,
+    /// The last commanded voltages at both ends of a step, and those at the motor.
+    last: Option<([u64; 2], [T; 2])>,
+}
+
+impl<T: Number> Inputs<'_, T> {
+    /// Returns the voltage at both ends of a step, and whether it is that of the step before.
+    #[inline(always)]
+    fn ends(&mut self, n: usize) -> ([T; 2], bool) {
+        let Self { delayed, settings, .. } = self;
+        let commanded = if !settings.features.is_delayed() {
+            Some([delayed.drive.voltage[n], delayed.end(n)])
+        } else {
+            delayed.advance(n, &mut self.cursor);
+            delayed.constant(n, self.cursor).map(|voltage| [voltage; 2])
+        };
+        let Some(commanded) = commanded else {
+            self.last = None;
+            return (settings.ends(delayed.line_from(n, self.cursor)), false);
+        };
+        let bits = commanded.map(f64::to_bits);
+        match self.last {
+            Some((known, given)) if known == bits => (given, true),
+            _ => (self.last.insert((bits, commanded.map(|v| delayed.nonlinearity.output(v)))).1, false),
+        }
+    }
+}
+
+/// The map of a step with its reactions.
+struct Step<T> {
+    map: StepMaps<1, T>,
+    reactions: Reactions<1, T>,
+    acts: [bool; 2],
+}
+
+impl<T: Number> Step<T> {
+    #[inline(never)]
+    fn new(motor: &Extended<T>, h: f64, settings: SimulationSettings) -> Self {
+        let (features, motor) = (settings.features, motor.map(|value| [value]));
+        let map = step_maps(&motor.motor, h, features.method(settings.method));
+        Self { reactions: Reactions::new(&motor, &map, features), map, acts: reactions(features) }
+    }
+
+    /// Returns what a voltage and a torque add to the states in a step.
+    #[inline(always)]
+    fn gain(&self, [start, end]: [T; 2], torque: T) -> [T; 2] {
+        let map = &self.map;
+        [0, 1].map(|axis| map.taps[0][axis][0] * start + map.taps[1][axis][0] * end + map.torque[axis][0] * torque)
+    }
+
+    #[inline(always)]
+    fn advance(&self, x: [T; 2], gain: [T; 2]) -> [T; 2] {
+        let Self { map, reactions, acts } = self;
+        let mut next = x;
+        for axis in 0..2 {
+            next[axis] = x[axis] + (map.d[2 * axis][0] * x[0] + map.d[2 * axis + 1][0] * x[1] + gain[axis]);
+        }
+        reactions.friction_step::<false>(*acts, next, 0)
+    }
+}
