@@ -66,7 +66,8 @@ fn run(records: &[Record], spec: &IdentifySpec, observe: &mut Observer<'_>) -> R
     }
     warnings.extend(dropped.iter().copied().map(not_told));
     let unidentified = unidentified(&prepared, &fit, &dropped);
-    let mut result = Identification { verification, unidentified, ladder: model.ladder, ..assembled(&prepared, fit) };
+    let mut result =
+        Identification { verification, unidentified, selection: model.selection, ..assembled(&prepared, fit) };
     checks::fit(records, &prepared.spec, result.fit_percent)?;
     warnings.extend(warnings::of_result(&result, start.estimate.as_ref().err().copied()));
     result.warnings = warnings;
@@ -76,7 +77,7 @@ fn run(records: &[Record], spec: &IdentifySpec, observe: &mut Observer<'_>) -> R
 }
 
 /// Returns what no fit of these recordings identifies, and what this one does not.
-fn unidentified(prepared: &Prepared<'_>, fit: &Fit, dropped: &[Parameter]) -> Vec<Parameter> {
+pub(super) fn unidentified(prepared: &Prepared<'_>, fit: &Fit, dropped: &[Parameter]) -> Vec<Parameter> {
     let extent = fit.space.extent();
     let open = prepared.open().iter().filter(|p| !p.is_extension() || extent.has(**p));
     let mut all: Vec<Parameter> = open.chain(dropped).copied().collect();
@@ -131,7 +132,7 @@ fn assembled(prepared: &Prepared<'_>, fit: Fit) -> Identification {
         parameters: problem.parameters(values, 0),
         values: values.clone(),
         unidentified: Vec::new(),
-        ladder: None,
+        selection: None,
         cost: Scalar::cost(&problem, values),
         searched,
         space,

@@ -33,7 +33,8 @@ pub use space::{Axis, Scope, Space};
 pub(crate) use terminal::Terminal;
 
 /// Values of the five parameters, SI units.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(rename_all = "UPPERCASE")]
 pub struct Parameters {
     /// Resistance \[ohm\].
     pub r: f64,
