@@ -25,6 +25,7 @@
 
 pub mod analysis;
 pub mod candidates;
+pub mod channels;
 pub mod criterion;
 pub mod device;
 pub mod error;

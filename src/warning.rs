@@ -3,14 +3,16 @@
 use crate::record::{Finding, Quantity, Record, Severity};
 use crate::setting::{Spelling, Text};
 use crate::text::significant;
+use serde_json::{Map, Value, json};
 use std::fmt;
 
 /// Something that the reader of a result should know.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Warning {
     /// A short name that does not change.
     pub code: &'static str,
     /// Whether parameters are likely off for it, or it is just good to know.
+    #[serde(skip)]
     pub severity: Severity,
     /// In words.
     pub message: Text,
@@ -55,6 +57,18 @@ impl fmt::Display for Place {
             parts.push(format!("{more} more"));
         }
         f.write_str(&if parts.is_empty() { "the whole recording".to_owned() } else { parts.join(", ") })
+    }
+}
+
+impl serde::Serialize for Place {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let figures: Map<String, Value> =
+            self.figures.iter().map(|(name, v)| ((*name).to_owned(), (*v).into())).collect();
+        let place = json!({
+            "record": self.recording, "quantity": self.quantity.map(|q| q.to_string()), "times_s": self.times_s,
+            "lines": self.lines, "figures": figures, "text": self.to_string(),
+        });
+        place.serialize(serializer)
     }
 }
 

@@ -14,6 +14,7 @@ mod residual_input_test;
 mod residuals;
 mod validation;
 
+pub(crate) use characteristics::document as characteristics_document;
 pub use characteristics::{
     Characteristic, Characteristics, Constants, Covariance, Named, characteristics, characteristics_by_current,
 };
@@ -30,6 +31,7 @@ pub use noise_floor::{Repeatability, repeatability};
 pub(crate) use recording::unused_columns;
 pub use recording::{record_warnings, warnings_of_records};
 pub use residual_input_test::{InputTest, Regressors, Residuals, input_test};
+pub(crate) use residuals::document as residuals_document;
 pub use residuals::{ResidualTest, ResidualTests};
 pub(crate) use residuals::{residual_tests, residuals_follow_input, variance_inflation};
-pub use validation::{HeldOut, Validation, validate};
+pub use validation::{HeldOut, Validation, split, validate};

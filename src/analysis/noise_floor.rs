@@ -4,10 +4,13 @@
 //! `σ² = Σ_n Σ_r (y_rn − ȳ_n)²/(N(m − 1))`, for two `mean((y_a − y_b)²)/2`. A model that knows all that repeats leaves
 //! σ² in each, so that its fit is expected to be `100 (1 − √(Σ σ²)/‖y − mean y‖)`, the ceiling.
 
+use crate::channels::Channels;
 use crate::evaluate::{Model, Problem};
 use crate::numeric::{count, mean, peak, squares_about};
 use crate::record::Record;
 use crate::{Result, estimate::fit_problem, motor::Space};
+use serde::{Serialize, Serializer};
+use serde_json::{Value, json};
 
 /// How far recordings with the same input repeat.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +24,18 @@ pub struct Repeatability {
     pub ceiling_percent: [Option<f64>; 2],
     /// σ of what does not repeat, in A and rad/s.
     pub sigma: [Option<f64>; 2],
+}
+
+impl Serialize for Repeatability {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let groups = self.groups.iter().zip(&self.samples);
+        let record = json!({
+            "ceiling_percent": Channels::from(self.ceiling_percent),
+            "sigma": Channels::from(self.sigma),
+            "groups": groups.map(|(records, samples)| json!({"records": records, "samples": samples})).collect::<Value>(),
+        });
+        record.serialize(serializer)
+    }
 }
 
 /// Voltages that differ by less than this part of their peak are the same.

@@ -13,16 +13,17 @@ use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
 
 /// The test of residuals against the voltage.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct InputTest {
+    /// Whether the residuals do not depend on the voltage.
+    #[serde(rename = "independent")]
+    pub is_independent: bool,
     /// The statistic: about its degrees of freedom where the residuals do not depend on the voltage.
     pub statistic: f64,
     /// What it exceeds once in ten thousand times then.
     pub threshold: f64,
     /// How much of what is left the voltage explains \[%\], beyond what it explains by chance.
     pub explained_percent: f64,
-    /// Whether the residuals do not depend on the voltage.
-    pub is_independent: bool,
 }
 
 /// Lags of the voltage, from none.

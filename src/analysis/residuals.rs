@@ -3,6 +3,7 @@
 
 use super::fitted::FittedMotor;
 use super::residual_input_test::{InputTest, Regressors, Residuals, input_test};
+use crate::channels::Channels;
 use crate::estimate::{INDEPENDENT_MIN, Uncertainty, Whiteness};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Scope};
@@ -10,11 +11,13 @@ use crate::record::{Record, driver};
 use crate::text::significant;
 use crate::warning::{Warning, name_of};
 use nalgebra::DMatrix;
+use serde_json::{Value, json};
 
 /// The tests of the residuals of a channel of a recording.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct ResidualTest {
     /// Against themselves.
+    #[serde(flatten)]
     pub whiteness: Whiteness,
     /// Against the voltage; `None` where it does not change enough.
     pub voltage: Option<InputTest>,
@@ -58,6 +61,18 @@ pub(crate) fn residual_tests(
         })
     };
     records.iter().enumerate().map(of).collect()
+}
+
+/// The part `residuals` of a result: the worst of each channel, then all recordings.
+pub(crate) fn document(tests: &[ResidualTests], uncertainty: &Uncertainty) -> Value {
+    let part = |test: &InputTest| test.statistic / test.threshold;
+    let worst = |channel: usize| {
+        let all = tests.iter().filter_map(|tests| tests[channel]?.voltage);
+        let voltage = all.max_by(|a, b| part(a).total_cmp(&part(b)));
+        uncertainty.whiteness[channel].map(|whiteness| ResidualTest { whiteness, voltage })
+    };
+    let records = tests.iter().map(|tests| json!(Channels::from(*tests)));
+    json!({"current": worst(0), "speed": worst(1), "records": records.collect::<Value>()})
 }
 
 /// The values that count.

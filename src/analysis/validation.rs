@@ -9,39 +9,68 @@ use crate::evaluate::{Model, Problem};
 use crate::motor::{Axis, Input, Parameter, Scope, Space};
 use crate::record::{Quantity, Record};
 use crate::setting::text;
-use crate::{Error, Result};
+use crate::{Error, Result, channels};
+use serde::{Serialize, Serializer};
 use std::sync::Arc;
 
 /// A recording that was held out.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeldOut {
     /// The recording.
     pub record: Record,
-    /// The state `[i, ω]` at its start.
-    pub initial: [f64; 2],
-    /// Whether that was estimated from the recording.
-    pub initial_is_estimated: bool,
-    /// Parameters that each recording has for itself, estimated from this one: what else is, is its initial state.
-    pub own: Vec<(Parameter, f64)>,
-    /// What the motor is said to do: current and speed, one value a sample.
-    pub simulated: [Vec<f64>; 2],
     /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed; `None` for a channel not measured.
+    #[serde(serialize_with = "channels::by_name")]
     pub fit_percent: [Option<f64>; 2],
     /// Standard deviation of the residuals of both.
+    #[serde(serialize_with = "channels::by_name")]
     pub residual_sigma: [Option<f64>; 2],
     /// The residuals of both, tested.
+    #[serde(rename = "residuals", serialize_with = "channels::by_name")]
     pub residual_tests: ResidualTests,
+    /// The state `[i, ω]` at its start.
+    #[serde(rename = "initial_state", serialize_with = "channels::by_name")]
+    pub initial: [f64; 2],
+    /// Whether that was estimated from the recording.
+    #[serde(rename = "initial_state_estimated")]
+    pub initial_is_estimated: bool,
+    /// Parameters that each recording has for itself, estimated from this one: what else is, is its initial state.
+    #[serde(rename = "estimated", serialize_with = "by_symbol")]
+    pub own: Vec<(Parameter, f64)>,
+    /// What the motor is said to do: current and speed, one value a sample.
+    #[serde(skip)]
+    pub simulated: [Vec<f64>; 2],
 }
 
 /// How well parameters explain held-out recordings.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Validation {
-    /// One by one.
-    pub held_out: Vec<HeldOut>,
     /// The fit over all of them. Where they hardly move there is little to explain, and the residuals tell more.
+    #[serde(serialize_with = "channels::by_name")]
     pub fit_percent: [Option<f64>; 2],
     /// Standard deviation of the residuals over all of them.
+    #[serde(serialize_with = "channels::by_name")]
     pub residual_sigma: [Option<f64>; 2],
+    /// One by one.
+    #[serde(rename = "records")]
+    pub held_out: Vec<HeldOut>,
+}
+
+fn by_symbol<S: Serializer>(values: &[(Parameter, f64)], serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.collect_map(values.iter().map(|(parameter, value)| (parameter.symbol(), value)))
+}
+
+/// The first parts of recordings, which are fitted; the rest is added to what is held out.
+///
+/// # Errors
+/// As [`Record::split`].
+pub fn split(records: Vec<Record>, fraction: f64, held_out: &mut Vec<Record>) -> Result<Vec<Record>> {
+    let mut first = Vec::with_capacity(records.len());
+    for record in records {
+        let [fitted, rest] = record.split(fraction)?;
+        first.push(fitted);
+        held_out.push(rest);
+    }
+    Ok(first)
 }
 
 /// Simulates held-out recordings with the parameters that were found, without another fit: what belongs to a recording

@@ -7,14 +7,14 @@ use super::progress::Reporter;
 use super::{Outcome, interrupt, problem, reading};
 use motorfit::estimate::ReferenceKind;
 use motorfit::identify::{
-    Identification, IdentifySpec, Method, Polish, Status, identify_with, repeatability, suspicions, validate, values,
+    Identification, IdentifySpec, Method, Polish, Status, hold_out, identify_with, split, suspicions, values,
 };
 use motorfit::motor::{Discretization, Input, Scope};
 use motorfit::optimize::Stop;
 use motorfit::record::{Quantity, Record};
 use motorfit::report::{
-    IdentifyDocument, Names, characteristics_lines, identify_page, json, ladder_table, ladder_text, repeatability_text,
-    verdicts,
+    IdentifyDocument, Names, characteristics_lines, identify_page, json, repeatability_text, selection_table,
+    selection_text, verdicts,
 };
 use motorfit::setting::Setting;
 use motorfit::text::{engineering, significant};
@@ -33,7 +33,11 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     }
     let records = match args.split {
         None => records,
-        Some(fraction) => split(records, fraction, &mut held_out)?,
+        Some(fraction) if fraction > 0.0 && fraction < 1.0 => split(records, fraction, &mut held_out)?,
+        Some(fraction) => {
+            let remedy = "Give a fraction between 0 and 1, as in --split 0.7.";
+            return Err(Error::usage(format!("--split is {fraction}"), remedy));
+        }
     };
     let out = args.out.as_deref().map(Out::take).transpose()?;
     interrupt::listen()?;
@@ -45,11 +49,7 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     drop(reporter);
     // What is wrong with the recordings may be why.
     let mut found = found.inspect_err(|_| style.warnings(&suspicions(&records, spec.model.discretization)))?;
-    if !held_out.is_empty() {
-        let all: Vec<&Record> = records.iter().chain(&held_out).collect();
-        found.repeatability = repeatability(&all, spec.model)?;
-        found.validation = Some(validate(&held_out, &spec, &found)?);
-    }
+    hold_out(&mut found, &records, &held_out, &spec)?;
     style.warnings(&found.warnings);
     if found.stop == Stop::Interrupted {
         style.note("interrupted: this is the best so far");
@@ -64,23 +64,6 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
         out.write(report(&records, &spec, &found, document), style)?;
     }
     Ok(if found.stop == Stop::Interrupted { Outcome::Interrupted } else { Outcome::Done })
-}
-
-/// The first parts of recordings; the rest is held out.
-fn split(records: Vec<Record>, fraction: f64, held_out: &mut Vec<Record>) -> Result<Vec<Record>> {
-    if !(fraction > 0.0 && fraction < 1.0) {
-        return Err(Error::usage(
-            format!("--split is {fraction}"),
-            "Give a fraction between 0 and 1, as in --split 0.7.",
-        ));
-    }
-    let mut first = Vec::with_capacity(records.len());
-    for record in records {
-        let [fitted, rest] = record.split(fraction)?;
-        first.push(fitted);
-        held_out.push(rest);
-    }
-    Ok(first)
 }
 
 /// The files of `--out`.
@@ -169,8 +152,8 @@ fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style:
         let _ =
             writeln!(text, "\n  {DIM}Without a polish there are no standard errors: leave out --polish none.{DIM:#}");
     }
-    if let (true, Some(ladder)) = (style.verbose, &found.ladder) {
-        let _ = write!(text, "\n{}", ladder_table(ladder).text(WIDTH));
+    if let (true, Some(selection)) = (style.verbose, &found.selection) {
+        let _ = write!(text, "\n{}", selection_table(selection).text(WIDTH));
     }
     if style.verbose && !found.history.is_empty() {
         let _ = writeln!(text, "\n  generation  lowest cost");
@@ -248,7 +231,7 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
         lines.remove(1);
     }
     lines.splice(1..1, characteristics_lines(found));
-    lines.splice(1..1, ladder_text(found).map(|text| ("model", text)));
+    lines.splice(1..1, selection_text(found).map(|text| ("model", text)));
     lines.splice(1..1, found.repeatability.iter().map(|of| ("ceiling", repeatability_text(of))));
     if let Some(validation) = &found.validation {
         let fit = channels(validation.fit_percent, &|fit| format!("{fit:.2} %"));

@@ -23,6 +23,12 @@ pub enum ReferenceKind {
     MultiStart,
 }
 
+impl serde::Serialize for ReferenceKind {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
 impl ReferenceKind {
     /// Its name in results.
     #[must_use]

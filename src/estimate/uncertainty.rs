@@ -32,14 +32,16 @@ pub struct Uncertainty {
 }
 
 /// Ljung and Box's test of the residuals of a channel.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Whiteness {
+    /// Whether the statistic is one that white residuals have.
+    #[serde(rename = "white")]
+    pub is_white: bool,
     /// `N(N+2) Σ r_k²/(N−k)` over 20 lags: about 20 for white residuals, above 45.3 once in a thousand times.
+    #[serde(rename = "ljung_box")]
     pub statistic: f64,
     /// Correlation of neighbouring residuals.
     pub lag1: f64,
-    /// Whether the statistic is one that white residuals have.
-    pub is_white: bool,
 }
 
 impl Whiteness {

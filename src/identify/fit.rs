@@ -1,126 +1,227 @@
-//! A fit without the search of the whole box and without diagnoses: what a batch of thousands needs of each.
+//! Identifications without the verification and without what judges a result: what a batch of thousands needs of each.
+//!
+//! [`fit`] is Steiglitz–McBride with the polish. A population search comes in two parts, so that many of them can be run in
+//! lock step: [`PreparedSearch`] is what comes before it and what follows, by the stages of the pipeline.
 
 use super::checks;
 use super::current_driven::needs_voltage;
-use super::model_selection::named_space;
-use super::refine::refine_widening;
-use super::result::side;
+use super::model_selection::{ModelSelection, named_space, select};
+use super::pipeline::unidentified;
+use super::prepare::Prepared;
+use super::refine::from_search;
+use super::result::{Identification, Searched};
+use super::search::SearchResult;
 use super::spec::IdentifySpec;
-use super::start::{around, steiglitz_mcbride};
+use super::start::{around, asked_space, start, steiglitz_mcbride};
+use super::unidentified::{fix_unidentified, not_told};
+use super::verify::Verification;
+use super::warnings;
 use crate::Result;
-use crate::analysis::{FitMetrics, fit_percent, poor_fit};
+use crate::analysis::{FitMetrics, fit_percent};
 use crate::estimate::{Uncertainty, fit_problem};
-use crate::evaluate::Problem;
-use crate::motor::{Axis, Parameters, Space};
+use crate::evaluate::{Problem, Scalar};
+use crate::motor::{Parameter, Space};
+use crate::optimize::Stop;
 use crate::record::Record;
+use crate::warning::Warning;
+use std::sync::Arc;
 
-/// Parameters with how sure they are.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Fitted {
-    /// The parameters, those held included.
-    pub parameters: Parameters,
-    /// The free ones of them, in the order of the space.
-    pub values: Vec<f64>,
-    /// What was free within which bounds.
-    pub space: Space,
-    /// The state `[i, ω]` at the start of each recording where the refinement estimated it.
-    pub initial: Option<Vec<[f64; 2]>>,
-    /// How sure the parameters are; `None` without a polish.
-    pub uncertainty: Option<Uncertainty>,
-    /// The bound, `min` or `max`, that each free parameter stands at.
-    pub at_bound: Vec<Option<&'static str>>,
-    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed; `None` for a channel not measured.
-    pub fit_percent: [Option<f64>; 2],
-    /// Iterations of Steiglitz–McBride; 0 for a search's result.
-    pub iterations: usize,
-    /// Codes of what the reader should know.
-    pub warnings: Vec<&'static str>,
-}
-
-/// Steiglitz–McBride, then the spec's polish.
+/// Steiglitz–McBride, then the spec's polish, of a linear motor. Nothing verifies or judges the result, and the cost of what
+/// was searched is not computed.
 ///
 /// # Errors
 /// As [`super::identify`] with that method.
-pub fn fit(records: &[Record], spec: &IdentifySpec) -> Result<Fitted> {
+pub fn fit(records: &[Record], spec: &IdentifySpec) -> Result<Identification> {
     needs_voltage(records)?;
-    fit_on(&fit_problem(records, &spec.space, spec.model)?, records, spec)
+    let problem = Problem::new(records, spec.model, spec.space.clone(), spec.criterion)?;
+    fit_on((&problem, &fit_problem(records, &spec.space, spec.model)?), records, spec)
 }
 
-/// Like [`fit`], on the problem of a fit that was made of the recordings ([`fit_problem`]).
+/// Like [`fit`], on the problem whose cost is reported and that of a fit ([`fit_problem`]), both made of the recordings.
 ///
 /// # Errors
 /// As [`fit`].
-pub fn fit_on(plain: &Problem, records: &[Record], spec: &IdentifySpec) -> Result<Fitted> {
-    let estimate = steiglitz_mcbride(records, spec, plain)??;
-    let space = around(spec, &estimate)?;
-    let inside = |axis: &Axis| estimate.parameters.get(axis.parameter).clamp(axis.min, axis.max);
-    let values: Vec<f64> = space.free().iter().map(inside).collect();
-    Ok(Fitted { iterations: estimate.iterations, ..polished_on(plain, records, (spec, &space), &values)? })
-}
-
-/// The spec's polish of what a search found in a space (one value per free axis).
-///
-/// # Errors
-/// As [`super::identify`].
-pub fn polished(records: &[Record], spec: &IdentifySpec, space: &Space, values: &[f64]) -> Result<Fitted> {
-    polished_on(&fit_problem(records, space, spec.model)?, records, (spec, space), values)
-}
-
-fn polished_on(
-    plain: &Problem,
+pub fn fit_on(
+    (problem, plain): (&Problem, &Problem),
     records: &[Record],
-    (spec, space): (&IdentifySpec, &Space),
-    values: &[f64],
-) -> Result<Fitted> {
-    if !spec.is_polished() {
-        let fit_percent = FitMetrics::of(records, &plain.with_space(space.clone()), values).fit_percent();
-        return Ok(Fitted {
-            parameters: space.parameters(values, 0),
-            values: values.to_vec(),
-            at_bound: sides(space, values),
-            space: space.clone(),
-            initial: None,
+    spec: &IdentifySpec,
+) -> Result<Identification> {
+    checks::before(records, spec, problem)?;
+    let estimate = steiglitz_mcbride(records, spec, plain)??;
+    let prepared = Prepared::given(records, spec, problem, plain);
+    let problem = prepared.searched(around(spec, &estimate)?);
+    let found = SearchResult::of_estimate(&estimate, &problem);
+    finished(&prepared, &problem, found)
+}
+
+/// The same result with its cost on another problem of the same recordings.
+#[must_use]
+pub fn with_cost_on(problem: &Problem, found: &Identification) -> Identification {
+    let problem = problem.with_space(found.space.clone()).starting_from(&found.initial);
+    Identification { cost: Scalar::cost(&problem, &found.values), ..found.clone() }
+}
+
+/// Whether all recordings have a voltage, a current and a speed. Others are fitted by a model that depends on the polish.
+#[must_use]
+pub fn has_all_channels(records: &[Record]) -> bool {
+    records.iter().all(|record| record.measured().iter().all(Option::is_some))
+}
+
+/// What a population search found.
+#[derive(Debug, Clone, Copy)]
+pub struct SearchRun<'a> {
+    /// The best candidate, one value per free axis.
+    pub values: &'a [f64],
+    /// Candidates evaluated.
+    pub evaluations: u64,
+    /// What evaluated: cpu or gpu, and its numbers.
+    pub device: [&'static str; 2],
+}
+
+/// A population search that is to be run beside others.
+pub struct PreparedSearch {
+    problem: Arc<Problem>,
+    selection: Option<ModelSelection>,
+}
+
+impl PreparedSearch {
+    /// Checks recordings, selects the model and sets the bounds.
+    ///
+    /// # Errors
+    /// As [`super::identify`].
+    pub fn new(records: &[Record], spec: &IdentifySpec) -> Result<Self> {
+        let prepared = Prepared::new(records, spec)?;
+        let asked = prepared.searched(asked_space(records, &prepared.spec)?);
+        checks::before(records, &prepared.spec, &asked)?;
+        // The estimate of a linear motor is needed for bounds alone.
+        if prepared.is_linear() && spec.auto_bounds.is_empty() {
+            return Ok(Self { problem: asked, selection: None });
+        }
+        let model = select(&prepared, &start(&prepared)?)?;
+        Ok(Self { problem: prepared.searched(model.space), selection: model.selection })
+    }
+
+    /// What candidates are evaluated on.
+    #[must_use]
+    pub fn problem(&self) -> &Arc<Problem> {
+        &self.problem
+    }
+
+    /// The result of the search, with the spec's polish. The spec may differ from that of the preparation in its polish where
+    /// the recordings have all channels.
+    ///
+    /// # Errors
+    /// As [`super::identify`].
+    pub fn finish(&self, records: &[Record], spec: &IdentifySpec, run: SearchRun<'_>) -> Result<Identification> {
+        let found = SearchResult {
+            method: spec.method.name(),
+            values: run.values.to_vec(),
+            stop: Stop::BudgetSpent,
+            evaluations: run.evaluations,
+            history: Vec::new(),
+            device_kind: run.device[0],
+            device: String::new(),
+            precision: run.device[1],
+            cost_difference: None,
+            warnings: Vec::new(),
+        };
+        let prepared = Prepared::new(records, spec)?;
+        Ok(Identification { selection: self.selection.clone(), ..finished(&prepared, &self.problem, found)? })
+    }
+}
+
+/// What is told of a fit beside what was searched.
+struct Known {
+    values: Vec<f64>,
+    fit_percent: [Option<f64>; 2],
+    residual_sigma: [Option<f64>; 2],
+    uncertainty: Option<Uncertainty>,
+    converged: bool,
+    unidentified: Vec<Parameter>,
+    warnings: Vec<Warning>,
+}
+
+/// The result of a search or an estimate: refined, checked and reported, or as it is without a polish.
+fn finished(prepared: &Prepared<'_>, problem: &Arc<Problem>, found: SearchResult) -> Result<Identification> {
+    let mut warnings = warnings::with_normalized(Vec::new(), prepared.normalized.as_ref());
+    if !prepared.spec.is_polished() {
+        let values = found.values.clone();
+        let metrics = FitMetrics::of(prepared.records, &prepared.fitted(problem.space()), &values);
+        let known = Known {
+            values,
+            fit_percent: metrics.fit_percent(),
+            residual_sigma: metrics.residual_sigma(),
             uncertainty: None,
-            fit_percent,
-            iterations: 0,
-            warnings: codes(&sides(space, values), fit_percent),
-        });
+            converged: true,
+            unidentified: prepared.open().to_vec(),
+            warnings,
+        };
+        return Ok(reported(problem, found, known));
     }
-    let (refined, space) = refine_widening(plain, spec, space, values)?;
-    let warning = checks::after(records, spec, &space, &refined)?;
-    let fit_percent = fit_percent(records, &refined);
-    checks::fit(records, spec, fit_percent)?;
-    let at_bound = sides(&space, &refined.values);
-    let mut codes: Vec<&'static str> =
-        warning.iter().map(|warning| warning.code).chain(codes(&at_bound, fit_percent)).collect();
-    if !refined.converged {
-        codes.push("not_converged");
-    }
-    if refined.uncertainty.whiteness.iter().flatten().any(|w| !w.is_white) {
-        codes.push("residuals_not_white");
-    }
-    Ok(Fitted {
-        parameters: refined.parameters,
-        fit_percent,
-        space,
-        initial: Some(refined.initial),
+    let mut fit = from_search(prepared, problem, found, Vec::new())?;
+    let dropped = fix_unidentified(prepared, &mut fit)?;
+    warnings.extend(checks::after(prepared.records, &prepared.spec, &fit.space, &fit.refined)?);
+    warnings.extend(dropped.iter().copied().map(not_told));
+    let unidentified = unidentified(prepared, &fit, &dropped);
+    // From the sums of the refinement: no simulation is needed.
+    let fit_percent = fit_percent(prepared.records, &fit.refined);
+    checks::fit(prepared.records, &prepared.spec, fit_percent)?;
+    let refined = fit.refined;
+    let problem = problem.with_space(fit.space).starting_from(&refined.initial);
+    let known = Known {
         values: refined.values,
-        at_bound,
+        fit_percent,
+        residual_sigma: refined.sigma,
         uncertainty: Some(refined.uncertainty),
-        iterations: 0,
-        warnings: codes,
-    })
+        converged: refined.converged,
+        unidentified,
+        warnings,
+    };
+    Ok(reported(&problem, fit.found, known))
 }
 
-/// The bounds that values stand at.
-fn sides(space: &Space, values: &[f64]) -> Vec<Option<&'static str>> {
-    space.free().iter().zip(values).map(|(axis, value)| side(axis, *value)).collect()
-}
-
-/// Codes of what bounds and fit say.
-fn codes(at_bound: &[Option<&'static str>], fit_percent: [Option<f64>; 2]) -> Vec<&'static str> {
-    let bound = at_bound.iter().any(Option::is_some).then_some("at_bound");
-    bound.into_iter().chain(poor_fit(fit_percent).map(|warning| warning.code)).collect()
+fn reported(problem: &Problem, found: SearchResult, known: Known) -> Identification {
+    let mut result = Identification {
+        input: problem.input(),
+        parameters: problem.parameters(&known.values, 0),
+        cost: Scalar::cost(problem, &known.values),
+        searched: Searched {
+            method: found.method,
+            is_fallback: false,
+            parameters: problem.parameters(&found.values, 0),
+            cost: f64::NAN,
+        },
+        space: problem.space().clone(),
+        initial: problem.signals().iter().map(|signals| signals.initial()).collect(),
+        values: known.values,
+        unidentified: known.unidentified,
+        fit_percent: known.fit_percent,
+        residual_sigma: known.residual_sigma,
+        uncertainty: known.uncertainty,
+        converged: known.converged,
+        selection: None,
+        residual_tests: Vec::new(),
+        verification: Verification::none(),
+        warnings: known.warnings,
+        stop: found.stop,
+        evaluations: found.evaluations,
+        history: found.history,
+        device_kind: found.device_kind,
+        device: found.device,
+        precision: found.precision,
+        cost_difference: None,
+        validation: None,
+        regressions: Vec::new(),
+        repeatability: None,
+        seconds: 0.0,
+    };
+    // A code once: the lines of a batch have no more of them.
+    for warning in warnings::of_result(&result, None) {
+        if result.warnings.iter().all(|known| known.code != warning.code) {
+            result.warnings.push(warning);
+        }
+    }
+    result
 }
 
 /// The space of a search: bounds that follow the Steiglitz–McBride estimate do so where there is one.
@@ -139,12 +240,4 @@ pub fn search_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
         Ok(estimate) => around(spec, &estimate),
         Err(_) => Ok(spec.space.clone()),
     }
-}
-
-/// What the recordings cannot give, said before a fit.
-///
-/// # Errors
-/// As [`super::identify`].
-pub fn check(records: &[Record], spec: &IdentifySpec, problem: &Problem) -> Result<()> {
-    checks::before(records, spec, problem)
 }

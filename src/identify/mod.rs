@@ -8,7 +8,7 @@ mod batch_costs;
 mod bic;
 mod checks;
 mod current_driven;
-mod estimated;
+mod estimates;
 mod extension_bounds;
 mod fit;
 mod identifiability;
@@ -31,7 +31,7 @@ mod warnings;
 pub use crate::analysis::{
     Between, Characteristic, Characteristics, Constants, Covariance, HeldOut, InputTest, Named, Regression, Regressors,
     Repeatability, ResidualTest, ResidualTests, Residuals, Validation, between_samples, characteristics,
-    characteristics_by_current, input_test, record_warnings, regression, regressions, repeatability, suspicions,
+    characteristics_by_current, input_test, record_warnings, regression, regressions, repeatability, split, suspicions,
     warnings_of_records,
 };
 pub use crate::device::{AdapterPace, DeviceSpec, Lockstep, OnLoss, Pace, Paces, PrecisionSpec, Work, with_threads};
@@ -39,12 +39,13 @@ pub use crate::motor::{Extension, With};
 pub use crate::warning::{Place, Warning};
 pub use batch_costs::Costs;
 pub use current_driven::needs_voltage;
-pub use estimated::Estimated;
-pub use fit::{Fitted, check, fit, fit_on, polished, search_space};
+pub(crate) use estimates::MAPS;
+pub use estimates::{Estimates, ParameterEstimate};
+pub use fit::{PreparedSearch, SearchRun, fit, fit_on, has_all_channels, search_space, with_cost_on};
 pub use identifiability::{Inspection, Outlook};
 pub use method::{Method, Polish};
-pub use model_selection::{Ladder, Rung};
+pub use model_selection::{ModelSelection, SelectionStep};
 pub use pipeline::{identify, identify_with};
-pub use result::{Identification, Searched, validate};
+pub use result::{Identification, Searched, hold_out, validate};
 pub use spec::IdentifySpec;
 pub use verify::{Status, Verification, verify_at};

@@ -1,5 +1,5 @@
-//! The ladder of models: from the linear motor up, each rung the extension that the recordings speak for most, until none
-//! is worth its parameters.
+//! Forward selection of the model: from the linear motor up, each step adds the extension that lowers Schwarz's criterion
+//! most, until none lowers it by enough.
 
 use super::bic::{Fit, gain, independent, is_worth};
 use super::extension_bounds::extended_space;
@@ -7,6 +7,7 @@ use super::prepare::Prepared;
 use super::spec::IdentifySpec;
 use super::start::{Start, start};
 use crate::analysis::fit_percent;
+use crate::channels;
 use crate::estimate::{Refined, best_start, carried, explained, refine_on, warmed};
 use crate::evaluate::Problem;
 use crate::motor::{Extension, Needs, Parameter, Scope, Space, With};
@@ -17,31 +18,34 @@ use rayon::prelude::*;
 use std::sync::Arc;
 
 /// A model that was tried.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Rung {
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct SelectionStep {
     /// Its extensions.
     pub with: Vec<Extension>,
     /// Its free parameters.
     pub free: usize,
     /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed; `None` for a channel not measured.
+    #[serde(serialize_with = "channels::by_name")]
     pub fit_percent: [Option<f64>; 2],
     /// Schwarz's criterion less that of the model that it was made from; below zero it is better. `None` for the linear
     /// motor.
+    #[serde(rename = "criterion_gain")]
     pub gain: Option<f64>,
     /// Whether it was taken.
     pub taken: bool,
 }
 
 /// The models that were tried, in their order.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Ladder {
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+#[serde(transparent)]
+pub struct ModelSelection {
     /// One by one.
-    pub rungs: Vec<Rung>,
+    pub steps: Vec<SelectionStep>,
 }
 
 /// Extensions at most.
 const HEIGHT: usize = 6;
-/// Models of a rung that are refined thoroughly.
+/// Models of a step that are refined thoroughly.
 const FINALISTS: usize = 3;
 /// Samples on which models are tried, if fewer recordings have as many: what is taken is estimated on all.
 const SAMPLES: usize = 20_000;
@@ -51,7 +55,7 @@ pub(super) struct Model {
     /// Its space, extensions included.
     pub space: Space,
     /// How it was selected, where it was.
-    pub ladder: Option<Ladder>,
+    pub selection: Option<ModelSelection>,
 }
 
 /// Stage 3, select: the extensions that the spec names or, where it leaves them open, those that forward selection takes.
@@ -60,26 +64,26 @@ pub(super) struct Model {
 /// `Usage` for parameters of single recordings that the model lacks, and as a fit.
 pub(super) fn select(prepared: &Prepared<'_>, start: &Start) -> Result<Model> {
     if prepared.is_linear() {
-        return Ok(Model { space: start.space.clone(), ladder: None });
+        return Ok(Model { space: start.space.clone(), selection: None });
     }
-    let (with, ladder) = match prepared.named() {
+    let (with, selection) = match prepared.named() {
         Some(list) => (list.to_vec(), None),
-        None => forward_selection(prepared, start).map(|(with, ladder)| (with, Some(ladder)))?,
+        None => forward_selection(prepared, start).map(|(with, selection)| (with, Some(selection)))?,
     };
     let space = extended_space(prepared.records, &prepared.spec, &start.space, (&with, &start.motors[0]))?;
     if prepared.spec.with != With::Auto {
         check_per_recording(&prepared.spec, &space)?;
     }
-    Ok(Model { space, ladder })
+    Ok(Model { space, selection })
 }
 
 /// Returns the extensions that recordings speak for, with the steps that led to them.
-fn forward_selection(prepared: &Prepared<'_>, start: &Start) -> Result<(Vec<Extension>, Ladder)> {
+fn forward_selection(prepared: &Prepared<'_>, start: &Start) -> Result<(Vec<Extension>, ModelSelection)> {
     let some = representative(prepared.records, &start.space);
     let prepared = prepared.of(&some)?;
-    let mut ladder = Ladder::default();
-    let best = Selection { prepared: &prepared, start }.up(&mut ladder)?;
-    Ok((best.with, ladder))
+    let mut steps = ModelSelection::default();
+    let best = Selection { prepared: &prepared, start }.up(&mut steps)?;
+    Ok((best.with, steps))
 }
 
 /// Of many recordings some from all over them; recordings with parameters of their own are needed as they are.
@@ -100,9 +104,9 @@ struct Selection<'a> {
 
 impl Selection<'_> {
     /// From the linear motor up.
-    fn up(&self, ladder: &mut Ladder) -> Result<Fit> {
+    fn up(&self, selection: &mut ModelSelection) -> Result<Fit> {
         let mut best = self.thorough(&[], |problem| explained(problem, &self.start.motors))?;
-        ladder.rungs.push(Rung { taken: true, ..rung(self.prepared.records, &best, None) });
+        selection.steps.push(SelectionStep { taken: true, ..step(self.prepared.records, &best, None) });
         while best.with.len() < HEIGHT {
             let next = candidates(self.prepared.records, &best);
             // One that cannot be fitted explains nothing.
@@ -115,7 +119,9 @@ impl Selection<'_> {
             fits.sort_by(|a, b| a.0.total_cmp(&b.0));
             let take = fits.first().is_some_and(|(_, fit)| is_worth(&best, fit));
             for (n, (gain, fit)) in fits.iter().chain(&others).enumerate() {
-                ladder.rungs.push(Rung { taken: take && n == 0, ..rung(self.prepared.records, fit, Some(*gain)) });
+                selection
+                    .steps
+                    .push(SelectionStep { taken: take && n == 0, ..step(self.prepared.records, fit, Some(*gain)) });
             }
             match fits.into_iter().next().filter(|_| take) {
                 Some((_, fit)) => best = self.pruned(fit)?,
@@ -213,8 +219,8 @@ fn candidates(records: &[Record], model: &Fit) -> Vec<Extension> {
     Extension::ALL.into_iter().filter(|e| !features.has_any(e.parameters())).filter(can).collect()
 }
 
-fn rung(records: &[Record], fit: &Fit, gain: Option<f64>) -> Rung {
-    Rung {
+fn step(records: &[Record], fit: &Fit, gain: Option<f64>) -> SelectionStep {
+    SelectionStep {
         with: fit.with.clone(),
         free: fit.space.free().len(),
         fit_percent: fit_percent(records, &fit.refined),

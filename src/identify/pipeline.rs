@@ -83,7 +83,7 @@ fn estimated(
     warnings.extend(dropped.iter().copied().map(not_told));
     let unidentified = unidentified(&prepared, &fit, &dropped);
     let found = assembled(&prepared, fit);
-    let mut result = Identification { verification, unidentified, residual_tests, ladder: model.ladder, ..found };
+    let mut result = Identification { verification, unidentified, residual_tests, selection: model.selection, ..found };
     checks::fit(records, &prepared.spec, result.fit_percent)?;
     warnings.extend(warnings::of_result(&result, start.estimate.as_ref().err().copied()));
     result.warnings = warnings;
@@ -102,7 +102,7 @@ fn tested(prepared: &Prepared<'_>, fit: &Fit) -> Vec<ResidualTests> {
 }
 
 /// Returns what no fit of these recordings identifies, and what this one does not.
-fn unidentified(prepared: &Prepared<'_>, fit: &Fit, dropped: &[Parameter]) -> Vec<Parameter> {
+pub(super) fn unidentified(prepared: &Prepared<'_>, fit: &Fit, dropped: &[Parameter]) -> Vec<Parameter> {
     let features = fit.space.features();
     let open = prepared.open().iter().filter(|p| !p.is_extension() || features.has(**p));
     let mut all: Vec<Parameter> = open.chain(dropped).copied().collect();
@@ -157,7 +157,7 @@ fn assembled(prepared: &Prepared<'_>, fit: Fit) -> Identification {
         parameters: problem.parameters(values, 0),
         values: values.clone(),
         unidentified: Vec::new(),
-        ladder: None,
+        selection: None,
         cost: Scalar::cost(&problem, values),
         searched,
         space,

@@ -49,6 +49,13 @@ impl<'a> Prepared<'a> {
         Self::with(records, Cow::Borrowed(spec), None)
     }
 
+    /// Takes the problem of a search and that of a fit as they were made of the recordings before.
+    pub(super) fn given(records: &'a [Record], spec: &'a IdentifySpec, searched: &Problem, fitted: &Problem) -> Self {
+        let (searched, fitted) = (searched.clone(), fitted.clone());
+        let spec = Cow::Borrowed(spec);
+        Self { records, spec, normalized: None, searched, fitted, deviations: OnceLock::new() }
+    }
+
     /// Prepares some of the recordings alike.
     pub(super) fn of<'b>(&'b self, records: &'b [Record]) -> Result<Prepared<'b>> {
         Prepared::with(records, Cow::Borrowed(self.spec.as_ref()), None)

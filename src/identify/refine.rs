@@ -78,8 +78,7 @@ fn from_estimate(
         (Method::Auto | Method::SteiglitzMcBride, Ok(estimate)) => taken(estimate, spec, &problem)?,
         _ => population(&problem, spec, observe)?,
     };
-    let (refined, space) = refine_widening(prepared.plain(), spec, space, &found.values)?;
-    Ok(Fit { found, problem, refined, space })
+    from_search(prepared, &problem, found, Vec::new())
 }
 
 /// Candidate-steps that a search may take where it is not asked for: about a second.
@@ -91,11 +90,7 @@ fn from_motors(prepared: &Prepared<'_>, motors: &[[f64; 5]], space: &Space, obse
     let spec = prepared.spec.as_ref();
     let problem = prepared.searched(space.clone());
     let mut searched = |starts: Vec<Vec<f64>>| -> Result<Fit> {
-        let found = population(&problem, spec, observe)?;
-        // A search's best, and where it leads along each way to explain a delay.
-        let own = std::iter::once(found.values.clone()).chain(led(&problem, &found.values)?);
-        let starts: Vec<Vec<f64>> = own.chain(starts).collect();
-        from_starts(prepared, &problem, found, &starts)
+        from_search(prepared, &problem, population(&problem, spec, observe)?, starts)
     };
     if spec.method.is_search() || spec.polish == Polish::None {
         return searched(Vec::new());
@@ -109,6 +104,23 @@ fn from_motors(prepared: &Prepared<'_>, motors: &[[f64; 5]], space: &Space, obse
         return Ok(fit);
     }
     Ok(fit.or_lower(searched(starts)?, prepared.deviations()))
+}
+
+/// Returns what a search found with the refinement of the best of its optimum, of where that leads along each way to explain
+/// a delay, and of other starts. The linear motor is refined from the optimum alone.
+pub(super) fn from_search(
+    prepared: &Prepared<'_>,
+    problem: &Arc<Problem>,
+    found: SearchResult,
+    others: Vec<Vec<f64>>,
+) -> Result<Fit> {
+    if prepared.is_linear() {
+        let (refined, space) = refine_widening(prepared.plain(), &prepared.spec, problem.space(), &found.values)?;
+        return Ok(Fit { found, problem: problem.clone(), refined, space });
+    }
+    let own = std::iter::once(found.values.clone()).chain(led(problem, &found.values)?);
+    let starts: Vec<Vec<f64>> = own.chain(others).collect();
+    from_starts(prepared, problem, found, &starts)
 }
 
 /// Returns what was found with the refinement of the best start.

@@ -1,22 +1,30 @@
 //! The result of an identification.
 
-use super::model_selection::Ladder;
+use super::estimates;
+use super::model_selection::ModelSelection;
 use super::spec::IdentifySpec;
 use super::verify::Verification;
 use crate::Result;
-use crate::analysis::{self, FittedMotor, Regression, Repeatability, ResidualTests, Validation};
+use crate::analysis::{
+    self, FittedMotor, Regression, Repeatability, ResidualTests, Validation, characteristics_document, repeatability,
+    residuals_document,
+};
+use crate::channels::Channels;
 use crate::estimate::Uncertainty;
 use crate::motor::{Axis, Input, Parameter, Parameters, Scope, Space};
 use crate::optimize::Stop;
-use crate::record::Record;
+use crate::record::{Record, Severity};
 use crate::warning::Warning;
+use serde::{Serialize, Serializer};
+use serde_json::{Map, Value, json};
 
 /// What a method found, before the polish.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Searched {
     /// The method that found it: the one asked for, or what `auto` took.
     pub method: &'static str,
     /// Whether it took over where Steiglitz–McBride cannot serve.
+    #[serde(skip)]
     pub is_fallback: bool,
     /// The parameters, those held included.
     pub parameters: Parameters,
@@ -36,7 +44,7 @@ pub struct Identification {
     /// Parameters that the recordings do not tell: what stands for them in `parameters` does the same and says nothing.
     pub unidentified: Vec<Parameter>,
     /// The models that were tried, where extensions were to be chosen.
-    pub ladder: Option<Ladder>,
+    pub selection: Option<ModelSelection>,
     /// Their cost in the chosen criterion, by the scalar oracle.
     pub cost: f64,
     /// What the method found.
@@ -84,6 +92,13 @@ pub struct Identification {
 }
 
 impl Identification {
+    /// Correlations of R, L, K, B and J, `None` for those held or unknown.
+    fn correlation(&self, uncertainty: &Uncertainty) -> [[Option<f64>; 5]; 5] {
+        let place = |p: Parameter| self.space.free().iter().position(|axis| axis.parameter == p);
+        let entry = |a: Parameter, b: Parameter| uncertainty.correlation[place(a)?][place(b)?];
+        Parameter::ALL.map(|a| Parameter::ALL.map(|b| entry(a, b)))
+    }
+
     /// The bound, `min` or `max`, that a free parameter ended at: nearer to it than 1e-4 of the range and 1 % of
     /// itself.
     #[must_use]
@@ -92,6 +107,51 @@ impl Identification {
         let (axis, value) = self.space.free().iter().zip(&self.values).find(shared)?;
         side(axis, *value)
     }
+}
+
+impl Serialize for Identification {
+    /// The record of a result: the keys of the document of `identify --json` but for what was asked for, in their order.
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let uncertainty = self.uncertainty.as_ref();
+        // A current that is the input has no state.
+        let state = |[current, speed]: [f64; 2]| json!({"current": (self.input == Input::Voltage).then_some(current), "speed": speed});
+        let warnings = |severity| self.warnings.iter().filter(move |w| w.severity == severity).collect::<Vec<_>>();
+        let mut verification = json!(self.verification);
+        verification["cpu_gpu_cost_difference"] = json!(self.cost_difference);
+        let record = json!({
+            "input": self.input.name(),
+            "bounds": bounds(&self.space),
+            "device": {"kind": self.device_kind, "name": self.device, "precision": self.precision},
+            "parameters": estimates::document(&self.estimates()),
+            "with": self.extensions(),
+            "ladder": self.selection,
+            "cost": self.cost,
+            "searched": self.searched,
+            "fit_percent": Channels::from(self.fit_percent),
+            "residual_sigma": Channels::from(self.residual_sigma),
+            "initial_state": self.initial.iter().copied().map(state).collect::<Value>(),
+            "correlation": uncertainty.map(|u| self.correlation(u)),
+            "rank": uncertainty.map(|u| u.rank),
+            "condition": uncertainty.map(|u| u.condition),
+            "residuals": uncertainty.map(|u| residuals_document(&self.residual_tests, u)),
+            "characteristics": characteristics_document(self.into(), &self.regressions),
+            "repeatability": self.repeatability,
+            "verification": verification,
+            "validation": self.validation,
+            "warnings": warnings(Severity::Report),
+            "remarks": warnings(Severity::Mention),
+            "stop": self.stop.name(),
+            "evaluations": self.evaluations,
+            "history": self.history,
+            "seconds": self.seconds,
+        });
+        record.serialize(serializer)
+    }
+}
+
+/// The bounds of what is free, by symbol.
+fn bounds(space: &Space) -> Map<String, Value> {
+    space.free().iter().map(|axis| (axis.parameter.symbol().to_owned(), json!([axis.min, axis.max]))).collect()
 }
 
 /// The bound that a value stands at, as [`Identification::at_bound`] has it.
@@ -130,4 +190,23 @@ impl<'a> From<&'a Identification> for FittedMotor<'a> {
 /// As for a problem of these recordings.
 pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Result<Validation> {
     analysis::validate(records, &found.into(), spec.model, spec.criterion)
+}
+
+/// Adds to a result of `records` what held-out recordings say of it, where there are any: how well it explains them, and how
+/// well any model could.
+///
+/// # Errors
+/// As [`validate`].
+pub fn hold_out(
+    found: &mut Identification,
+    records: &[Record],
+    held_out: &[Record],
+    spec: &IdentifySpec,
+) -> Result<()> {
+    if !held_out.is_empty() {
+        let all: Vec<&Record> = records.iter().chain(held_out).collect();
+        found.repeatability = repeatability(&all, spec.model)?;
+        found.validation = Some(validate(held_out, spec, found)?);
+    }
+    Ok(())
 }

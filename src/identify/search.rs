@@ -27,10 +27,33 @@ pub(super) struct SearchResult {
     pub warnings: Vec<Warning>,
 }
 
+impl SearchResult {
+    /// An estimate as a first optimum of a problem that nothing evaluates.
+    pub(super) fn of_estimate(estimate: &Estimate, problem: &Problem) -> Self {
+        Self {
+            method: "sm",
+            values: inside(estimate, problem),
+            stop: Stop::Converged,
+            evaluations: estimate.iterations as u64,
+            history: Vec::new(),
+            device_kind: "cpu",
+            device: String::new(),
+            precision: "f64",
+            cost_difference: None,
+            warnings: Vec::new(),
+        }
+    }
+}
+
+/// An estimate within the bounds of a problem, one value per free axis.
+fn inside(estimate: &Estimate, problem: &Problem) -> Vec<f64> {
+    let value = |axis: &Axis| estimate.parameters.get(axis.parameter).clamp(axis.min, axis.max);
+    problem.space().free().iter().map(value).collect()
+}
+
 /// An estimate as a first optimum of a problem. A device that is asked for evaluates it too.
 pub(super) fn taken(estimate: &Estimate, spec: &IdentifySpec, problem: &Arc<Problem>) -> Result<SearchResult> {
-    let inside = |axis: &Axis| estimate.parameters.get(axis.parameter).clamp(axis.min, axis.max);
-    let values: Vec<f64> = problem.space().free().iter().map(inside).collect();
+    let values = inside(estimate, problem);
     Ok(SearchResult { method: "sm", evaluations: estimate.iterations as u64, ..evaluated(problem, spec, values)? })
 }
 

@@ -12,7 +12,8 @@ use crate::numeric::{count, rms};
 use crate::record::Record;
 
 /// The verdict of a verification.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Status {
     /// No reference is better, and the best of them is as good.
     Agrees,
@@ -38,20 +39,21 @@ impl Status {
 }
 
 /// What was found, against the references. Costs are sums of squares weighted by the noise.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Verification {
     /// The verdict.
     pub status: Status,
+    /// How the whole box was searched.
+    pub reference: Option<ReferenceKind>,
     /// What Steiglitz–McBride gives, where it serves.
     pub steiglitz_mcbride: Option<Parameters>,
     /// The best refinement of any start.
     pub levenberg_marquardt: Option<Parameters>,
-    /// How the whole box was searched.
-    pub reference: Option<ReferenceKind>,
     /// The cost above the best reference's, relative to it: of the result, or where the search is stuck of what it
     /// found.
     pub cost_gap: Option<f64>,
     /// Whether the refinement of what was found is as good as the best reference.
+    #[serde(skip)]
     pub refined_agrees: bool,
 }
 

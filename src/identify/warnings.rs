@@ -1,6 +1,6 @@
 //! Warnings about a fit: before it about recordings and spec, after it about its result.
 
-use super::estimated::Estimated;
+use super::estimates::ParameterEstimate;
 use super::missing_channel::missing_channel;
 use super::normalized::NormalizedModel;
 use super::result::Identification;
@@ -129,8 +129,9 @@ const DEAD_TIME_MAX: f64 = 3.0;
 pub(super) fn long_dead_time(found: &Identification) -> Option<Warning> {
     let constant = Characteristics::of(found)?.time_constant.value;
     let estimates = found.estimates();
-    let long =
-        |e: &&Estimated| e.parameter == Parameter::DeadTime && e.value.is_some_and(|td| td > DEAD_TIME_MAX * constant);
+    let long = |e: &&ParameterEstimate| {
+        e.parameter == Parameter::DeadTime && e.value.is_some_and(|td| td > DEAD_TIME_MAX * constant)
+    };
     let dead_time = estimates.iter().find(long)?.value?;
     let message = format!(
         "the dead time, {}, is {} of the motor's time constants ({}): a clock that is off, or a recording that begins \

@@ -63,6 +63,17 @@ pub enum Input {
     Current,
 }
 
+impl Input {
+    /// Its name in results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Voltage => "voltage",
+            Self::Current => "current",
+        }
+    }
+}
+
 /// How a continuous motor with some input is turned into one step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Method {

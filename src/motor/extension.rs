@@ -129,7 +129,45 @@ impl Default for With {
     }
 }
 
+impl std::fmt::Display for With {
+    /// `none`, `auto`, or the names with commas between them.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::These(list) if list.is_empty() => f.write_str("none"),
+            Self::These(list) => f.write_str(&list.iter().map(|e| e.name()).collect::<Vec<_>>().join(",")),
+        }
+    }
+}
+
+impl std::str::FromStr for With {
+    type Err = Error;
+
+    /// Reads what [`Display`](std::fmt::Display) writes.
+    fn from_str(text: &str) -> Result<Self> {
+        match text.trim() {
+            "none" => Ok(Self::default()),
+            names => Self::parse(&names.split(',').map(str::to_owned).collect::<Vec<_>>()),
+        }
+    }
+}
+
+impl serde::Serialize for Extension {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
 impl With {
+    /// Returns whether a model with these extensions may have a parameter: each has those of the linear motor.
+    #[must_use]
+    pub fn may_have(&self, parameter: Parameter) -> bool {
+        match self {
+            Self::Auto => true,
+            Self::These(list) => !parameter.is_extension() || list.iter().any(|e| e.parameters().contains(&parameter)),
+        }
+    }
+
     /// `coulomb,dead-time,…` or `auto`.
     ///
     /// # Errors

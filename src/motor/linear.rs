@@ -3,7 +3,8 @@
 use super::parameter::Parameter;
 
 /// Values of the five parameters, SI units.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(rename_all = "UPPERCASE")]
 pub struct Parameters {
     /// Resistance \[ohm\].
     pub r: f64,

@@ -28,6 +28,13 @@ impl Scope {
             Self::Recording(n) => format!("{}[{n}]", parameter.symbol()),
         }
     }
+
+    /// The parameter and the scope of a name in a table, as [`Self::name`] writes it; `None` for what is no such name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<(Parameter, Self)> {
+        let Some((symbol, index)) = name.split_once('[') else { return Some((name.parse().ok()?, Self::Shared)) };
+        Some((symbol.parse().ok()?, Self::Recording(index.strip_suffix(']')?.parse().ok()?)))
+    }
 }
 
 /// A free parameter with its bounds, in SI units.

@@ -15,6 +15,9 @@ pub enum Stop {
 }
 
 impl Stop {
+    /// Every reason.
+    pub const ALL: [Self; 3] = [Self::BudgetSpent, Self::Interrupted, Self::Converged];
+
     /// Its name in results.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -1,6 +1,7 @@
 //! Recordings: sampled voltage, load torque, current and speed of one motor, checked once, in SI units.
 
 mod diagnose;
+mod head;
 mod heading;
 mod import;
 mod lines;

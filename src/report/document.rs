@@ -1,13 +1,9 @@
 //! Results as JSON documents. What is not available or not finite is `null`.
 
-use super::identified;
 use super::spelling::command_line;
-use crate::estimate::{ReferenceKind, Uncertainty};
 use crate::evaluate::{Level, Problem, cpu_name};
-use crate::identify::{
-    Costs, Estimated, HeldOut, Identification, IdentifySpec, Ladder, Place, Rung, Validation, Warning,
-};
-use crate::motor::{Input, Parameter, Parameters, Scope};
+use crate::identify::{Costs, Identification, IdentifySpec, Warning};
+use crate::motor::{Parameter, Scope};
 use crate::record::{Record, Severity};
 use crate::text::printable_json;
 use serde_json::{Map, Value, json as value};
@@ -21,46 +17,10 @@ pub fn json(document: &Value) -> String {
 /// Warnings of a severity: those of a result and, apart from them, remarks.
 pub(super) fn warnings(list: &[Warning], severity: Severity) -> Value {
     let one = |w: &Warning| {
-        let place = w.place.as_ref().map(place_of);
         let remedy = w.remedy.as_ref().map(|remedy| remedy.spelled(command_line));
-        value!({"code": w.code, "message": w.message.spelled(command_line), "place": place, "remedy": remedy})
+        value!({"code": w.code, "message": w.message.spelled(command_line), "place": w.place, "remedy": remedy})
     };
     list.iter().filter(|w| w.severity == severity).map(one).collect()
-}
-
-fn place_of(place: &Place) -> Value {
-    let figures: Map<String, Value> = place.figures.iter().map(|(name, v)| ((*name).to_owned(), (*v).into())).collect();
-    value!({
-        "record": place.recording, "quantity": place.quantity.map(|q| q.to_string()), "times_s": place.times_s,
-        "lines": place.lines, "figures": figures, "text": place.to_string(),
-    })
-}
-
-pub(super) fn record_head(record: &Record) -> Value {
-    let source = record.source();
-    value!({
-        "path": source.path.as_ref().map(|path| path.to_string_lossy()),
-        "part": source.part,
-        "sha256": source.sha256,
-        "samples": record.len(),
-        "period_s": record.period_s(),
-        "columns": columns(record),
-        "notes": source.notes,
-    })
-}
-
-/// A state at the start; a current that is the input is none.
-fn initial_state(input: Input, [current, speed]: [f64; 2]) -> Value {
-    value!({"current": (input == Input::Voltage).then_some(current), "speed": speed})
-}
-
-/// The columns as they were understood.
-fn columns(record: &Record) -> Value {
-    let columns = record.source().columns.iter().map(|c| {
-        value!({"quantity": c.quantity.to_string(), "heading": c.heading, "conversion": c.conversion,
-            "unit": c.unit, "unit_named": c.unit_named})
-    });
-    columns.collect()
 }
 
 /// The JSON document of an identification.
@@ -71,14 +31,21 @@ impl IdentifyDocument {
     #[must_use]
     pub fn of(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Value {
         let names = Names::of(spec);
-        let axes = found.space.free().iter();
-        let bounds: Map<String, Value> =
-            axes.map(|a| (a.parameter.symbol().to_owned(), value!([a.min, a.max]))).collect();
-        let check = &found.verification;
-        let searched = &found.searched;
-        value!({
+        let mut record = value!(found);
+        // A library's result knows the numbers of its recordings, a document their files.
+        let parameters = record["parameters"].as_object_mut().into_iter().flatten();
+        let own = parameters.filter_map(|(_, entry)| entry.get_mut("recordings")?.as_array_mut()).flatten();
+        for entry in own {
+            let of = entry["record"].as_u64().and_then(|n| records.get(usize::try_from(n).ok()?));
+            entry["record"] =
+                value!(of.and_then(|record| record.source().path.as_ref()).map(|path| path.to_string_lossy()));
+        }
+        // A library's record has the names of its settings, a document those of flags.
+        record["warnings"] = warnings(&found.warnings, Severity::Report);
+        record["remarks"] = warnings(&found.warnings, Severity::Mention);
+        let mut document = value!({
             "motorfit": env!("CARGO_PKG_VERSION"),
-            "records": records.iter().map(record_head).collect::<Value>(),
+            "records": records,
             "method": spec.method.name(),
             "polish": spec.polish.name(),
             "seed": spec.seed,
@@ -86,64 +53,16 @@ impl IdentifyDocument {
             "generations": spec.generations,
             "criterion": names.criterion,
             "scale": names.scale,
-            "input": identified::name_of(found.input),
+            // Here among what was asked for; the others come in the order of the record.
+            "input": null,
             "discretization": names.discretization,
             "initial": names.initial,
-            "bounds": bounds,
-            "device": {"kind": found.device_kind, "name": found.device, "precision": found.precision},
-            "parameters": parameters(records, found),
-            "with": found.extensions().iter().map(|e| e.name()).collect::<Value>(),
-            "ladder": found.ladder.as_ref().map(ladder),
-            "cost": found.cost,
-            "searched": {"method": searched.method, "parameters": plain(&searched.parameters), "cost": searched.cost},
-            "fit_percent": {"current": found.fit_percent[0], "speed": found.fit_percent[1]},
-            "residual_sigma": {"current": found.residual_sigma[0], "speed": found.residual_sigma[1]},
-            "initial_state": found.initial.iter().map(|state| initial_state(found.input, *state)).collect::<Value>(),
-            "correlation": found.uncertainty.as_ref().map(|u| correlation(found, u)),
-            "rank": found.uncertainty.as_ref().map(|u| u.rank),
-            "condition": found.uncertainty.as_ref().map(|u| u.condition),
-            "residuals": found.uncertainty.as_ref().map(|u| identified::residuals(found, u)),
-            "characteristics": identified::characteristics(found),
-            "repeatability": found.repeatability.as_ref().map(identified::repeatability),
-            "verification": {
-                "status": check.status.name(),
-                "reference": check.reference.map(ReferenceKind::name),
-                "steiglitz_mcbride": check.steiglitz_mcbride.as_ref().map(plain),
-                "levenberg_marquardt": check.levenberg_marquardt.as_ref().map(plain),
-                "cost_gap": check.cost_gap,
-                "cpu_gpu_cost_difference": found.cost_difference,
-            },
-            "validation": found.validation.as_ref().map(validation),
-            "warnings": warnings(&found.warnings, Severity::Report),
-            "remarks": warnings(&found.warnings, Severity::Mention),
-            "stop": found.stop.name(),
-            "evaluations": found.evaluations,
-            "history": found.history,
-            "seconds": found.seconds,
-        })
+        });
+        if let (Value::Object(document), Value::Object(record)) = (&mut document, record) {
+            document.extend(record);
+        }
+        document
     }
-}
-
-/// Held-out recordings.
-fn validation(validation: &Validation) -> Value {
-    let pair = |[current, speed]: [Option<f64>; 2]| value!({"current": current, "speed": speed});
-    let one = |held: &HeldOut| {
-        let [current, speed] = held.initial;
-        value!({
-            "record": record_head(&held.record),
-            "fit_percent": pair(held.fit_percent),
-            "residual_sigma": pair(held.residual_sigma),
-            "residuals": identified::tests(&held.residual_tests),
-            "initial_state": {"current": current, "speed": speed},
-            "initial_state_estimated": held.initial_is_estimated,
-            "estimated": held.own.iter().map(|(p, v)| (p.symbol().to_owned(), Value::from(*v))).collect::<Map<_, _>>(),
-        })
-    };
-    value!({
-        "fit_percent": pair(validation.fit_percent),
-        "residual_sigma": pair(validation.residual_sigma),
-        "records": validation.held_out.iter().map(one).collect::<Value>(),
-    })
 }
 
 /// The JSON document of an evaluation.
@@ -166,7 +85,7 @@ impl EvaluateDocument {
         let entry = |(cost, values): (f64, &[f64])| value!({"cost": cost, "parameters": meant(problem, values)});
         value!({
             "motorfit": env!("CARGO_PKG_VERSION"),
-            "records": records.iter().map(record_head).collect::<Value>(),
+            "records": records,
             "criterion": problem.criterion().norm.name(),
             "scale": problem.criterion().scale.name(),
             "bounds": bounds.collect::<Map<String, Value>>(),
@@ -196,81 +115,6 @@ fn meant(problem: &Problem, candidate: &[f64]) -> Value {
         (p.symbol().to_owned(), value)
     };
     Value::Object(all.map(entry).collect())
-}
-
-/// Values by symbol.
-pub(super) fn plain(parameters: &Parameters) -> Value {
-    let values = Parameter::ALL.iter().map(|p| (p.symbol().to_owned(), parameters.get(*p).into()));
-    Value::Object(values.collect())
-}
-
-/// Where a parameter stands among the free ones.
-fn place(found: &Identification, parameter: Parameter) -> Option<usize> {
-    found.space.free().iter().position(|axis| axis.parameter == parameter)
-}
-
-/// Correlations of all five, `null` for those held or unknown.
-fn correlation(found: &Identification, uncertainty: &Uncertainty) -> Value {
-    let entry = |a: Parameter, b: Parameter| uncertainty.correlation[place(found, a)?][place(found, b)?];
-    let row = |a: &Parameter| Parameter::ALL.iter().map(|b| Value::from(entry(*a, *b))).collect::<Value>();
-    Parameter::ALL.iter().map(row).collect()
-}
-
-/// All parameters by their symbols. One that each of several recordings has for itself has a list of them.
-fn parameters(records: &[Record], found: &Identification) -> Map<String, Value> {
-    let mut all = Map::new();
-    let estimates = found.estimates();
-    for group in estimates.chunk_by(|a, b| a.parameter == b.parameter) {
-        let Some(first) = group.first() else { continue };
-        let own = matches!(first.scope, Scope::Recording(_));
-        let entry = if let [only] = group {
-            let scope = if own || (only.parameter == Parameter::Latency) { "recording" } else { "shared" };
-            estimate(only, scope)
-        } else {
-            let of = |e: &Estimated| {
-                let mut entry = estimate(e, "recording");
-                if let Scope::Recording(n) = e.scope {
-                    let path = records.get(n as usize).and_then(|r| r.source().path.as_ref());
-                    entry["record"] = path.map(|path| path.to_string_lossy()).into();
-                }
-                entry
-            };
-            value!({
-                "value": null, "unit": first.parameter.unit(), "std_error": null, "ci95": null, "at_bound": null,
-                "fixed": first.fixed, "identified": first.value.is_some(), "scope": "recording",
-                "recordings": group.iter().map(of).collect::<Value>(),
-            })
-        };
-        all.insert(first.parameter.symbol().to_owned(), entry);
-    }
-    all
-}
-
-fn estimate(e: &Estimated, scope: &str) -> Value {
-    value!({
-        "value": e.value,
-        "unit": e.parameter.unit(),
-        "std_error": e.std_error,
-        "ci95": e.ci95,
-        "at_bound": e.at_bound,
-        "fixed": e.fixed,
-        "identified": e.value.is_some(),
-        "scope": scope,
-    })
-}
-
-/// The models that were tried.
-fn ladder(ladder: &Ladder) -> Value {
-    let rung = |rung: &Rung| {
-        value!({
-            "with": rung.with.iter().map(|e| e.name()).collect::<Value>(),
-            "free": rung.free,
-            "fit_percent": {"current": rung.fit_percent[0], "speed": rung.fit_percent[1]},
-            "criterion_gain": rung.gain,
-            "taken": rung.taken,
-        })
-    };
-    ladder.rungs.iter().map(rung).collect()
 }
 
 /// Settings by their names.

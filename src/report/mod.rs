@@ -13,13 +13,13 @@ mod held_out;
 mod identified;
 mod inspect;
 #[cfg(feature = "report")]
-mod ladder;
-#[cfg(feature = "report")]
 mod page;
 #[cfg(feature = "report")]
 mod pages;
 #[cfg(feature = "report")]
 pub mod plot;
+#[cfg(feature = "report")]
+mod selection;
 mod spelling;
 #[cfg(feature = "report")]
 pub mod sweep;
@@ -33,11 +33,11 @@ pub use identified::{characteristics_lines, repeatability_text, verdicts};
 pub use inspect::inspect_page;
 pub use inspect::{InspectDocument, SignalFacts};
 #[cfg(feature = "report")]
-pub use ladder::{ladder_table, ladder_text};
-#[cfg(feature = "report")]
 pub use page::{Figure, Item, Page, Part, Section};
 #[cfg(feature = "report")]
 pub use pages::{Reproduced, compare_page, identify_page};
+#[cfg(feature = "report")]
+pub use selection::{selection_table, selection_text};
 pub use spelling::command_line;
 #[cfg(feature = "report")]
 pub use table::{Table, folded};

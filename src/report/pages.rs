@@ -5,11 +5,11 @@ use super::compare::{paper_tables, setting_name, tables};
 use super::figures::{self, Modelled};
 use super::held_out::held_out;
 use super::identified::{repeatability_text, with_error};
-use super::ladder::ladder_table;
 use super::page::{Figure, Page, Part, Section};
+use super::selection::selection_table;
 use super::spelling::command_line;
 use super::{Names, Table};
-use crate::identify::{Characteristics, Estimated, Identification, IdentifySpec, Named, Status, Warning};
+use crate::identify::{Characteristics, Identification, IdentifySpec, Named, ParameterEstimate, Status, Warning};
 use crate::motor::{Parameters, Scope};
 use crate::record::{Record, Severity};
 use crate::study::compare::{Block, Comparison, Contest};
@@ -58,12 +58,12 @@ pub(super) fn reproduce<'a>(
 /// The page of an identification.
 #[must_use]
 pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identification, how: &Reproduced) -> Page {
-    let value = |e: &Estimated| {
+    let value = |e: &ParameterEstimate| {
         let spread = e.std_error.map_or(String::new(), |error| format!(" ± {}", significant(1.96 * error, 2)));
         let unit = if e.parameter.unit() == "1" { String::new() } else { format!(" {}", e.parameter.unit()) };
         Some(format!("{} = {}{spread}{unit}", e.parameter.symbol(), significant(e.value?, 5)))
     };
-    let shared = |e: &&Estimated| e.scope == Scope::Shared || records.len() == 1;
+    let shared = |e: &&ParameterEstimate| e.scope == Scope::Shared || records.len() == 1;
     // Where the parameters are not told, the characteristics are the answer.
     let told = |(name, unit, c): &Named| Some(format!("{} = {} {unit}", name.replace('_', " "), with_error((*c)?)));
     let characteristics = Characteristics::named_of(found);
@@ -76,7 +76,7 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     sure.push(Part::Table(parameters(found)));
     sure.push(Part::Table(fit(found, spec)));
     sure.push(Part::Table(characteristics_table(found)));
-    sure.extend(found.ladder.as_ref().map(|ladder| Part::Table(ladder_table(ladder))));
+    sure.extend(found.selection.as_ref().map(|selection| Part::Table(selection_table(selection))));
     sure.extend(figures::correlations(found).map(boxed));
     let mut plots: Vec<Part> = Vec::new();
     let modelled = found.modelled(records, spec).unwrap_or_default();

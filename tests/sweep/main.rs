@@ -13,6 +13,7 @@ mod program;
 
 mod crashes;
 mod faults;
+mod models;
 mod results;
 mod studies;
 

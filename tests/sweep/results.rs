@@ -217,7 +217,7 @@ fn a_joint_fit_is_one_motor() {
 }
 
 /// Skipped without an adapter, unless that is forbidden.
-fn has_gpu() -> bool {
+pub(super) fn has_gpu() -> bool {
     let devices = program::json(&["devices", "--json"]);
     let has = devices["devices"].as_array().unwrap().iter().any(|device| device["kind"] == "gpu");
     assert!(has || std::env::var_os("MOTORFIT_NO_SKIP").is_none(), "no adapter");

@@ -2,9 +2,9 @@
 
 use crate::arrays::{array, read};
 use crate::errors::Raise as _;
+use crate::exclusive_lock::ExclusiveLock;
 use crate::pool::{Pool, on_all};
 use crate::record::several;
-use crate::seat::Seat;
 use crate::spec::{self, Keywords};
 use motorfit::evaluate::Simd;
 use motorfit::identify::{Costs, IdentifySpec, with_threads};
@@ -31,7 +31,7 @@ use std::sync::Mutex;
 #[pyclass(frozen, module = "motorfit")]
 pub struct Evaluator {
     costs: Mutex<Costs>,
-    seat: Seat,
+    lock: ExclusiveLock,
     /// Room for candidates, kept from one call to the next.
     room: Mutex<Vec<f64>>,
     /// How many threads; one is the caller's.
@@ -75,7 +75,7 @@ impl Evaluator {
             steps: costs.problem().active().max(1),
             device: (kind.to_owned(), device, precision.to_owned()),
             costs: Mutex::new(costs),
-            seat: Seat::default(),
+            lock: ExclusiveLock::default(),
             room: Mutex::new(Vec::new()),
             threads: spec.threads,
             pool: Pool::new(spec.threads),
@@ -147,7 +147,7 @@ impl Evaluator {
             let message = "a GPU cannot be used by a process that was forked; make the Evaluator there, or use spawn";
             return Err(PyRuntimeError::new_err(message));
         }
-        let _taken = self.seat.take(py, "the evaluator")?;
+        let _held = self.lock.take(py, "the evaluator")?;
         let broken = "an evaluation ended in a fault; make a new Evaluator";
         let mut costs = self.costs.try_lock().map_err(|_| PyRuntimeError::new_err(broken))?;
         let costs = &mut *costs;

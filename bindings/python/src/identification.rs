@@ -4,7 +4,7 @@ use crate::answers::{Answer, Held, given, result};
 use crate::arrays::{array, rows};
 use crate::errors::{Raise as _, keyword};
 use crate::figure::Svg;
-use motorfit::identify::{Estimated, IdentifySpec};
+use motorfit::identify::{IdentifySpec, ParameterEstimate};
 use motorfit::record::Record;
 use motorfit::report::figures::{self, Modelled};
 use motorfit::report::{IdentifyDocument, json};
@@ -95,7 +95,7 @@ impl Identification {
 }
 
 impl Found {
-    fn by_name<'py, T: IntoPyObject<'py>>(&self, py: Python<'py>, of: impl Fn(&Estimated) -> T) -> Answer<'py> {
+    fn by_name<'py, T: IntoPyObject<'py>>(&self, py: Python<'py>, of: impl Fn(&ParameterEstimate) -> T) -> Answer<'py> {
         let values = PyDict::new(py);
         for estimated in self.found.estimates() {
             values.set_item(name_of(&estimated), of(&estimated))?;
@@ -137,7 +137,7 @@ impl Found {
     }
 
     fn repr(&self) -> String {
-        let one = |e: Estimated| {
+        let one = |e: ParameterEstimate| {
             let Some(value) = e.value else { return format!("{} not identified", name_of(&e)) };
             let error = e.std_error.map_or(String::new(), |s| format!(" ± {}", significant(s, 2)));
             format!("{} = {}{error} {}", name_of(&e), significant(value, 6), e.parameter.unit())
@@ -147,7 +147,7 @@ impl Found {
     }
 
     fn html(&self) -> String {
-        let row = |e: Estimated| {
+        let row = |e: ParameterEstimate| {
             let value = e.value.map_or_else(|| "not identified".to_owned(), |value| significant(value, 6));
             let error = e.std_error.map_or(String::new(), |error| significant(error, 2));
             let interval = |[low, high]: [f64; 2]| format!("{} … {}", significant(low, 6), significant(high, 6));
@@ -164,6 +164,6 @@ impl Found {
     }
 }
 
-fn name_of(estimated: &Estimated) -> String {
+fn name_of(estimated: &ParameterEstimate) -> String {
     estimated.scope.name(estimated.parameter)
 }

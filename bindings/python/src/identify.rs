@@ -5,7 +5,7 @@ use crate::identification::Identification;
 use crate::progress::watched;
 use crate::record::several;
 use crate::spec::{self, Keywords};
-use motorfit::identify::{IdentifySpec, identify_with, repeatability, validate};
+use motorfit::identify::{IdentifySpec, hold_out, identify_with};
 use motorfit::record::Record;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -69,10 +69,6 @@ fn run(
     watch: &crate::progress::Watch,
 ) -> motorfit::Result<motorfit::identify::Identification> {
     let mut found = identify_with(records, spec, &mut |progress| watch.generation(progress))?;
-    if !held_out.is_empty() {
-        let all: Vec<&Record> = records.iter().chain(held_out).collect();
-        found.repeatability = repeatability(&all, spec.model)?;
-        found.validation = Some(validate(held_out, spec, &found)?);
-    }
+    hold_out(&mut found, records, held_out, spec)?;
     Ok(found)
 }

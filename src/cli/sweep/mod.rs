@@ -14,7 +14,7 @@ use motorfit::report::sweep::{
     StatusDocument, SweepDocument, TallyDocument, shortened, sweep_answer, sweep_page, sweep_tables,
 };
 use motorfit::setting::Setting;
-use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, Tally};
+use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, SweepSummary, Tally};
 use motorfit::text::{engineering, printable, significant};
 use motorfit::{Error, Result};
 use progress::SweepReporter;
@@ -209,7 +209,7 @@ fn merge(sweep: &Sweep, show: Show<'_>, style: &Style) -> Result<Outcome> {
         ));
     }
     if let Some(path) = wanted {
-        parquet(&results, path)?;
+        parquet(&results, &summary, path)?;
         style.note(&format!("wrote {}", path.display()));
     }
     style.note(&format!("wrote {}", results.display()));
@@ -239,11 +239,11 @@ fn merge(sweep: &Sweep, show: Show<'_>, style: &Style) -> Result<Outcome> {
 }
 
 #[cfg(feature = "parquet")]
-fn parquet(results: &Path, out: &Path) -> Result<()> {
-    motorfit::report::sweep::write_parquet(results, out)
+fn parquet(results: &Path, summary: &SweepSummary, out: &Path) -> Result<()> {
+    motorfit::report::sweep::write_parquet(results, summary, out)
 }
 
 #[cfg(not(feature = "parquet"))]
-fn parquet(_: &Path, _: &Path) -> Result<()> {
+fn parquet(_: &Path, _: &SweepSummary, _: &Path) -> Result<()> {
     Ok(())
 }

@@ -5,7 +5,7 @@ use super::tables::{setting_name, tables};
 use crate::motor::Parameter;
 use crate::record::Severity;
 use crate::report::Table;
-use crate::report::document::{plain, record_head, warnings};
+use crate::report::document::warnings;
 use crate::report::spelling::command_line;
 use crate::study::compare::{Block, Comparison, Contest, Outcome, reached};
 use serde_json::{Map, Value, json as value};
@@ -21,8 +21,8 @@ impl CompareDocument {
         let bounds = spec.space.free().iter().map(|a| (a.parameter.symbol().to_owned(), value!([a.min, a.max])));
         value!({
             "motorfit": env!("CARGO_PKG_VERSION"),
-            "records": subject.records.iter().map(record_head).collect::<Value>(),
-            "truth": subject.truth.as_ref().map(plain),
+            "records": subject.records,
+            "truth": subject.truth,
             "paper": paper.then(|| paper_tables(comparison).iter().map(shown).collect::<Value>()),
             "discretization": spec.model.discretization.name(),
             "fixed": fixed(comparison),
@@ -34,7 +34,7 @@ impl CompareDocument {
             "device": {"kind": device.0, "name": device.1, "precision": device.2},
             "blocks": comparison.blocks.iter().map(|block| self::block(comparison, block)).collect::<Value>(),
             "steiglitz_mcbride": comparison.steiglitz.as_ref().map(|sm| value!({
-                "parameters": sm.estimate.as_ref().ok().map(plain),
+                "parameters": sm.estimate.as_ref().ok(),
                 "failure": sm.estimate.as_ref().err(),
                 "noise_records": sm.records,
                 "noise_sigma": {"current": sm.sigma[0], "speed": sm.sigma[1]},
@@ -43,7 +43,7 @@ impl CompareDocument {
                 "mean_relative_errors_percent": comparison.expected().map(|p| by_symbol(sm.errors(&p))),
                 "seconds": sm.seconds,
             })),
-            "refined": comparison.reference.as_ref().ok().map(|found| plain(&found.parameters)),
+            "refined": comparison.reference.as_ref().ok().map(|found| found.parameters),
             "refined_failure": comparison.reference.as_ref().err().map(|e| e.spelled(command_line)),
             "warnings": warnings(&comparison.warnings, Severity::Report),
             "remarks": warnings(&comparison.warnings, Severity::Mention),
@@ -106,7 +106,7 @@ fn contest(comparison: &Comparison, contest: &Contest) -> Value {
     let errors = comparison.expected().map(|expected| contest.errors(&expected));
     let run = |(n, run): (usize, &Outcome)| {
         value!({
-            "run": n, "cost": run.cost, "parameters": run.parameters.as_ref().map(plain),
+            "run": n, "cost": run.cost, "parameters": run.parameters,
             "evaluations": run.evaluations, "history": run.history,
         })
     };

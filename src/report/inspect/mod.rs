@@ -6,7 +6,7 @@ mod page;
 #[cfg(feature = "report")]
 pub use page::inspect_page;
 
-use super::document::{record_head, warnings};
+use super::document::warnings;
 use super::spelling::command_line;
 use crate::identify::{Inspection, Outlook};
 use crate::motor::{Parameter, response};
@@ -88,7 +88,7 @@ impl InspectDocument {
 
     fn record(inspection: &Inspection<'_>, band: f64) -> Value {
         let record = inspection.record;
-        let mut document = record_head(record);
+        let mut document = value!(record);
         let signals = SignalFacts::of(record, band).into_iter().map(|s| {
             let response = s.response.map(|r| {
                 value!({

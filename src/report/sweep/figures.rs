@@ -1,8 +1,9 @@
 //! The figures of a sweep: the motors of a line, and costs by factor.
 
+use super::line::{Spread, spreads};
 use super::tables::id;
 use super::words::{Unit, block_name, label, many, plural};
-use crate::motor::Parameter;
+use crate::motor::Scope;
 use crate::report::Figure;
 use crate::report::plot::{Boxes, Histogram, box_rows, histograms};
 use crate::study::sweep::{Limits, SweepSummary};
@@ -17,17 +18,18 @@ pub(super) fn motors(summary: &SweepSummary, limits: &Limits) -> Option<Figure> 
     if summary.results.len() < 2 {
         return None;
     }
-    let panel = |p: Parameter| {
-        let values: Vec<f64> = summary.results.iter().map(|run| run.value(p)).collect();
-        let unit = Unit::for_all(p, &values);
+    let panel = |spread: Spread| {
+        let (parameter, scope) = spread.named;
+        let unit = Unit::for_all(spread.named, &spread.values);
+        let of = if let Scope::Recording(n) = scope { format!(" of recording {}", n + 1) } else { String::new() };
         Histogram {
-            title: title_case(p.name()),
+            title: title_case(parameter.name()) + &of,
             labels: [unit.head(), "motors [1]".to_owned()],
-            values: values.into_iter().map(|value| unit.scale(value)).collect(),
-            limits: limits.of(p).map(|pair| pair.map(|limit| unit.scale(limit))),
+            values: spread.values.iter().map(|value| unit.scale(*value)).collect(),
+            limits: spread.limits.map(|pair| pair.map(|limit| unit.scale(limit))),
         }
     };
-    let panels = Parameter::ALL.map(panel);
+    let panels: Vec<Histogram> = spreads(summary, limits).into_iter().map(panel).collect();
     let mut caption = format!("The parameters of {} motors.", many(summary.results.len()));
     if !limits.is_empty() {
         caption.push_str(" Dashed: the limits; motors outside of them are of the same colour.");

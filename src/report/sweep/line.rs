@@ -1,14 +1,14 @@
 //! The motors of a production line: their parameters, and which are outside of limits.
 
 use super::words::{Unit, block_name, many, plural};
-use crate::motor::Parameter;
+use crate::identify::ParameterEstimate;
 use crate::numeric::{quantile, sorted};
 use crate::report::Table;
-use crate::study::sweep::{Limits, NamedRun, Quantiles, SweepSummary};
+use crate::study::sweep::{Limits, MOTOR, Named, NamedRun, Quantiles, SweepSummary};
 
 /// A parameter over all motors.
 pub(super) struct Spread {
-    pub parameter: Parameter,
+    pub named: Named,
     pub values: Vec<f64>,
     /// The median standard error, NaN without any.
     pub std_error: f64,
@@ -19,30 +19,34 @@ pub(super) struct Spread {
     pub unsure: Option<usize>,
 }
 
-/// All five parameters over all motors.
-pub(super) fn spreads(summary: &SweepSummary, limits: &Limits) -> [Spread; 5] {
-    Parameter::ALL.map(|p| {
-        let error = |run: &NamedRun| run.outcome.std_error?.to_array()[p as usize];
-        let errors: Vec<f64> = summary.results.iter().filter_map(error).collect();
-        let bounds = limits.of(p);
+/// The parameters of the motor, and others that motors have, over all that have them.
+pub(super) fn spreads(summary: &SweepSummary, limits: &Limits) -> Vec<Spread> {
+    let of = |named: &Named| {
+        let estimates = || summary.results.iter().filter_map(|run| run.estimate(*named));
+        let errors: Vec<f64> = estimates().filter_map(|e| e.std_error).collect();
+        let bounds = limits.of(named.0);
         let within = |value: f64| bounds.is_none_or(|[low, high]| (low..=high).contains(&value));
-        let inside = || summary.results.iter().filter(|run| within(run.value(p)));
-        let intervals = || inside().filter_map(|run| run.interval(p));
+        let inside = || estimates().filter(|e| e.value.is_some_and(within));
+        let intervals = || inside().filter_map(|e| e.ci95);
+        let values: Vec<f64> = estimates().filter_map(|e| e.value).collect();
         Spread {
-            parameter: p,
-            values: summary.results.iter().map(|run| run.value(p)).collect(),
+            named: *named,
             std_error: quantile(&sorted(&errors), 0.5),
             limits: bounds,
-            outside: summary.results.len() - inside().count(),
+            outside: values.len() - inside().count(),
             unsure: (!errors.is_empty()).then(|| intervals().filter(|ends| !ends.iter().all(|v| within(*v))).count()),
+            values,
         }
-    })
+    };
+    let all = summary.parameters.iter().map(of);
+    all.filter(|spread| MOTOR.contains(&spread.named) || !spread.values.is_empty()).collect()
 }
 
 /// A parameter of a motor that is outside of its limits.
 pub(super) struct Excess<'a> {
     pub run: &'a NamedRun,
-    pub parameter: Parameter,
+    pub estimate: &'a ParameterEstimate,
+    pub value: f64,
     /// The limit that it is beyond.
     pub limit: f64,
     pub is_above: bool,
@@ -52,17 +56,16 @@ pub(super) struct Excess<'a> {
 
 /// Everything that is outside, the farthest first.
 pub(super) fn excesses<'a>(summary: &'a SweepSummary, limits: &Limits) -> Vec<Excess<'a>> {
-    let one = |run: &'a NamedRun, parameter: Parameter| {
-        let [low, high] = limits.of(parameter)?;
-        let value = run.value(parameter);
+    let one = |run: &'a NamedRun, estimate: &'a ParameterEstimate| {
+        let ([low, high], value) = (limits.of(estimate.parameter)?, estimate.value?);
         let is_above = value > high;
         let beyond = if is_above { value - high } else { low - value };
         let limit = if is_above { high } else { low };
-        Some(Excess { run, parameter, limit, is_above, share: beyond / (high - low) })
+        Some(Excess { run, estimate, value, limit, is_above, share: beyond / (high - low) })
     };
     let outside = summary.outside(limits).into_iter();
     let mut all: Vec<Excess<'a>> =
-        outside.flat_map(|(run, list)| list.into_iter().filter_map(move |p| one(run, p))).collect();
+        outside.flat_map(|(run, list)| list.into_iter().filter_map(move |e| one(run, e))).collect();
     all.sort_by(|a, b| b.share.total_cmp(&a.share));
     all
 }
@@ -70,7 +73,7 @@ pub(super) fn excesses<'a>(summary: &'a SweepSummary, limits: &Limits) -> Vec<Ex
 /// The tables: what is outside of limits, the limits, the parameters of several motors.
 pub(super) fn line_tables(summary: &SweepSummary, limits: &Limits) -> Vec<Table> {
     let spreads = spreads(summary, limits);
-    let units = spreads.each_ref().map(|s| Unit::for_all(s.parameter, &s.values));
+    let units: Vec<Unit> = spreads.iter().map(|s| Unit::for_all(s.named, &s.values)).collect();
     let mut tables = Vec::new();
     if summary.results.is_empty() {
         return tables;
@@ -85,7 +88,7 @@ pub(super) fn line_tables(summary: &SweepSummary, limits: &Limits) -> Vec<Table>
     tables
 }
 
-fn motors(summary: &SweepSummary, spreads: &[Spread; 5], units: &[Unit; 5]) -> Table {
+fn motors(summary: &SweepSummary, spreads: &[Spread], units: &[Unit]) -> Table {
     let heads = ["parameter", "min", "5 %", "median", "95 %", "max", "std. error"];
     let count = summary.results.len();
     let title = format!("Parameters of {} {}", many(count), plural(count as u64, "motor", "motors"));
@@ -102,7 +105,7 @@ fn motors(summary: &SweepSummary, spreads: &[Spread; 5], units: &[Unit; 5]) -> T
     table
 }
 
-fn limits(spreads: &[Spread; 5], units: &[Unit; 5]) -> Table {
+fn limits(spreads: &[Spread], units: &[Unit]) -> Table {
     let heads = ["parameter", "lower", "upper", "inside", "not sure", "outside"];
     let mut table = Table::new("limits", "Limits", &heads);
     let mut has_intervals = false;
@@ -127,7 +130,7 @@ fn limits(spreads: &[Spread; 5], units: &[Unit; 5]) -> Table {
 }
 
 /// What is outside; `None` where nothing is.
-fn outside(excesses: &[Excess<'_>], units: &[Unit; 5]) -> Option<Table> {
+fn outside(excesses: &[Excess<'_>], units: &[Unit]) -> Option<Table> {
     let motors = excesses.iter().map(|e| e.run.job.motor).collect::<std::collections::BTreeSet<_>>().len();
     if motors == 0 {
         return None;
@@ -136,16 +139,17 @@ fn outside(excesses: &[Excess<'_>], units: &[Unit; 5]) -> Option<Table> {
     let title = format!("Outside of the limits: {} {}", many(motors), plural(motors as u64, "motor", "motors"));
     let mut table = Table::new("outside", title, &heads);
     let dash = || "\u{2013}".to_owned();
-    for Excess { run, parameter, limit, is_above, .. } in excesses {
-        let unit = &units[*parameter as usize];
+    for Excess { run, estimate, value, limit, is_above, .. } in excesses {
+        let named = (estimate.parameter, estimate.scope);
+        let Some(unit) = units.iter().find(|unit| unit.named == named) else { continue };
         let write = |value: f64| unit.write(value, 5);
         let fit = run.outcome.fit_percent.map(|fit| [fit.current, fit.speed]);
         let fit = fit.map(|fit| fit.map(|f| f.map_or_else(dash, |f| format!("{f:.2}"))).join(" / "));
         table.row(vec![
             run.motor.clone(),
             unit.head(),
-            write(run.value(*parameter)),
-            run.interval(*parameter).map_or_else(dash, |[low, high]| format!("{} … {}", write(low), write(high))),
+            write(*value),
+            estimate.ci95.map_or_else(dash, |[low, high]| format!("{} … {}", write(low), write(high))),
             format!("{} {}", if *is_above { "≤" } else { "≥" }, unit.limit(*limit)),
             fit.unwrap_or_else(dash),
         ]);

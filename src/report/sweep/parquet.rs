@@ -1,7 +1,7 @@
 //! The merged results as Parquet: a row a run, values flat, in groups of rows whose size memory is bounded by.
 
-use crate::motor::Parameter;
-use crate::study::sweep::{Failure, FitPercent, Of, Side, replace};
+use crate::identify::ParameterEstimate;
+use crate::study::sweep::{Named, Outcome, SweepSummary, replace};
 use crate::{Error, Result};
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
@@ -31,18 +31,9 @@ struct Row {
     scale: String,
     noise: String,
     seed: u64,
-    parameters: Option<Of<f64>>,
-    std_error: Option<Of<Option<f64>>>,
-    ci95: Option<Of<Option<[f64; 2]>>>,
-    at_bound: Option<Of<Option<Side>>>,
-    cost: Option<f64>,
-    fit_percent: Option<FitPercent>,
-    evaluations: u64,
-    stop: String,
-    device: String,
-    precision: String,
-    warnings: Vec<String>,
-    error: Option<Failure>,
+    with: Option<String>,
+    #[serde(flatten)]
+    outcome: Outcome,
 }
 
 /// How a column is read off a row.
@@ -56,16 +47,17 @@ enum Column {
 /// How a number that may be missing is read.
 type Real = Box<dyn Fn(&Row) -> Option<f64>>;
 
-/// The columns by name.
-fn columns() -> Vec<(String, Column)> {
+/// The columns by name: those of the parameters that results of the sweep have, and of what its study has.
+fn columns(sweep: &SweepSummary) -> Vec<(String, Column)> {
     let text = |name: &str, of| (name.to_owned(), Column::Text(of));
     let whole = |name: &str, of| (name.to_owned(), Column::Whole(of));
-    let each = |prefix: &str, of: fn(&Row) -> Option<[Option<f64>; 5]>| {
-        let one = |p: Parameter| {
-            let read = move |row: &Row| of(row)?[p as usize];
-            (format!("{prefix}{}", p.symbol()), Column::Real(Box::new(read)))
+    let each = |prefix: &str, of: fn(&ParameterEstimate) -> Option<f64>| {
+        let one = |&(parameter, scope): &Named| {
+            let is_own = move |e: &&ParameterEstimate| e.parameter == parameter && e.scope == scope;
+            let read = move |row: &Row| of(row.outcome.estimates.as_ref()?.list.iter().find(is_own)?);
+            (format!("{prefix}{}", scope.name(parameter)), Column::Real(Box::new(read)))
         };
-        Parameter::ALL.map(one)
+        sweep.parameters.iter().map(one).collect::<Vec<_>>()
     };
     let real = |name: &str, of: fn(&Row) -> Option<f64>| (name.to_owned(), Column::Real(Box::new(of)));
     let mut columns = vec![
@@ -80,21 +72,30 @@ fn columns() -> Vec<(String, Column)> {
         text("noise", |row| row.noise.clone()),
         whole("seed", |row| row.seed),
     ];
-    columns.extend(each("", |row| Some(row.parameters?.to_array().map(Some))));
-    columns.extend(each("std_error_", |row| Some(row.std_error?.to_array())));
-    columns.extend(each("ci95_low_", |row| Some(row.ci95?.to_array().map(|ends| Some(ends?[0])))));
-    columns.extend(each("ci95_high_", |row| Some(row.ci95?.to_array().map(|ends| Some(ends?[1])))));
+    if sweep.names_with {
+        columns.insert(4, text("with", |row| row.with.clone().unwrap_or_default()));
+    }
+    columns.extend(each("", |e| e.value));
+    columns.extend(each("std_error_", |e| e.std_error));
+    columns.extend(each("ci95_low_", |e| Some(e.ci95?[0])));
+    columns.extend(each("ci95_high_", |e| Some(e.ci95?[1])));
     columns.extend([
         text("at_bound", Row::at_bound),
-        real("cost", |row| row.cost),
-        real("fit_current", |row| row.fit_percent?.current),
-        real("fit_speed", |row| row.fit_percent?.speed),
-        whole("evaluations", |row| row.evaluations),
-        text("stop", |row| row.stop.clone()),
-        text("device", |row| row.device.clone()),
-        text("precision", |row| row.precision.clone()),
-        text("warnings", |row| row.warnings.join(",")),
-        ("error".to_owned(), Column::Reason(|row| Some(row.error.as_ref()?.message.clone()))),
+        real("cost", |row| row.outcome.cost),
+        real("fit_current", |row| row.outcome.fit_percent?.current),
+        real("fit_speed", |row| row.outcome.fit_percent?.speed),
+    ]);
+    if sweep.holds_out {
+        columns.push(real("validation_fit_current", |row| row.outcome.validation?.fit_percent.current));
+        columns.push(real("validation_fit_speed", |row| row.outcome.validation?.fit_percent.speed));
+    }
+    columns.extend([
+        whole("evaluations", |row| row.outcome.evaluations),
+        text("stop", |row| row.outcome.stop_name().to_owned()),
+        text("device", |row| row.outcome.device.to_owned()),
+        text("precision", |row| row.outcome.precision.to_owned()),
+        text("warnings", |row| row.outcome.warnings.join(",")),
+        ("error".to_owned(), Column::Reason(|row| Some(row.outcome.error.as_ref()?.message.clone()))),
     ]);
     columns
 }
@@ -102,12 +103,9 @@ fn columns() -> Vec<(String, Column)> {
 impl Row {
     /// Which parameters stand at a bound: `R:max,J:min`.
     fn at_bound(&self) -> String {
-        let Some(sides) = &self.at_bound else { return String::new() };
-        let name = |(p, side): (Parameter, Option<Side>)| {
-            let side = if side? == Side::Min { "min" } else { "max" };
-            Some(format!("{}:{side}", p.symbol()))
-        };
-        Parameter::ALL.into_iter().zip(sides.to_array()).filter_map(name).collect::<Vec<_>>().join(",")
+        let name = |e: &ParameterEstimate| Some(format!("{}:{}", e.name(), e.at_bound?));
+        let all = self.outcome.estimates.iter().flat_map(|estimates| &estimates.list);
+        all.filter_map(name).collect::<Vec<_>>().join(",")
     }
 }
 
@@ -123,14 +121,14 @@ fn schema(columns: &[(String, Column)]) -> String {
     format!("message sweep {{ {} }}", columns.iter().map(one).collect::<String>())
 }
 
-/// Writes the merged results of a sweep as Parquet, beside and renamed.
+/// Writes the merged results of a sweep as Parquet, beside and renamed. The summary is that of the same merge.
 ///
 /// # Errors
 /// `Data` when the results cannot be read or the file cannot be written.
-pub fn write_parquet(results: &Path, out: &Path) -> Result<()> {
+pub fn write_parquet(results: &Path, sweep: &SweepSummary, out: &Path) -> Result<()> {
     let mut fault: Option<Error> = None;
     let written = replace(out, |file| {
-        let made = table(results, file);
+        let made = table((results, &columns(sweep)), file);
         made.map_err(|error| match error {
             Fault::Read(error) => {
                 fault = Some(error);
@@ -158,11 +156,13 @@ impl From<ParquetError> for Fault {
     }
 }
 
-fn table<W: Write + Send>(results: &Path, file: &mut W) -> std::result::Result<(), Fault> {
+fn table<W: Write + Send>(
+    (results, columns): (&Path, &[(String, Column)]),
+    file: &mut W,
+) -> std::result::Result<(), Fault> {
     let remedy = "Merge the sweep again.";
     let unread = |error| Fault::Read(Error::data(format!("cannot be read: {error}"), remedy).in_file(results));
-    let columns = columns();
-    let schema = Arc::new(parse_message_type(&schema(&columns))?);
+    let schema = Arc::new(parse_message_type(&schema(columns))?);
     let properties = WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default()));
     let mut writer = SerializedFileWriter::new(file, schema, Arc::new(properties.build()))?;
     let mut lines = BufReader::with_capacity(1 << 18, File::open(results).map_err(unread)?).lines();
@@ -177,7 +177,7 @@ fn table<W: Write + Send>(results: &Path, file: &mut W) -> std::result::Result<(
         if rows.is_empty() {
             break;
         }
-        group(&mut writer, &columns, &rows)?;
+        group(&mut writer, columns, &rows)?;
         rows.clear();
     }
     writer.close()?;
@@ -228,11 +228,21 @@ fn present<T>(rows: &[Row], of: impl Fn(&Row) -> Option<T>) -> (Vec<T>, Vec<i16>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::motor::{Parameter, Scope};
     use parquet::file::reader::{FileReader as _, SerializedFileReader};
     use parquet::record::Field;
 
+    /// Of results with an extension, and one with values of two recordings.
+    fn summary() -> SweepSummary {
+        let mut summary = super::super::sample::product(1);
+        let own = |n| (Parameter::Load, Scope::Recording(n));
+        summary.parameters.extend([(Parameter::Coulomb, Scope::Shared), own(0), own(1)]);
+        (summary.names_with, summary.holds_out) = (true, true);
+        summary
+    }
+
     fn line(id: u64) -> String {
-        let found = serde_json::json!({
+        let mut found = serde_json::json!({
             "id": id, "motor": format!("m\u{e4} \"{id}\""), "method": "gwo", "polish": "lm", "population": 100,
             "generations": 50, "criterion": "nrmse", "scale": "std", "noise": "none", "seed": u64::MAX - id,
             "parameters": {"R": 0.1 + 1e-9 * id as f64, "L": 0.2, "K": 0.3, "B": 0.4, "J": 1.0 / 3.0},
@@ -249,6 +259,17 @@ mod tests {
             "device": "cpu", "precision": "f64", "warnings": [],
             "error": {"kind": "data", "message": "no such file", "remedy": "…"},
         });
+        if id % 2 == 1 {
+            let more = [("Tc", 0.01, [0.0, 0.02]), ("TL[0]", -0.1, [-0.2, 0.0]), ("TL[1]", 0.1, [0.0, 0.2])];
+            for (name, value, ends) in more {
+                found["parameters"][name] = value.into();
+                found["std_error"][name] = 0.05.into();
+                found["ci95"][name] = ends.to_vec().into();
+                found["at_bound"][name] = "min".into();
+            }
+            found["with"] = "coulomb,load".into();
+            found["validation"] = serde_json::json!({"fit_percent": {"current": 90.5, "speed": null}});
+        }
         if id % 7 == 3 { failed.to_string() } else { found.to_string() }
     }
 
@@ -258,10 +279,10 @@ mod tests {
         let (results, out) = (folder.path().join("results.jsonl"), folder.path().join("results.parquet"));
         let rows = GROUP as u64 + 5;
         std::fs::write(&results, (0..rows).map(|id| line(id) + "\n").collect::<String>()).unwrap();
-        write_parquet(&results, &out).unwrap();
+        write_parquet(&results, &summary(), &out).unwrap();
         let reader = SerializedFileReader::new(File::open(&out).unwrap()).unwrap();
         assert_eq!((reader.num_row_groups(), reader.metadata().file_metadata().num_rows()), (2, rows as i64));
-        let columns = columns();
+        let columns = columns(&summary());
         for (id, read) in (0..rows).zip(reader.get_row_iter(None).unwrap()) {
             let row: Row = serde_json::from_str(&line(id)).unwrap();
             let (read, mut cells) = (read.unwrap(), 0);
@@ -277,7 +298,7 @@ mod tests {
                 assert_eq!((name, field), (expected, &cell), "run {id}");
                 cells += 1;
             }
-            assert_eq!(cells, 40);
+            assert_eq!(cells, 40 + 3 * 4 + 3);
         }
     }
 
@@ -286,11 +307,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (results, out) = (folder.path().join("results.jsonl"), folder.path().join("results.parquet"));
         std::fs::write(&results, line(0) + "\n{\"id\":1}\n").unwrap();
-        let error = write_parquet(&results, &out).unwrap_err();
+        let error = write_parquet(&results, &summary(), &out).unwrap_err();
         assert_eq!(error.line(), Some(2), "{error}");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
         std::fs::write(&results, "").unwrap();
-        write_parquet(&results, &out).unwrap();
-        assert!(write_parquet(&folder.path().join("none"), &out).is_err() && out.exists());
+        write_parquet(&results, &summary(), &out).unwrap();
+        assert!(write_parquet(&folder.path().join("none"), &summary(), &out).is_err() && out.exists());
     }
 }

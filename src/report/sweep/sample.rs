@@ -4,7 +4,7 @@ use crate::criterion::{Norm, Scale};
 use crate::identify::{Method, Polish};
 use crate::motor::{Parameter, Parameters};
 use crate::report::Reproduced;
-use crate::study::sweep::{Cell, Factors, Failures, Job, Limits, NamedRun, Outcome, SweepBlock, SweepSummary};
+use crate::study::sweep::{Cell, Factors, Failures, Job, Limits, MOTOR, NamedRun, Outcome, SweepBlock, SweepSummary};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde_json::json;
@@ -16,7 +16,17 @@ fn draw(random: &mut Xoshiro256PlusPlus) -> f64 {
 
 fn factors(method: Method, noise: usize) -> Factors {
     let (criterion, scale) = (Norm::Nrmse, Scale::Std);
-    Factors { method, polish: Polish::None, population: 100, generations: 100, criterion, scale, noise, seed: 1 }
+    Factors {
+        method,
+        polish: Polish::None,
+        with: 0,
+        population: 100,
+        generations: 100,
+        criterion,
+        scale,
+        noise,
+        seed: 1,
+    }
 }
 
 fn run(id: u64, motor: usize, f: Factors, values: [f64; 5], cost: f64) -> NamedRun {
@@ -35,10 +45,12 @@ fn run(id: u64, motor: usize, f: Factors, values: [f64; 5], cost: f64) -> NamedR
 }
 
 fn cell(factors: Factors, noise: &str, runs: &[NamedRun]) -> Cell {
-    let parameters = Parameter::ALL.map(|p| runs.iter().map(|run| run.value(p)).collect());
+    let values = |named| runs.iter().filter_map(|run| run.estimate(named)?.value).collect();
+    let parameters = MOTOR.iter().map(|named| (*named, values(*named))).collect();
     let costs = runs.iter().filter_map(|run| run.outcome.cost).collect();
     let count = runs.len() as u64;
-    Cell { factors, noise: noise.to_owned(), runs: count, failed: 0, costs, parameters, seconds: 0.0031 * count as f64 }
+    let (noise, with, seconds) = (noise.to_owned(), None, 0.0031 * count as f64);
+    Cell { factors, noise, with, runs: count, failed: 0, costs, parameters, seconds }
 }
 
 fn summary(name: &str, blocks: Vec<SweepBlock>, runs: u64) -> SweepSummary {
@@ -53,6 +65,9 @@ fn summary(name: &str, blocks: Vec<SweepBlock>, runs: u64) -> SweepSummary {
         blocks,
         motors: 1,
         results: Vec::new(),
+        parameters: MOTOR.to_vec(),
+        names_with: false,
+        holds_out: false,
         varied: Vec::new(),
         device: ["cpu".to_owned(), "f64".to_owned()],
         places: Vec::new(),

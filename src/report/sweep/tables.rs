@@ -1,12 +1,11 @@
 //! Tables of a sweep: costs and parameters by factor, the worst runs, runs without a result.
 
 use super::line::line_tables;
-use super::words::{Unit, block_name, factors, grouped, heads, label, level, levels, lowest, noise, plural, under};
-use crate::motor::Parameter;
+use super::words::{Unit, block_name, cell_of, factors, grouped, heads, label, level, levels, lowest, plural, under};
 use crate::numeric::count_u64;
 use crate::report::Table;
 use crate::report::compare::cell as number;
-use crate::study::sweep::{Cell, Limits, Quantiles, SweepSummary};
+use crate::study::sweep::{Cell, Limits, MOTOR, Named, Quantiles, SweepSummary};
 use crate::text::{engineering, significant};
 
 /// All tables of a sweep: the motors where there are several, each block, runs without a result.
@@ -72,21 +71,28 @@ fn seconds(cell: &Cell) -> String {
 /// Parameters by factor; `None` without any.
 fn parameters(summary: &SweepSummary, n: usize) -> Option<Table> {
     let block = &summary.blocks[n];
-    let quantiles = |p: Parameter| -> Vec<Quantiles> {
-        block.cells.iter().map(|cell| Quantiles::of(&cell.parameters[p as usize])).collect()
+    let quantiles = |named: &Named| -> Vec<Quantiles> {
+        block.cells.iter().map(|cell| Quantiles::of(cell.values(*named))).collect()
     };
-    let all = Parameter::ALL.map(quantiles);
-    let first = block.cells.iter().position(|cell| !cell.parameters[0].is_empty())?;
-    let units = Parameter::ALL.map(|p| Unit::of(p, all[p as usize][first].median));
-    let symbols = units.each_ref().map(Unit::head);
+    let of = |named: &Named| {
+        let all = quantiles(named);
+        let typical = all.iter().map(|q| q.median).find(|median| !median.is_nan());
+        let is_shown = typical.is_some() || MOTOR.contains(named);
+        is_shown.then(|| (Unit::of(*named, typical.unwrap_or(f64::NAN)), all))
+    };
+    if block.cells.iter().all(|cell| cell.costs.is_empty()) {
+        return None;
+    }
+    let columns: Vec<(Unit, Vec<Quantiles>)> = summary.parameters.iter().filter_map(of).collect();
+    let symbols: Vec<String> = columns.iter().map(|(unit, _)| unit.head()).collect();
     let mut heads = heads(summary);
     heads.extend(symbols.iter().map(String::as_str));
     let title = format!("Parameters ({})", block_name(block));
     let mut table = Table::new(id(summary, "parameters", n), title, &heads);
     for (place, cell) in block.cells.iter().enumerate() {
-        let values = Parameter::ALL.map(|p| {
-            let q = &all[p as usize][place];
-            if q.median.is_nan() { "\u{2013}".to_owned() } else { spread(&units[p as usize], q) }
+        let values = columns.iter().map(|(unit, all)| {
+            let q = &all[place];
+            if q.median.is_nan() { "\u{2013}".to_owned() } else { spread(unit, q) }
         });
         table.row(levels(summary, cell).into_iter().chain(values).collect());
     }
@@ -128,7 +134,7 @@ fn worst(summary: &SweepSummary, n: usize) -> Option<Table> {
         let mut row = vec![run.job.id.to_string()];
         row.extend(motor.map(|_| run.motor.clone()));
         row.push(f.method.name().to_owned());
-        row.extend(others.iter().map(|name| level(name, f, noise(block, f.noise))));
+        row.extend(others.iter().map(|name| cell_of(block, f).map_or_else(String::new, |cell| level(name, f, cell))));
         row.extend([f.seed.to_string(), number(run.outcome.cost.unwrap_or(f64::NAN), 4)]);
         table.row(row);
     }

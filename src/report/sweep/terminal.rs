@@ -7,6 +7,8 @@ use crate::report::Table;
 const WIDTH: usize = 80;
 /// Columns of a table that are left out first where there is no room.
 const SPARED: [&str; 4] = ["5 %", "95 %", "25 %", "75 %"];
+/// Columns that are shown however wide they are: those of factors and of the five parameters of a motor.
+const COLUMNS: usize = 11;
 /// What begins the part of a cell that is left out next.
 const SPREAD: &str = " ±";
 /// Cells are not cut shorter than this.
@@ -27,9 +29,6 @@ pub fn shortened(table: &Table, rows: usize) -> Table {
             short.rows.iter_mut().for_each(|row| drop(row.remove(place)));
         }
     }
-    if short.heads.len() < table.heads.len() {
-        short.note("More columns are on the page and in the CSV.");
-    }
     if width(&short) > WIDTH && short.notes.iter().any(|note| note.contains(SPREAD)) {
         let bare = |cell: &mut String| cell.truncate(cell.find(SPREAD).unwrap_or(cell.len()));
         short.rows.iter_mut().flatten().for_each(bare);
@@ -41,6 +40,13 @@ pub fn shortened(table: &Table, rows: usize) -> Table {
     if let Some(widest) = (0..widths.len()).filter(|_| over > 0).max_by_key(|n| widths[*n]) {
         let most = widths[widest].saturating_sub(over).max(SHORTEST);
         short.rows.iter_mut().for_each(|row| row[widest] = cut(&row[widest], most));
+    }
+    while width(&short) > WIDTH && short.heads.len() > COLUMNS {
+        short.heads.pop();
+        short.rows.iter_mut().for_each(|row| drop(row.pop()));
+    }
+    if short.heads.len() < table.heads.len() {
+        short.note("More columns are on the page and in the CSV.");
     }
     short
 }

@@ -2,7 +2,7 @@
 
 use crate::motor::Parameter;
 use crate::numeric::{quantile, sorted};
-use crate::study::sweep::{Cell, Factors, Limits, SweepBlock, SweepSummary};
+use crate::study::sweep::{Cell, Factors, Limits, Named, SweepBlock, SweepSummary};
 use crate::text::{printable, significant};
 
 /// A count with its thousands set apart.
@@ -43,26 +43,27 @@ pub(super) fn heads(summary: &SweepSummary) -> Vec<&'static str> {
     factors(summary).into_iter().map(head).collect()
 }
 
-/// The level of a factor.
-pub(super) fn level(name: &str, factors: &Factors, noise: &str) -> String {
+/// The level of a factor of a run in a cell.
+pub(super) fn level(name: &str, factors: &Factors, cell: &Cell) -> String {
     match name {
         "method" => factors.method.name().to_owned(),
         "polish" => factors.polish.name().to_owned(),
+        "with" => cell.with.clone().unwrap_or_default(),
         "population" => factors.population.to_string(),
         "generations" => factors.generations.to_string(),
-        _ => noise.to_owned(),
+        _ => cell.noise.clone(),
     }
 }
 
 /// The levels of the factors that tell cells apart.
 pub(super) fn levels(summary: &SweepSummary, cell: &Cell) -> Vec<String> {
-    factors(summary).into_iter().map(|name| level(name, &cell.factors, &cell.noise)).collect()
+    factors(summary).into_iter().map(|name| level(name, &cell.factors, cell)).collect()
 }
 
 /// A cell in words: `gwo, 100 agents, noise 40dB`.
 pub(super) fn label(summary: &SweepSummary, cell: &Cell) -> String {
     let word = |name| {
-        let level = level(name, &cell.factors, &cell.noise);
+        let level = level(name, &cell.factors, cell);
         match name {
             "population" => format!("{level} agents"),
             "method" => level,
@@ -79,29 +80,30 @@ pub(super) fn block_name(block: &SweepBlock) -> String {
     factors.map_or_else(String::new, |f| format!("{}, scale {}", f.criterion.name(), f.scale.name()))
 }
 
-/// The name of an added noise.
-pub(super) fn noise(block: &SweepBlock, place: usize) -> &str {
-    block.cells.iter().find(|cell| cell.factors.noise == place).map_or("", |cell| &cell.noise)
+/// The cell of a run: of its extensions and its noise, which have names of the study.
+pub(super) fn cell_of<'a>(block: &'a SweepBlock, f: &Factors) -> Option<&'a Cell> {
+    block.cells.iter().find(|cell| (cell.factors.noise, cell.factors.with) == (f.noise, f.with))
 }
 
 /// A unit with the prefix that suits a value.
 pub(super) struct Unit {
-    parameter: Parameter,
+    pub named: Named,
     exponent: i32,
 }
 
 impl Unit {
     /// For a typical value.
-    pub fn of(parameter: Parameter, typical: f64) -> Self {
-        let size = typical.abs();
+    pub fn of(named: Named, typical: f64) -> Self {
+        // What is counted has no prefix.
+        let size = if matches!(named.0.unit(), "1" | "samples") { 1.0 } else { typical.abs() };
         let fits = |(least, exponent): (f64, i32)| (size >= least).then_some(exponent);
         let exponent = [(0.1, 0), (1e-3, -3), (1e-6, -6), (1e-9, -9)].into_iter().find_map(fits).unwrap_or(0);
-        Self { parameter, exponent }
+        Self { named, exponent }
     }
 
     /// For values: their median.
-    pub fn for_all(parameter: Parameter, values: &[f64]) -> Self {
-        Self::of(parameter, quantile(&sorted(values), 0.5))
+    pub fn for_all(named: Named, values: &[f64]) -> Self {
+        Self::of(named, quantile(&sorted(values), 0.5))
     }
 
     /// A value in the unit.
@@ -126,8 +128,9 @@ impl Unit {
 
     /// Symbol and unit: `L [mH]`.
     pub fn head(&self) -> String {
-        let unit = ["ohm", "H", "V s/rad", "N m s/rad", "kg m\u{b2}"][self.parameter as usize];
-        let prefix = match (self.exponent, self.parameter) {
+        let (parameter, scope) = self.named;
+        let unit = parameter.unit().replace('*', " ").replace("^2", "\u{b2}");
+        let prefix = match (self.exponent, parameter) {
             // A kilogram has its prefix already.
             (-3, Parameter::J) => "10\u{207b}\u{b3} ",
             (-6, Parameter::J) => "10\u{207b}\u{2076} ",
@@ -137,7 +140,7 @@ impl Unit {
             (-9, _) => "n",
             _ => "",
         };
-        format!("{} [{prefix}{unit}]", self.parameter.symbol())
+        format!("{} [{prefix}{unit}]", scope.name(parameter))
     }
 }
 

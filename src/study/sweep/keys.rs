@@ -1,10 +1,10 @@
 //! The keys of a study, one by one: what they may be and what they mean.
 
-use super::study::{AddedNoise, Entry, Seeds};
+use super::study::{AddedNoise, Entry, Level, Seeds};
 use super::toml::{Document, Value};
 use crate::criterion::Criterion;
 use crate::evaluate::{Initial, Model};
-use crate::identify::{DeviceSpec, IdentifySpec, Method, OnLoss, PrecisionSpec, values};
+use crate::identify::{DeviceSpec, IdentifySpec, Method, OnLoss, PrecisionSpec, With, values};
 use crate::motor::{Discretization, Parameter, Space};
 use crate::named::{Named, named};
 use crate::optimize::SEARCHES;
@@ -97,7 +97,7 @@ impl Keys<'_> {
             let DeValue::Table(table) = value.get_ref() else {
                 return Ok(Entry::Files(document.text("recordings", value, "\"line/*.csv\"")?));
             };
-            document.check_keys(table, &["motor", "files"], "A motor")?;
+            document.check_keys(table, &["motor", "files", "validate"], "A motor")?;
             let own = Keys { document, table };
             let lacks = |key: &str| {
                 document.error(
@@ -110,6 +110,7 @@ impl Keys<'_> {
             Ok(Entry::Motor {
                 name: own.text("motor", "\"m1\"")?.ok_or_else(|| lacks("motor"))?,
                 files: document.list("files", files, |file| document.text("files", file, "[\"a.csv\"]"))?,
+                validate: own.words("validate", "[\"held-out.csv\"]")?,
             })
         })
     }
@@ -141,7 +142,7 @@ impl Keys<'_> {
     }
 
     /// Texts of a list, none where the key is not there.
-    fn words(&self, key: &str, expected: &str) -> Result<Vec<String>> {
+    pub(super) fn words(&self, key: &str, expected: &str) -> Result<Vec<String>> {
         let Some(value) = self.get(key) else { return Ok(Vec::new()) };
         self.document.list(key, value, |value| self.document.text(key, value, expected))
     }
@@ -179,26 +180,75 @@ impl Keys<'_> {
         let discretization = self.choice::<Discretization>("discretization")?;
         let initial = self.choice::<Initial>("initial")?;
         let precision = self.choice::<PrecisionSpec>("precision")?;
-        let (bounds, auto_bounds) = self.bounds()?;
         let time_origin_s = self.get("time_origin").map(|v| document.number("time_origin", v)).transpose()?;
-        let fixed = self.parameters("fix", |value, parameter| {
-            let number = document.number("fix", value)?;
-            Ok((parameter, number))
-        })?;
-        let span = || self.get("bounds").or_else(|| self.get("fix")).map(toml::Spanned::span).unwrap_or_default();
-        let space = Space::table2_with(&bounds, &fixed).map_err(|error| document.located(span(), &error))?;
         Ok(IdentifySpec {
             model: Model { discretization: discretization.unwrap_or_default(), initial: initial.unwrap_or_default() },
             criterion: Criterion { time_origin_s, ..Criterion::default() },
-            space,
-            auto_bounds,
             device: self.read("device", "\"cpu\"", str::parse)?.unwrap_or_default(),
             precision: precision.unwrap_or_default(),
             ..IdentifySpec::default()
         })
     }
 
-    /// The values of a table by parameter.
+    /// Whether the factor of models is there.
+    pub(super) fn names_with(&self) -> bool {
+        self.get("with").is_some()
+    }
+
+    /// The models, on top of what holds for all runs. Of a study that names models each takes the bounds, the held values
+    /// and the parameters of recordings that it has; otherwise bounds and held values say what there is.
+    pub(super) fn with(&self, spec: &IdentifySpec) -> Result<Vec<Level>> {
+        let document = self.document;
+        let span = |key: &str| self.get(key).map(toml::Spanned::span).unwrap_or_default();
+        let one = |value: &Value<'_>, key: &str| {
+            let text = document.text(key, value, "\"coulomb,dead-time\"")?;
+            text.parse::<With>().map_err(|error| document.located(value.span(), &error))
+        };
+        let models = self.list("with", &one, With::default())?;
+        let (bounds, auto_bounds) = self.bounds()?;
+        let fixed = self.parameters("fix", |value, parameter| Ok((parameter, document.number("fix", value)?)))?;
+        let own = values::named(&self.words("per_recording", "[\"TL\"]")?, Setting::PerRecording)
+            .map_err(|error| document.located(span("per_recording"), &error))?;
+        let is_given = |p: Parameter| bounds.iter().any(|(of, ..)| *of == p) || fixed.iter().any(|(of, _)| *of == p);
+        let has = |with: &With, p: Parameter| with.may_have(p) || (!self.names_with() && is_given(p));
+        let asked = bounds.iter().map(|(p, ..)| ("bounds", *p)).chain(fixed.iter().map(|(p, _)| ("fix", *p)));
+        for (key, parameter) in asked.chain(own.iter().map(|p| ("per_recording", *p))) {
+            if !models.iter().any(|with| has(with, parameter)) {
+                let symbol = parameter.symbol();
+                let remedy = format!("Name its extension in with, or leave {symbol} out.");
+                return Err(document.error(span(key), format!("{key}: {symbol} is in no model of the study"), remedy));
+            }
+        }
+        let level = |with: &With| {
+            let bounds: Vec<Bounded> = bounds.iter().filter(|(p, ..)| has(with, *p)).copied().collect();
+            let fixed: Vec<(Parameter, f64)> = fixed.iter().filter(|(p, _)| has(with, *p)).copied().collect();
+            // What is held may be all of the motor where it has extensions.
+            let space = if *with == With::default() { Space::table2_with } else { Space::table2_to_extend };
+            let key = if self.get("bounds").is_some() { "bounds" } else { "fix" };
+            let space = space(&bounds, &fixed).map_err(|error| document.located(span(key), &error))?;
+            let per_recording = own.iter().copied().filter(|p| has(with, *p)).collect();
+            let auto_bounds = auto_bounds.clone();
+            let spec = IdentifySpec { space, auto_bounds, with: with.clone(), per_recording, ..spec.clone() };
+            Ok(Level { name: with.to_string(), spec })
+        };
+        models.iter().map(level).collect()
+    }
+
+    pub(super) fn split(&self) -> Result<Option<f64>> {
+        let Some(value) = self.get("split") else { return Ok(None) };
+        let fraction = self.document.number("split", value)?;
+        if !(fraction > 0.0 && fraction < 1.0) {
+            let message = format!("split is {fraction}");
+            return Err(self.document.error(
+                value.span(),
+                message,
+                "Give a fraction between 0 and 1, as in split = 0.7.",
+            ));
+        }
+        Ok(Some(fraction))
+    }
+
+    /// The values of a table by parameter, in the order of the file.
     fn parameters<T>(&self, key: &str, one: impl Fn(&Value<'_>, Parameter) -> Result<T>) -> Result<Vec<T>> {
         let Some(value) = self.get(key) else { return Ok(Vec::new()) };
         let Some(table) = value.get_ref().as_table() else {
@@ -209,9 +259,12 @@ impl Keys<'_> {
                 format!("Write {key} = {example}."),
             ));
         };
-        let symbols: Vec<&str> = Parameter::ALL.iter().map(|p| p.symbol()).collect();
+        let symbols: Vec<&str> =
+            Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS).map(Parameter::symbol).collect();
         self.document.check_keys(table, &symbols, key)?;
-        table.iter().map(|(name, value)| one(value, name.get_ref().parse()?)).collect()
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(name, _)| name.span().start);
+        entries.into_iter().map(|(name, value)| one(value, name.get_ref().parse()?)).collect()
     }
 
     /// Bounds that are given, and the parameters whose bounds follow the Steiglitz–McBride estimate.

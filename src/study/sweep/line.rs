@@ -1,116 +1,99 @@
 //! A finished run as a line of JSON, and back.
 
-use super::manifest::Job;
+use super::runs::Job;
 use super::study::Study;
 use super::toml::as_key;
-use crate::identify::Fitted;
-use crate::motor::{Parameter, Parameters};
+use crate::channels::Channels;
+use crate::identify::{Estimates, Identification, MAPS};
+use crate::optimize::Stop;
+use crate::record::Severity;
 use crate::text::{hexadecimal, printable_json};
 use crate::{Error, ErrorKind};
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::ser::SerializeStruct as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use sha2::{Digest as _, Sha256};
 
-/// A value for each parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[expect(non_snake_case, reason = "the names of the parameters")]
-pub struct Of<T> {
-    R: T,
-    L: T,
-    K: T,
-    B: T,
-    J: T,
-}
+/// A name out of a few; an alias, because serde would borrow a reference from the line.
+type Name = &'static str;
 
-impl<T: Copy> Of<T> {
-    fn new([r, l, k, b, j]: [T; 5]) -> Self {
-        Self { R: r, L: l, K: k, B: b, J: j }
-    }
-
-    /// In the order of [`Parameter::ALL`].
-    #[must_use]
-    pub fn to_array(&self) -> [T; 5] {
-        [self.R, self.L, self.K, self.B, self.J]
-    }
-}
-
-/// How much of current and speed is explained.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct FitPercent {
-    /// Of the current.
-    pub current: Option<f64>,
-    /// Of the speed.
-    pub speed: Option<f64>,
-}
-
-/// What a run found.
+/// The part of an identification that the line of a run has.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// All five, those held included; `None` where there is no result.
-    pub parameters: Option<Of<f64>>,
-    /// Standard errors; `None` without a polish.
-    pub std_error: Option<Of<Option<f64>>>,
-    /// 95 % intervals.
-    pub ci95: Option<Of<Option<[f64; 2]>>>,
-    /// Bounds that parameters stand at.
-    pub at_bound: Option<Of<Option<Side>>>,
+    /// The parameters; `None` where there is no result.
+    #[serde(flatten, serialize_with = "estimates")]
+    pub estimates: Option<Estimates>,
     /// The cost in the run's criterion, by the oracle.
     pub cost: Option<f64>,
-    /// How much of the signals is explained.
-    pub fit_percent: Option<FitPercent>,
+    /// How much of current and speed is explained.
+    pub fit_percent: Option<Channels<Option<f64>>>,
+    /// The same of held-out recordings, in studies that have some.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub validation: Option<HeldOutFit>,
     /// Candidates evaluated, or iterations of Steiglitz–McBride.
     pub evaluations: u64,
-    /// Why it ended; `failed` without a result.
-    pub stop: Stop,
+    /// Why it ended; `None`, on the line `failed`, without a result.
+    #[serde(serialize_with = "stop", deserialize_with = "read_stop")]
+    pub stop: Option<Stop>,
     /// cpu or gpu.
-    pub device: Device,
+    #[serde(deserialize_with = "read_device")]
+    pub device: Name,
     /// f32 or f64.
-    pub precision: Precision,
+    #[serde(deserialize_with = "read_precision")]
+    pub precision: Name,
     /// Codes of warnings.
     pub warnings: Vec<String>,
     /// Why there is no result.
     pub error: Option<Failure>,
 }
 
-/// A side of a bound.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Side {
-    /// The lower.
-    Min,
-    /// The upper.
-    Max,
+/// How much of held-out recordings is explained.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct HeldOutFit {
+    /// Of their current and speed.
+    pub fit_percent: Channels<Option<f64>>,
 }
 
-/// Why a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Stop {
-    /// All generations were evaluated.
-    BudgetSpent,
-    /// An iteration came to its end.
-    Converged,
-    /// There is no result.
-    Failed,
+/// The maps of the estimates, each `null` without a result.
+fn estimates<S: Serializer>(estimates: &Option<Estimates>, serializer: S) -> Result<S::Ok, S::Error> {
+    match estimates {
+        Some(estimates) => estimates.serialize(serializer),
+        None => {
+            let mut all = serializer.serialize_struct("Estimates", MAPS.len())?;
+            MAPS.iter().try_for_each(|map| all.serialize_field(map, &()))?;
+            all.end()
+        }
+    }
 }
 
-/// What evaluated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Device {
-    /// The processor.
-    Cpu,
-    /// A GPU.
-    Gpu,
+const FAILED: &str = "failed";
+
+fn stop_name(stop: Option<Stop>) -> &'static str {
+    stop.map_or(FAILED, Stop::name)
 }
 
-/// With which numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Precision {
-    /// Single.
-    F32,
-    /// Double.
-    F64,
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn stop<S: Serializer>(stop: &Option<Stop>, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(stop_name(*stop))
+}
+
+fn read_stop<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Stop>, D::Error> {
+    let name = String::deserialize(deserializer)?;
+    let known = Stop::ALL.into_iter().find(|stop| stop.name() == name);
+    if known.is_none() && name != FAILED { Err(D::Error::custom("an unknown reason")) } else { Ok(known) }
+}
+
+fn read_device<'de, D: Deserializer<'de>>(deserializer: D) -> Result<&'static str, D::Error> {
+    one_of(deserializer, ["cpu", "gpu"])
+}
+
+fn read_precision<'de, D: Deserializer<'de>>(deserializer: D) -> Result<&'static str, D::Error> {
+    one_of(deserializer, ["f64", "f32"])
+}
+
+fn one_of<'de, D: Deserializer<'de>>(deserializer: D, all: [&'static str; 2]) -> Result<&'static str, D::Error> {
+    let name = String::deserialize(deserializer)?;
+    all.into_iter().find(|known| *known == name).ok_or_else(|| D::Error::custom("an unknown name"))
 }
 
 /// Why a run has no result.
@@ -138,70 +121,53 @@ impl Outcome {
         let message = error.text().respelled(as_key).to_string().replace(root, "");
         let remedy = error.hint().respelled(as_key).to_string();
         Self {
-            parameters: None,
-            std_error: None,
-            ci95: None,
-            at_bound: None,
+            estimates: None,
             cost: None,
             fit_percent: None,
+            validation: None,
             evaluations: 0,
-            stop: Stop::Failed,
-            device: Device::Cpu,
-            precision: Precision::F64,
+            stop: None,
+            device: "cpu",
+            precision: "f64",
             warnings: Vec::new(),
             error: Some(Failure { kind: kind.to_owned(), message, remedy }),
         }
     }
 
-    /// Of parameters at a cost.
+    /// The part of a result that a line has.
     #[must_use]
-    pub fn found(parameters: &Parameters, cost: f64, evaluations: u64, stop: Stop) -> Self {
+    pub fn of(found: &Identification) -> Self {
+        let reported = found.warnings.iter().filter(|warning| warning.severity == Severity::Report);
+        let held_out = found.validation.as_ref();
         Self {
-            parameters: Some(Of::new(parameters.to_array())),
-            std_error: None,
-            ci95: None,
-            at_bound: None,
-            cost: Some(cost).filter(|cost| cost.is_finite()),
-            fit_percent: None,
-            evaluations,
-            stop,
-            device: Device::Cpu,
-            precision: Precision::F64,
-            warnings: Vec::new(),
+            estimates: Some(Estimates { list: found.estimates(), polished: found.uncertainty.is_some() }),
+            cost: Some(found.cost).filter(|cost| cost.is_finite()),
+            fit_percent: Some(found.fit_percent.into()),
+            validation: held_out.map(|validation| HeldOutFit { fit_percent: validation.fit_percent.into() }),
+            evaluations: found.evaluations,
+            stop: Some(found.stop),
+            device: found.device_kind,
+            precision: found.precision,
+            warnings: reported.map(|warning| warning.code.to_owned()).collect(),
             error: None,
         }
     }
 
-    /// The same with how sure a fit is.
+    /// Why it ended, by its name on the line.
     #[must_use]
-    pub fn with_fit(mut self, fitted: &Fitted) -> Self {
-        let place = |p: Parameter| fitted.space.free().iter().position(|axis| axis.parameter == p);
-        let side = |p: Parameter| match fitted.at_bound[place(p)?] {
-            Some("min") => Some(Side::Min),
-            Some(_) => Some(Side::Max),
-            None => None,
-        };
-        self.at_bound = Some(Of::new(Parameter::ALL.map(side)));
-        if let Some(uncertainty) = &fitted.uncertainty {
-            self.std_error = Some(Of::new(Parameter::ALL.map(|p| uncertainty.std_error[place(p)?])));
-            self.ci95 = Some(Of::new(Parameter::ALL.map(|p| uncertainty.ci95[place(p)?])));
-        }
-        let [current, speed] = fitted.fit_percent;
-        self.fit_percent = Some(FitPercent { current, speed });
-        self.warnings = fitted.warnings.iter().map(|code| (*code).to_owned()).collect();
-        self
+    pub fn stop_name(&self) -> &'static str {
+        stop_name(self.stop)
     }
 }
 
-/// What is read back of a line: its number, and what was found.
+/// What a line says of how its run is counted.
 #[derive(Debug, Clone, Deserialize)]
 pub(super) struct Row {
     pub id: u64,
-    #[serde(flatten)]
-    pub outcome: Outcome,
+    pub error: Option<Failure>,
 }
 
-impl Outcome {
+impl Row {
     /// Whether another try may end otherwise: what failed was the recording.
     pub(super) fn is_retried(&self) -> bool {
         self.error.as_ref().is_some_and(|failure| failure.kind == "data")
@@ -215,6 +181,8 @@ struct Line<'a> {
     motor: &'a str,
     method: &'a str,
     polish: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    with: Option<&'a str>,
     population: usize,
     generations: usize,
     criterion: &'a str,
@@ -236,6 +204,7 @@ pub(super) fn line(study: &Study, job: &Job, motor: &str, outcome: &Outcome, sec
         motor,
         method: f.method.name(),
         polish: f.polish.name(),
+        with: study.with_name(f),
         population: f.population,
         generations: f.generations,
         criterion: f.criterion.name(),
@@ -270,6 +239,34 @@ pub(super) fn split(line: &str) -> Option<(String, f64)> {
     (timing.check == check(text)).then(|| (format!("{text}}}"), timing.seconds))
 }
 
+/// An outcome for tests: that of the M2 motor with a Coulomb friction and a load of the second recording.
+#[cfg(test)]
+pub(super) fn sample() -> Outcome {
+    use crate::identify::ParameterEstimate;
+    use crate::motor::{Parameter, Parameters, Scope};
+    let own = Parameter::ALL.map(|p| (p, Scope::Shared, Parameters::M2.get(p)));
+    let more = [(Parameter::Coulomb, Scope::Shared, 1e-300), (Parameter::Load, Scope::Recording(1), -0.1)];
+    let estimate = |(n, &(parameter, scope, value)): (usize, &(Parameter, Scope, f64))| ParameterEstimate {
+        std_error: (n % 2 == 0).then_some(0.1),
+        ci95: (n % 2 == 0).then_some([1e-9, 1e300]),
+        at_bound: (n == 3).then_some("max"),
+        ..ParameterEstimate::new(parameter, scope, (n != 1).then_some(value))
+    };
+    let list = own.iter().chain(&more).enumerate().map(estimate).collect();
+    Outcome {
+        estimates: Some(Estimates { list, polished: true }),
+        cost: Some(0.025),
+        fit_percent: Some([Some(99.5), None].into()),
+        validation: None,
+        evaluations: 4,
+        stop: Some(Stop::Converged),
+        device: "cpu",
+        precision: "f64",
+        warnings: Vec::new(),
+        error: None,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -278,10 +275,9 @@ mod tests {
     fn a_line_comes_back_and_its_time_comes_off() {
         let text = "methods = [\"sm\"]\nrecordings = [\"a\"]\nnoise = [\"none\"]";
         let study = Study::parse(text, std::path::Path::new("s.toml")).unwrap();
-        let runs = super::super::manifest::Runs::new(study.clone(), 1);
+        let runs = super::super::runs::Runs::new(study.clone(), 1);
         let motor = "evil\",\"timing\":{}}\u{202e}\n";
-        let mut outcome = Outcome::found(&Parameters::M2, 0.025, 4, Stop::Converged);
-        outcome.ci95 = Some(Of::new([Some([0.1, 0.2]), None, Some([1e-9, 1e300]), None, None]));
+        let outcome = sample();
         let line = line(&study, &runs.job(0), motor, &outcome, 0.5);
         assert!(line.ends_with("}\n") && line.matches('\n').count() == 1 && !line.contains('\u{202e}'));
         let (result, timing) = split(line.trim_end()).unwrap();
@@ -290,7 +286,10 @@ mod tests {
         assert_eq!(value["motor"], motor);
         assert!(value.get("timing").is_none());
         let row: Row = serde_json::from_str(line.trim_end()).unwrap();
-        assert_eq!((row.id, row.outcome), (0, outcome));
+        assert_eq!((row.id, row.error), (0, None));
+        assert_eq!(serde_json::from_str::<Outcome>(line.trim_end()).unwrap(), outcome);
+        let maps: Vec<&str> = value.as_object().unwrap().keys().map(String::as_str).collect();
+        assert_eq!(maps[10..16], ["parameters", "std_error", "ci95", "at_bound", "cost", "fit_percent"]);
         // Any other letter anywhere is noticed, also where the line stays good JSON.
         for at in 0..line.len() - 1 {
             let mut bytes = line.clone().into_bytes();

@@ -1,8 +1,8 @@
 //! What a sweep is, pinned: the study's text, the recordings with their digests, the device. It never changes.
 
+use super::runs::Runs;
 use super::store::unreadable;
-use super::study::{Entry, Factors, Study};
-use crate::numeric::index;
+use super::study::{Entry, Study};
 use crate::record::Reading;
 use crate::text::{excerpt, hexadecimal};
 use crate::{Error, Result};
@@ -38,6 +38,16 @@ pub struct Motor {
     pub motor: String,
     /// Several are fitted jointly.
     pub files: Vec<File>,
+    /// Recordings that are held out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub validate: Vec<File>,
+}
+
+impl Motor {
+    /// All its files: those that are fitted, then those that are held out.
+    pub fn all_files(&self) -> impl Iterator<Item = &File> {
+        self.files.iter().chain(&self.validate)
+    }
 }
 
 /// What evaluates.
@@ -72,111 +82,6 @@ pub struct Manifest {
     pub study: String,
     /// The motors, in the order of their runs.
     pub motors: Vec<Motor>,
-}
-
-/// A run: a motor under levels of the factors.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Job {
-    /// Its number, from 0 on.
-    pub id: u64,
-    /// Place of its motor in the manifest.
-    pub motor: usize,
-    /// Its levels.
-    pub factors: Factors,
-}
-
-/// How runs are numbered: the motor changes slowest, then method, polish, population, generations, criterion, scale,
-/// noise; the seed fastest.
-#[derive(Debug, Clone)]
-pub struct Runs {
-    study: Study,
-    motors: usize,
-}
-
-impl Runs {
-    pub(super) fn new(study: Study, motors: usize) -> Self {
-        Self { study, motors }
-    }
-
-    /// The study.
-    #[must_use]
-    pub fn study(&self) -> &Study {
-        &self.study
-    }
-
-    /// Levels of each factor, from the slowest to the fastest.
-    fn levels(&self) -> [u64; 8] {
-        let s = &self.study;
-        let counts = [
-            s.methods.len(),
-            s.polish.len(),
-            s.population.len(),
-            s.generations.len(),
-            s.criterion.len(),
-            s.scale.len(),
-            s.noise.len(),
-        ];
-        let mut levels = [s.seeds.count(); 8];
-        levels.iter_mut().zip(counts).for_each(|(level, count)| *level = count as u64);
-        levels
-    }
-
-    /// Runs of each motor.
-    #[must_use]
-    pub fn per_motor(&self) -> u64 {
-        self.levels().iter().fold(1, |product, levels| product.saturating_mul(*levels))
-    }
-
-    /// How many there are.
-    #[must_use]
-    pub fn count(&self) -> u64 {
-        self.per_motor().saturating_mul(self.motors as u64)
-    }
-
-    /// A run by its number.
-    #[must_use]
-    pub fn job(&self, id: u64) -> Job {
-        let s = &self.study;
-        let mut rest = id;
-        let mut places = [0_u64; 8];
-        for (place, levels) in places.iter_mut().zip(self.levels()).rev() {
-            *place = rest % levels;
-            rest /= levels;
-        }
-        let [method, polish, population, generations, criterion, scale, noise] =
-            std::array::from_fn(|n| index(places[n]));
-        let factors = Factors {
-            method: s.methods[method],
-            polish: s.polish[polish],
-            population: s.population[population],
-            generations: s.generations[generations],
-            criterion: s.criterion[criterion],
-            scale: s.scale[scale],
-            noise,
-            seed: s.seeds.at(places[7]),
-        };
-        Job { id, motor: index(rest), factors }
-    }
-
-    /// The number of a motor's run at places of the factors, from the slowest to the fastest.
-    pub(super) fn id(&self, motor: usize, places: [u64; 8]) -> u64 {
-        self.levels().iter().zip(places).fold(motor as u64, |id, (levels, place)| id * levels + place)
-    }
-
-    /// Places of all factors but the seed, for each combination.
-    pub(super) fn combinations(&self) -> Vec<[u64; 7]> {
-        let levels = self.levels();
-        let count: u64 = levels[..7].iter().product();
-        let places = |mut n: u64| {
-            let mut places = [0; 7];
-            for k in (0..7).rev() {
-                places[k] = n % levels[k];
-                n /= levels[k];
-            }
-            places
-        };
-        (0..count).map(places).collect()
-    }
 }
 
 impl Manifest {
@@ -251,25 +156,38 @@ impl Manifest {
     }
 }
 
+/// A motor whose files are found.
+struct Found {
+    /// Its name, where the study gives one.
+    name: Option<String>,
+    files: Vec<String>,
+    validate: Vec<String>,
+}
+
 /// The motors of a study.
 fn motors(study: &Study, folder: &Path, path: &Path) -> Result<Vec<Motor>> {
-    let mut found: Vec<(Option<String>, Vec<String>)> = Vec::new();
+    let all = |patterns: &[String]| -> Result<Vec<String>> {
+        let found: Vec<Vec<String>> = patterns.iter().map(|p| files(p, folder, path)).collect::<Result<_>>()?;
+        Ok(found.concat())
+    };
+    let held_out = all(&study.validate)?;
+    let mut found = Vec::new();
     for entry in &study.recordings {
         match entry {
-            Entry::Files(pattern) => {
-                found.extend(files(pattern, folder, path)?.into_iter().map(|file| (None, vec![file])));
-            }
-            Entry::Motor { name, files: list } => {
-                let mut all = Vec::new();
-                for pattern in list {
-                    all.extend(files(pattern, folder, path)?);
-                }
-                found.push((Some(name.clone()), all));
-            }
+            Entry::Files(pattern) => found.extend(files(pattern, folder, path)?.into_iter().map(|file| Found {
+                name: None,
+                files: vec![file],
+                validate: held_out.clone(),
+            })),
+            Entry::Motor { name, files, validate } => found.push(Found {
+                name: Some(name.clone()),
+                files: all(files)?,
+                validate: if validate.is_empty() { held_out.clone() } else { all(validate)? },
+            }),
         }
     }
     let mut seen = BTreeSet::new();
-    for file in found.iter().flat_map(|(_, files)| files) {
+    for file in found.iter().flat_map(|motor| &motor.files) {
         let whole = folder.join(file);
         if !seen.insert(whole.canonicalize().unwrap_or(whole)) {
             let message = format!("recordings: {} is named twice", excerpt(file));
@@ -282,20 +200,17 @@ fn motors(study: &Study, folder: &Path, path: &Path) -> Result<Vec<Motor>> {
         let message = format!("recordings: there are two motors {}", excerpt(twice));
         return Err(Error::usage(message, "Give each motor a name of its own.").in_file(path));
     }
-    let pin = |(name, (_, files)): (String, &(Option<String>, Vec<String>))| Motor {
-        motor: name,
-        files: files.iter().map(|file| pinned(folder, file)).collect(),
-    };
+    let pinned = |files: &[String]| files.iter().map(|file| pinned(folder, file)).collect();
+    let pin = |(motor, of): (String, &Found)| Motor { motor, files: pinned(&of.files), validate: pinned(&of.validate) };
     Ok(names.into_par_iter().zip(&found).map(pin).collect())
 }
 
 /// Names of motors: as given, else the file's name without its ending where that is unique, else its path.
-fn names(found: &[(Option<String>, Vec<String>)]) -> Vec<String> {
+fn names(found: &[Found]) -> Vec<String> {
     let stem = |file: &str| Path::new(file).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-    let stems: Vec<String> =
-        found.iter().map(|(name, files)| name.clone().unwrap_or_else(|| stem(&files[0]))).collect();
+    let stems: Vec<String> = found.iter().map(|of| of.name.clone().unwrap_or_else(|| stem(&of.files[0]))).collect();
     let unique = stems.iter().collect::<BTreeSet<_>>().len() == stems.len();
-    let whole = |(name, files): &(Option<String>, Vec<String>)| name.clone().unwrap_or_else(|| files[0].clone());
+    let whole = |of: &Found| of.name.clone().unwrap_or_else(|| of.files[0].clone());
     if unique { stems } else { found.iter().map(whole).collect() }
 }
 

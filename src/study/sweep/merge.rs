@@ -1,6 +1,6 @@
 //! All shards put in order: `results.jsonl` without times, `timings.jsonl` with them, and what a sweep has done so far.
 
-use super::line::{Row, split};
+use super::line::{Outcome, split};
 use super::run::Bits;
 use super::shard::Shard;
 use super::store::{Found, Place, files, scan, unreadable, unwritable};
@@ -85,7 +85,7 @@ fn index_one(places: &mut [(u32, u32, u64)], good: &mut Bits, file: u32, place: 
         && !good.get(id)
     {
         *slot = (file, place.length, place.offset);
-        good.set(id, !place.row.outcome.is_retried());
+        good.set(id, !place.row.is_retried());
     }
 }
 
@@ -142,9 +142,9 @@ impl Sweep {
                 Error::data(format!("the line of run {id} is damaged"), remedy).in_file(&reader.path)
             };
             let (result, seconds) = split(line.trim_end()).ok_or_else(broken)?;
-            let row: Row = serde_json::from_str(&result).map_err(|_| broken())?;
+            let outcome: Outcome = serde_json::from_str(&result).map_err(|_| broken())?;
             write(&result, id, seconds).map_err(|error| unwritable(&self.folder.join(RESULTS), &error))?;
-            summary.add(self, &self.runs.job(row.id), row.outcome, seconds);
+            summary.add(self, &self.runs.job(id), outcome, seconds);
         }
         Ok(())
     }
@@ -161,7 +161,7 @@ impl Sweep {
             scan(&file.path, |Place { row, .. }| {
                 done.set(row.id, true);
                 all.set(row.id, true);
-                if row.outcome.error.is_none() {
+                if row.error.is_none() {
                     own.set(row.id, true);
                     good.set(row.id, true);
                 }

@@ -5,29 +5,32 @@
 //! their own; a merge puts them in order. The bytes of the merge depend on the manifest, the device kind, the precision
 //! and the class of instructions alone.
 
-mod direct;
+mod dataset;
+mod fits;
 mod keys;
 mod line;
 mod manifest;
 mod merge;
-mod parcel;
 mod plan;
+mod remote_shard;
 mod run;
-mod scene;
+mod runs;
 mod search;
 mod shard;
 mod store;
+mod streaming;
 mod study;
 mod summary;
 mod toml;
 
-pub use line::{Device, Failure, FitPercent, Of, Outcome, Precision, Side, Stop};
-pub use manifest::{File, Job, Manifest, Motor, PinnedDevice, Runs};
+pub use line::{Failure, HeldOutFit, Outcome};
+pub use manifest::{File, Manifest, Motor, PinnedDevice};
 pub use merge::{Merged, ShardStatus, SweepStatus};
 pub use run::{FailedRun, Failures, SweepProgress, Tally};
+pub use runs::{Job, Runs};
 pub use shard::Shard;
-pub use study::{AddedNoise, Entry, Factors, KEYS, Seeds, Study};
-pub use summary::{Cell, Limits, MotorResult, NamedRun, Quantiles, SweepBlock, SweepSummary};
+pub use study::{AddedNoise, Entry, Factors, KEYS, Level, Seeds, Study};
+pub use summary::{Cell, Limits, MOTOR, MotorResult, Named, NamedRun, Quantiles, SweepBlock, SweepSummary};
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -1,19 +1,17 @@
 //! From a study to a folder with its manifest.
 
-use super::line::{Device, Precision};
-use super::manifest::{Manifest, PinnedDevice, Runs};
-use super::scene::problem;
+use super::manifest::{Manifest, PinnedDevice};
+use super::runs::Runs;
 use super::store::unreadable;
 use super::study::Study;
 use super::{Sweep, replace};
-use crate::identify::{DeviceSpec, IdentifySpec, Lockstep, Paces, PrecisionSpec};
+use crate::identify::{DeviceSpec, IdentifySpec, Lockstep, Paces, Polish, PrecisionSpec, PreparedSearch};
 use crate::setting::text;
 use crate::text::{hexadecimal, printable};
 use crate::{Error, ErrorKind, Result};
 use sha2::{Digest as _, Sha256};
 use std::io::Write as _;
 use std::path::Path;
-use std::sync::Arc;
 
 /// The name of the manifest.
 const NAME: &str = "manifest.json";
@@ -99,12 +97,9 @@ impl Sweep {
     }
 
     /// The device and numbers that are pinned.
-    pub(super) fn pinned(&self) -> (Device, Precision) {
+    pub(super) fn pinned(&self) -> [&'static str; 2] {
         let PinnedDevice { kind, precision, .. } = &self.manifest.device;
-        (
-            if kind == "gpu" { Device::Gpu } else { Device::Cpu },
-            if precision == "f32" { Precision::F32 } else { Precision::F64 },
-        )
+        [if kind == "gpu" { "gpu" } else { "cpu" }, if precision == "f32" { "f32" } else { "f64" }]
     }
 }
 
@@ -188,10 +183,10 @@ fn opened(study: &Study, manifest: &Manifest, paces: Option<Paces>) -> Result<(&
     let sweep = Sweep { folder: Path::new("").to_path_buf(), manifest: manifest.clone(), digest: String::new(), runs };
     // By the first recording that can serve.
     let mut first = (0..manifest.motors.len()).filter_map(|motor| {
-        let records = sweep.read(motor).ok()?;
-        problem(&records, &IdentifySpec { polish: crate::identify::Polish::None, ..study.spec.clone() }).ok()
+        let spec = IdentifySpec { polish: Polish::None, ..study.spec.clone() };
+        PreparedSearch::new(&sweep.read(motor).ok()?.fitted, &spec).ok()
     });
-    let Some(problem) = first.next() else { return Ok(("cpu", "f64")) };
+    let Some(search) = first.next() else { return Ok(("cpu", "f64")) };
     let population = study.population.iter().max().copied().unwrap_or(1);
     let many = usize::try_from(manifest.runs).unwrap_or(usize::MAX).min(1 << 12);
     let spec = IdentifySpec {
@@ -200,6 +195,6 @@ fn opened(study: &Study, manifest: &Manifest, paces: Option<Paces>) -> Result<(&
         paces,
         ..study.spec.clone()
     };
-    let (kind, _, precision) = Lockstep::open(&spec, vec![Arc::new(problem)])?.device();
+    let (kind, _, precision) = Lockstep::open(&spec, vec![search.problem().clone()])?.device();
     Ok((kind, precision))
 }

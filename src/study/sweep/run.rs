@@ -1,8 +1,9 @@
 //! Running a shard: what is left of it, in pieces whose memory does not depend on how many there are.
 
 use super::Sweep;
-use super::line::{Outcome, Stop, line};
-use super::manifest::{FORMAT, Job};
+use super::line::{Outcome, line};
+use super::manifest::FORMAT;
+use super::runs::Job;
 use super::shard::Shard;
 use super::store::{Head, Log, files, scan};
 use crate::evaluate::Level;
@@ -157,9 +158,9 @@ impl Sweep {
         for found in files(&self.folder, &self.digest)? {
             damaged += scan(&found.path, |place| {
                 // A run that failed for its recording is tried again, unless it was done elsewhere.
-                if !place.row.outcome.is_retried() {
+                if !place.row.is_retried() {
                     done.set(place.row.id, true);
-                    failed.set(place.row.id, place.row.outcome.error.is_some());
+                    failed.set(place.row.id, place.row.error.is_some());
                 }
             })?;
             if found.head.instructions != head.instructions {
@@ -192,8 +193,8 @@ impl Sweep {
 
 impl Running<'_> {
     fn all(&mut self) -> Result<Option<End>> {
-        for auto in [false, true] {
-            if let Some(end) = self.direct(auto)? {
+        for may_search in [false, true] {
+            if let Some(end) = self.stream(may_search)? {
                 return Ok(Some(end));
             }
         }
@@ -273,8 +274,7 @@ pub(super) struct Finished {
 impl Finished {
     pub(super) fn new(sweep: &Sweep, job: &Job, outcome: &Outcome, seconds: f64) -> Self {
         let motor = &sweep.manifest.motors[job.motor].motor;
-        let failed = outcome.error.as_ref().filter(|_| outcome.stop == Stop::Failed);
-        let failure = failed.map(|failure| (motor.clone(), failure.message.clone()));
+        let failure = outcome.error.as_ref().map(|failure| (motor.clone(), failure.message.clone()));
         Self { id: job.id, line: line(sweep.study(), job, motor, outcome, seconds), failure }
     }
 }

@@ -1,19 +1,20 @@
 //! Population searches: many runs in lock step, all agents of a generation as one batch, piece by piece.
 
 use super::Sweep;
-use super::direct::{RUNS, Scene, Unit, Units};
-use super::line::{Device, Outcome, Precision, Stop};
-use super::manifest::Job;
+use super::dataset::{Dataset, Read, Recordings};
+use super::line::Outcome;
 use super::run::{End, Finished, Running};
-use super::scene::{Read, outcome, problem};
+use super::runs::Job;
+use super::streaming::{RUNS, Unit, Units};
+use super::study::Factors;
 use crate::evaluate::{Problem, Scalar};
-use crate::identify::{IdentifySpec, Lockstep, polished};
+use crate::identify::{IdentifySpec, Lockstep, PreparedSearch, SearchRun, With, has_all_channels};
+use crate::motor::Parameter;
 use crate::numeric;
-use crate::optimize::{Budget, Run, Setup, Stop as SearchStop, minimize};
-use crate::record::Record;
+use crate::optimize::{Budget, Run, Setup, Stop, minimize};
 use crate::{Error, ErrorKind, Result};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
@@ -27,23 +28,25 @@ const CANDIDATES_GPU: usize = 1 << 17;
 /// Samples of all its problems together, and values of its populations: what bounds memory.
 const SAMPLES: u64 = 2_000_000;
 const VALUES: usize = 1 << 23;
+/// Linear searches whose preparation and polish take as long as those of one with extensions.
+const EXTENDED: usize = 32;
 
 /// A search with all its runs: they differ in their polish alone.
 struct Search {
     jobs: Vec<Job>,
-    /// Place of its scene in the piece.
-    scene: usize,
+    /// Place of its dataset in the piece.
+    dataset: usize,
 }
 
 /// A search that can begin.
 struct Ready {
     jobs: Vec<Job>,
-    records: Arc<Vec<Record>>,
-    problem: Arc<Problem>,
+    recordings: Recordings,
+    prepared: Arc<PreparedSearch>,
 }
 
-/// A problem by its scene, criterion and scale.
-type Problems = BTreeMap<(usize, &'static str, &'static str), Result<(Arc<Vec<Record>>, Arc<Problem>)>>;
+/// What a search is prepared from: its dataset, criterion, scale, extensions, and its polish where the model depends on it.
+type Key = (usize, [&'static str; 2], usize, Option<&'static str>);
 
 impl Running<'_> {
     /// Runs of population searches, those of as many generations together.
@@ -54,14 +57,14 @@ impl Running<'_> {
         for generations in generations {
             let mut units =
                 Units::new(self, RUNS, |job| job.factors.method.is_search() && job.factors.generations == generations);
-            let mut rest: Option<(Scene, Vec<Search>)> = None;
+            let mut rest: Option<(Dataset, Vec<Search>)> = None;
             let mut kept: Option<(usize, Read)> = None;
             loop {
-                let (scenes, searches) = self.piece(&mut units, &mut rest, generations);
+                let (datasets, searches) = self.piece(&mut units, &mut rest, generations);
                 if searches.is_empty() {
                     break;
                 }
-                let (ready, finished) = self.sweep.ready(&scenes, searches, &mut kept);
+                let (ready, finished) = self.sweep.ready(&datasets, searches, &mut kept);
                 if let Some(end) = self.together(generations, ready, finished, &mut device)? {
                     return Ok(Some(end));
                 }
@@ -70,63 +73,67 @@ impl Running<'_> {
         Ok(None)
     }
 
-    /// The searches of the next piece, with their scenes. What does not fit any more is the `rest`.
+    /// The searches of the next piece, with their datasets. What does not fit any more is the `rest`.
     fn piece(
         &self,
         units: &mut Units,
-        rest: &mut Option<(Scene, Vec<Search>)>,
+        rest: &mut Option<(Dataset, Vec<Search>)>,
         generations: usize,
-    ) -> (Vec<Scene>, Vec<Search>) {
-        let (mut scenes, mut searches) = (Vec::new(), Vec::new());
-        let (mut agents, mut room, mut samples) = (0, 0, 0);
-        while searches.is_empty() || (agents < room && samples < SAMPLES && rest.is_none()) {
-            let next = || units.next(self).map(|unit| (unit.scene, self.searches(&unit)));
-            let Some((scene, own)) = rest.take().or_else(next) else { break };
+    ) -> (Vec<Dataset>, Vec<Search>) {
+        let (mut datasets, mut searches) = (Vec::new(), Vec::new());
+        let (mut agents, mut room, mut samples, mut work) = (0, 0, 0, 0);
+        while searches.is_empty() || (agents < room && samples < SAMPLES && work < RUNS && rest.is_none()) {
+            let next = || units.next(self).map(|unit| (unit.dataset, self.searches(&unit)));
+            let Some((dataset, own)) = rest.take().or_else(next) else { break };
             if searches.is_empty() {
-                room = self.room(generations, scene.motor);
+                room = self.room(generations, dataset.motor);
             }
             let mut left = Vec::new();
-            let mut criteria: Vec<(&str, &str)> = Vec::new();
+            let mut prepared: BTreeSet<(&str, &str, usize)> = BTreeSet::new();
             for search in own {
                 let f = search.jobs[0].factors;
-                if !searches.is_empty() && (agents + f.population > room || searches.len() >= RUNS) {
+                if !searches.is_empty() && (agents + f.population > room || work >= RUNS) {
                     left.push(search);
                     continue;
                 }
                 agents += f.population;
-                criteria.push((f.criterion.name(), f.scale.name()));
-                searches.push(Search { scene: scenes.len(), ..search });
+                let is_new = prepared.insert((f.criterion.name(), f.scale.name(), f.with));
+                work += self.work(&f, is_new);
+                searches.push(Search { dataset: datasets.len(), ..search });
             }
-            criteria.sort_unstable();
-            criteria.dedup();
-            samples += criteria.len() as u64 * self.samples(scene.motor);
-            scenes.push(scene);
-            *rest = (!left.is_empty()).then_some((scene, left));
+            samples += prepared.len() as u64 * self.samples(dataset.motor);
+            datasets.push(dataset);
+            *rest = (!left.is_empty()).then_some((dataset, left));
         }
-        (scenes, searches)
+        (datasets, searches)
+    }
+
+    /// What is to be done beside a search, in that of a linear one. Where extensions are to be chosen first, a piece has as
+    /// many choices as there are threads.
+    fn work(&self, factors: &Factors, is_new: bool) -> usize {
+        let spec = self.sweep.study().spec(factors);
+        let choice = if spec.with == With::Auto && is_new { RUNS.div_ceil(rayon::current_num_threads()) } else { 0 };
+        choice + if spec.is_extended() { EXTENDED } else { 1 }
     }
 
     /// The searches of a unit: runs that differ in their polish alone are one.
     fn searches(&self, unit: &Unit) -> Vec<Search> {
-        let mut all: BTreeMap<(u64, &str, usize, &str, &str), Vec<Job>> = BTreeMap::new();
+        let mut all: BTreeMap<_, Vec<Job>> = BTreeMap::new();
         for id in &unit.ids {
             let job = self.sweep.runs.job(*id);
             let f = &job.factors;
-            let key = (f.seed, f.method.name(), f.population, f.criterion.name(), f.scale.name());
+            let key = (f.seed, f.method.name(), f.population, [f.criterion.name(), f.scale.name()], f.with);
             all.entry(key).or_default().push(job);
         }
-        all.into_values().map(|jobs| Search { jobs, scene: 0 }).collect()
+        all.into_values().map(|jobs| Search { jobs, dataset: 0 }).collect()
     }
 
     /// Candidates of a generation that a piece has room for.
     fn room(&self, generations: usize, motor: usize) -> usize {
         let by_time = STEPS / (self.samples(motor) * generations as u64).max(1);
-        let least = if self.sweep.pinned().0 == Device::Gpu {
-            CANDIDATES_GPU
-        } else {
-            CANDIDATES * rayon::current_num_threads()
-        };
-        numeric::index(by_time).clamp(least, VALUES / 5)
+        let least =
+            if self.sweep.pinned()[0] == "gpu" { CANDIDATES_GPU } else { CANDIDATES * rayon::current_num_threads() };
+        numeric::index(by_time).clamp(least, VALUES / Parameter::COUNT)
     }
 
     /// About how many samples a motor's recordings have: one takes some 40 bytes of a file.
@@ -149,7 +156,7 @@ impl Running<'_> {
         let mut ended = None;
         if count > 0 {
             let mut runs = set_up(&ready, generations)?;
-            let problems: Vec<Arc<Problem>> = ready.iter().map(|one| one.problem.clone()).collect();
+            let problems: Vec<Arc<Problem>> = ready.iter().map(|one| one.prepared.problem().clone()).collect();
             let lockstep = match device.as_mut() {
                 Some(lockstep) => {
                     lockstep.turn_to(problems);
@@ -166,17 +173,13 @@ impl Running<'_> {
             let device = lockstep.device();
             self.tally.warnings.extend(lockstep.take_warnings());
             self.tally.device = Some((device.1, device.2));
-            if stop? == SearchStop::Interrupted {
+            if stop? == Stop::Interrupted {
                 return Ok(Some(ended.unwrap_or(End::Interrupted)));
             }
             let seconds = begun.elapsed().as_secs_f64() / numeric::count(count);
-            let evaluated = Evaluated {
-                device: if device.0 == "gpu" { Device::Gpu } else { Device::Cpu },
-                precision: if device.2 == "f32" { Precision::F32 } else { Precision::F64 },
-                seconds,
-            };
+            let on = [device.0, device.2];
             let done: Vec<Vec<Finished>> =
-                ready.into_par_iter().zip(runs).map(|(one, run)| sweep.results(&one, &run, &evaluated)).collect();
+                ready.into_par_iter().zip(runs).map(|(one, run)| sweep.results(&one, &run, on, seconds)).collect();
             finished.extend(done.into_iter().flatten());
         }
         Ok(self.keep(finished))
@@ -187,51 +190,62 @@ impl Sweep {
     /// Reads and prepares what searches need; those that cannot begin are finished.
     fn ready(
         &self,
-        scenes: &[Scene],
+        datasets: &[Dataset],
         searches: Vec<Search>,
         kept: &mut Option<(usize, Read)>,
     ) -> (Vec<Ready>, Vec<Finished>) {
-        let mut motors: Vec<usize> = scenes.iter().map(|scene| scene.motor).collect();
-        motors.dedup();
-        let known = kept.take();
-        let read = |motor: &usize| match &known {
-            Some((of, records)) if of == motor => (*motor, records.clone()),
-            _ => (*motor, self.read(*motor)),
+        let realized = self.realized(datasets, kept);
+        let key = |of: usize, job: &Job| -> Key {
+            let f = &job.factors;
+            let by_polish = realized[of].as_ref().is_ok_and(|of| !has_all_channels(&of.fitted));
+            (of, [f.criterion.name(), f.scale.name()], f.with, by_polish.then_some(f.polish.name()))
         };
-        let read: BTreeMap<usize, Read> = motors.par_iter().map(read).collect();
-        *kept = motors.last().and_then(|motor| Some((*motor, read.get(motor)?.clone())));
-        let realized = |scene: &Scene| self.with_noise(&read[&scene.motor], scene.noise, scene.seed);
-        let realized: Vec<Read> = scenes.par_iter().map(realized).collect();
-        let key = |search: &Search| {
-            let f = &search.jobs[0].factors;
-            (search.scene, f.criterion.name(), f.scale.name())
-        };
-        let mut wanted: BTreeMap<_, IdentifySpec> = BTreeMap::new();
-        for search in &searches {
-            wanted.entry(key(search)).or_insert_with(|| self.study().spec(&search.jobs[0].factors));
+        let mut wanted: BTreeMap<Key, IdentifySpec> = BTreeMap::new();
+        let mut runs: Vec<(Key, Vec<Job>)> = Vec::new();
+        for search in searches {
+            let first = runs.len();
+            for job in search.jobs {
+                let key = key(search.dataset, &job);
+                wanted.entry(key).or_insert_with(|| self.study().spec(&job.factors));
+                match runs[first..].iter_mut().find(|(of, _)| *of == key) {
+                    Some((_, jobs)) => jobs.push(job),
+                    None => runs.push((key, vec![job])),
+                }
+            }
         }
-        let make = |(key, spec): (_, IdentifySpec)| {
-            let (scene, ..): (usize, _, _) = key;
-            let made = realized[scene].clone().and_then(|records| {
-                let problem = problem(&records, &spec)?;
-                Ok((records, Arc::new(problem)))
+        let prepare = |(key, spec): (Key, IdentifySpec)| {
+            let made = realized[key.0].clone().and_then(|of| {
+                let prepared = PreparedSearch::new(&of.fitted, &spec)?;
+                Ok((of, Arc::new(prepared)))
             });
             (key, made)
         };
-        let problems: Problems = wanted.into_par_iter().map(make).collect();
+        let prepared: BTreeMap<Key, Result<_>> = wanted.into_par_iter().map(prepare).collect();
         let (mut ready, mut finished) = (Vec::new(), Vec::new());
-        for search in searches {
-            match &problems[&key(&search)] {
-                Ok((records, problem)) => {
-                    ready.push(Ready { jobs: search.jobs, records: records.clone(), problem: problem.clone() });
-                }
+        for (key, jobs) in runs {
+            match prepared[&key].clone() {
+                Ok((recordings, prepared)) => ready.push(Ready { jobs, recordings, prepared }),
                 Err(error) => {
-                    let outcome = self.failed(error);
-                    finished.extend(search.jobs.iter().map(|job| Finished::new(self, job, &outcome, 0.0)));
+                    let outcome = self.failed(&error);
+                    finished.extend(jobs.iter().map(|job| Finished::new(self, job, &outcome, 0.0)));
                 }
             }
         }
         (ready, finished)
+    }
+
+    /// The recordings of each dataset. Those of the last motor are kept for the next piece.
+    fn realized(&self, datasets: &[Dataset], kept: &mut Option<(usize, Read)>) -> Vec<Read> {
+        let mut motors: Vec<usize> = datasets.iter().map(|dataset| dataset.motor).collect();
+        motors.dedup();
+        let known = kept.take();
+        let read = |motor: &usize| match &known {
+            Some((of, recordings)) if of == motor => (*motor, recordings.clone()),
+            _ => (*motor, self.read(*motor)),
+        };
+        let read: BTreeMap<usize, Read> = motors.par_iter().map(read).collect();
+        *kept = motors.last().and_then(|motor| Some((*motor, read.get(motor)?.clone())));
+        datasets.par_iter().map(|of| self.with_noise(&read[&of.motor], of.noise, of.seed)).collect()
     }
 
     fn open_device(&self, problems: Vec<Arc<Problem>>) -> Result<Lockstep> {
@@ -251,43 +265,34 @@ impl Sweep {
     }
 
     /// What a search found, for each polish that it is wanted with.
-    fn results(&self, one: &Ready, run: &Run, evaluated: &Evaluated) -> Vec<Finished> {
-        let best = run.optimizer.best().filter(|best| Scalar::cost(&one.problem, best.values).is_finite());
+    fn results(&self, one: &Ready, run: &Run, device: [&'static str; 2], seconds: f64) -> Vec<Finished> {
+        let Ready { jobs, recordings, prepared } = one;
+        let best = run.optimizer.best().filter(|best| Scalar::cost(prepared.problem(), best.values).is_finite());
         let of = |job: &Job| {
             let begun = Instant::now();
             let spec = self.study().spec(&job.factors);
-            let found = match &best {
-                None => Err(diverged(run.evaluations)),
-                Some(best) => polished(&one.records, &spec, one.problem.space(), best.values)
-                    .and_then(|fitted| outcome(&one.problem, &fitted)),
-            };
-            let mut outcome = match found {
-                Ok(outcome) => Outcome { evaluations: run.evaluations, stop: Stop::BudgetSpent, ..outcome },
-                Err(error) => self.failed(&error),
-            };
-            (outcome.device, outcome.precision) = (evaluated.device, evaluated.precision);
-            if outcome.device != self.pinned().0 {
+            let found = best.as_ref().ok_or_else(|| diverged(run.evaluations)).and_then(|best| {
+                let run = SearchRun { values: best.values, evaluations: run.evaluations, device };
+                recordings.validated(prepared.finish(&recordings.fitted, &spec, run)?, &spec)
+            });
+            let outcome = found.map_or_else(|error| self.failed(&error), |found| Outcome::of(&found));
+            let [device, precision] = device;
+            let mut outcome = Outcome { device, precision, ..outcome };
+            if device != self.pinned()[0] {
                 outcome.warnings.push("gpu_failed".to_owned());
             }
-            Finished::new(self, job, &outcome, evaluated.seconds + begun.elapsed().as_secs_f64())
+            Finished::new(self, job, &outcome, seconds + begun.elapsed().as_secs_f64())
         };
-        one.jobs.iter().map(of).collect()
+        jobs.iter().map(of).collect()
     }
-}
-
-/// The device that evaluated a run, its precision, and the seconds that the run took of the search.
-struct Evaluated {
-    device: Device,
-    precision: Precision,
-    seconds: f64,
 }
 
 /// The first populations. A run is that of `identify` with its seed.
 fn set_up(ready: &[Ready], generations: usize) -> Result<Vec<Run>> {
     let run = |one: &Ready| {
         let f = &one.jobs[0].factors;
-        let setup =
-            Setup { bounds: one.problem.space().bounds(), population: f.population, generations, seed: f.seed, run: 0 };
+        let bounds = one.prepared.problem().space().bounds();
+        let setup = Setup { bounds, population: f.population, generations, seed: f.seed, run: 0 };
         Ok(Run::new(f.method.optimizer(setup)?))
     };
     ready.par_iter().map(run).collect()

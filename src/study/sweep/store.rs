@@ -292,11 +292,11 @@ mod tests {
     }
 
     fn line(id: u64) -> String {
-        use crate::study::sweep::{Outcome, Stop, Study};
+        use crate::study::sweep::Study;
         let study =
             Study::parse("methods = [\"sm\"]\nrecordings = [\"a\"]\nseeds = \"1..9\"", Path::new("s.toml")).unwrap();
         let runs = crate::study::sweep::Runs::new(study.clone(), 1);
-        let outcome = Outcome::found(&crate::motor::Parameters::M2, 0.5, 3, Stop::Converged);
+        let outcome = crate::study::sweep::line::sample();
         crate::study::sweep::line::line(&study, &runs.job(id), "m", &outcome, 0.1)
     }
 

@@ -28,6 +28,8 @@ pub enum Entry {
         name: String,
         /// Its files.
         files: Vec<String>,
+        /// Files that are held out; none where those of the study are.
+        validate: Vec<String>,
     },
 }
 
@@ -60,6 +62,15 @@ impl Seeds {
     }
 }
 
+/// A level of the factor `with`: a model of the motor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Level {
+    /// `none`, `auto`, or the extensions with commas between them.
+    pub name: String,
+    /// The extensions, with the bounds, the held values and the parameters of each recording that such a model has.
+    pub spec: IdentifySpec,
+}
+
 /// A study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Study {
@@ -71,6 +82,10 @@ pub struct Study {
     pub methods: Vec<Method>,
     /// Factor: how it is refined.
     pub polish: Vec<Polish>,
+    /// Factor: the extensions of the motor.
+    pub with: Vec<Level>,
+    /// Whether the study names that factor, so that its lines do.
+    pub names_with: bool,
     /// Factor: agents.
     pub population: Vec<usize>,
     /// Factor: generations, the first population included.
@@ -85,18 +100,23 @@ pub struct Study {
     pub seeds: Seeds,
     /// How files are read and prepared.
     pub reading: Reading,
-    /// What is free within which bounds, how the motor is simulated, what evaluates.
+    /// Recordings that are held out of every motor that has none of its own: paths and patterns.
+    pub validate: Vec<String>,
+    /// The part of each recording that is fitted, from its start; the rest is held out.
+    pub split: Option<f64>,
+    /// How the motor is simulated, what evaluates.
     pub spec: IdentifySpec,
     /// What happens when a device is lost.
     pub on_loss: OnLoss,
 }
 
 /// Every key that a study may have.
-pub const KEYS: [&str; 29] = [
+pub const KEYS: [&str; 33] = [
     "name",
     "recordings",
     "methods",
     "polish",
+    "with",
     "population",
     "generations",
     "seeds",
@@ -105,6 +125,9 @@ pub const KEYS: [&str; 29] = [
     "noise",
     "bounds",
     "fix",
+    "per_recording",
+    "validate",
+    "split",
     "device",
     "precision",
     "fallback",
@@ -139,6 +162,8 @@ impl Study {
             name: keys.name(path)?,
             recordings: keys.recordings()?,
             methods: keys.methods()?,
+            with: keys.with(&spec)?,
+            names_with: keys.names_with(),
             polish: keys.list("polish", &|v, key| document.choice(key, v), Polish::None)?,
             population: keys.list("population", &|v, key| keys.positive(key, v), 100)?,
             generations: keys.list("generations", &|v, key| keys.positive(key, v), 100)?,
@@ -151,6 +176,8 @@ impl Study {
             )?,
             seeds: keys.seeds()?,
             reading: keys.reading(spec.model.discretization)?,
+            validate: keys.words("validate", "[\"held-out.csv\"]")?,
+            split: keys.split()?,
             on_loss: keys.on_loss(&spec)?,
             spec,
         };
@@ -161,7 +188,9 @@ impl Study {
     /// What does not fit together.
     fn check(&self, document: Document<'_>) -> Result<()> {
         let wrong = |message: String, remedy: &str| Err(document.error(0..0, message, remedy));
-        if self.methods.contains(&Method::SteiglitzMcBride) && !self.spec.space.fixed().is_empty() {
+        if self.methods.contains(&Method::SteiglitzMcBride)
+            && self.with.iter().any(|level| !level.spec.space.fixed().is_empty())
+        {
             return wrong(
                 "fix: Steiglitz–McBride estimates all five parameters and cannot hold any".to_owned(),
                 "Leave fix or the method sm out.",
@@ -188,8 +217,14 @@ impl Study {
             generations: factors.generations,
             seed: factors.seed,
             criterion: Criterion { norm: factors.criterion, scale: factors.scale, ..self.spec.criterion },
-            ..self.spec.clone()
+            ..self.with[factors.with].spec.clone()
         }
+    }
+
+    /// The model of a run, where the study names models.
+    #[must_use]
+    pub fn with_name(&self, factors: &Factors) -> Option<&str> {
+        self.names_with.then(|| self.with[factors.with].name.as_str())
     }
 }
 
@@ -200,6 +235,8 @@ pub struct Factors {
     pub method: Method,
     /// How it is refined.
     pub polish: Polish,
+    /// Place of the extensions in the study.
+    pub with: usize,
     /// Agents.
     pub population: usize,
     /// Generations.

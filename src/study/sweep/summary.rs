@@ -1,11 +1,12 @@
 //! What a sweep found, in figures: quantiles by factor, the worst runs, the motors with their parameters.
 
 use super::Sweep;
-use super::line::{Device, Outcome};
-use super::manifest::Job;
+use super::line::Outcome;
 use super::run::Failures;
+use super::runs::Job;
 use super::study::Factors;
-use crate::motor::Parameter;
+use crate::identify::ParameterEstimate;
+use crate::motor::{Parameter, Scope};
 use crate::numeric::{quantile, sorted};
 use crate::setting::text;
 use crate::text::excerpt;
@@ -53,16 +54,35 @@ pub struct Cell {
     pub factors: Factors,
     /// The name of the noise.
     pub noise: String,
+    /// The name of the extensions, where the study names them.
+    pub with: Option<String>,
     /// Finished runs.
     pub runs: u64,
     /// Of these, runs without a result.
     pub failed: u64,
     /// Costs, in the order of the runs.
     pub costs: Vec<f64>,
-    /// Parameters R, L, K, B, J, in the same order.
-    pub parameters: [Vec<f64>; 5],
+    /// Values of each parameter that runs identified, in the order of the runs: those of R, L, K, B, J, then others.
+    pub parameters: Vec<(Named, Vec<f64>)>,
     /// Seconds of the runs, added up.
     pub seconds: f64,
+}
+
+/// A parameter, of all recordings or of one.
+pub type Named = (Parameter, Scope);
+
+/// Those that every result has.
+pub const MOTOR: [Named; 5] = {
+    let [r, l, k, b, j] = Parameter::ALL;
+    [(r, Scope::Shared), (l, Scope::Shared), (k, Scope::Shared), (b, Scope::Shared), (j, Scope::Shared)]
+};
+
+impl Cell {
+    /// Values of a parameter; none where no run has it.
+    #[must_use]
+    pub fn values(&self, parameter: Named) -> &[f64] {
+        self.parameters.iter().find(|(of, _)| *of == parameter).map_or(&[], |(_, values)| values)
+    }
 }
 
 /// A run with its outcome.
@@ -111,6 +131,12 @@ pub struct SweepSummary {
     pub motors: usize,
     /// One for each motor that has a result, in the order of the study.
     pub results: Vec<MotorResult>,
+    /// The parameters that results have: R, L, K, B, J, then those of extensions and of recordings.
+    pub parameters: Vec<Named>,
+    /// Whether the study names extensions.
+    pub names_with: bool,
+    /// Whether recordings were held out.
+    pub holds_out: bool,
     /// Names of the factors with more than one level.
     pub varied: Vec<&'static str>,
     /// cpu or gpu, and its numbers.
@@ -127,6 +153,7 @@ impl SweepSummary {
         let varied = [
             ("method", study.methods.len()),
             ("polish", study.polish.len()),
+            ("with", study.with.len()),
             ("population", study.population.len()),
             ("generations", study.generations.len()),
             ("noise", study.noise.len()),
@@ -143,6 +170,9 @@ impl SweepSummary {
             blocks: Vec::new(),
             motors: sweep.manifest.motors.len(),
             results: Vec::new(),
+            parameters: MOTOR.to_vec(),
+            names_with: study.names_with,
+            holds_out: study.split.is_some() || sweep.manifest.motors.iter().any(|motor| !motor.validate.is_empty()),
             varied: varied.into_iter().filter(|(_, levels)| *levels > 1).map(|(name, _)| name).collect(),
             device: [device.kind.clone(), device.precision.clone()],
             places: Vec::new(),
@@ -152,14 +182,13 @@ impl SweepSummary {
     /// Takes a run in; runs come in the order of their numbers.
     pub(super) fn add(&mut self, sweep: &Sweep, job: &Job, outcome: Outcome, seconds: f64) {
         let motor = &sweep.manifest.motors[job.motor].motor;
-        self.taken_over += u64::from(
-            job.factors.method.is_search() && outcome.device != sweep.pinned().0 && outcome.device == Device::Cpu,
-        );
+        let by_another = outcome.device != sweep.pinned()[0] && outcome.device == "cpu";
+        self.taken_over += u64::from(job.factors.method.is_search() && by_another);
         let (block, cell) = self.place(sweep, job);
         let taken = &mut self.blocks[block].cells[cell];
         taken.runs += 1;
         taken.seconds += seconds;
-        let (Some(parameters), Some(cost)) = (&outcome.parameters, outcome.cost) else {
+        let (Some(estimates), Some(cost)) = (&outcome.estimates, outcome.cost) else {
             taken.failed += 1;
             self.failed += 1;
             let message = outcome.error.as_ref().map_or("no finite cost", |error| &error.message);
@@ -168,7 +197,22 @@ impl SweepSummary {
         };
         if taken.runs.is_multiple_of(self.stride) || self.stride == 1 {
             taken.costs.push(cost);
-            taken.parameters.iter_mut().zip(parameters.to_array()).for_each(|(all, value)| all.push(value));
+            for e in &estimates.list {
+                let named = (e.parameter, e.scope);
+                let known = taken.parameters.iter().position(|(of, _)| *of == named);
+                let place = known.unwrap_or_else(|| {
+                    taken.parameters.push((named, Vec::new()));
+                    taken.parameters.len() - 1
+                });
+                taken.parameters[place].1.extend(e.value);
+            }
+        }
+        for e in &estimates.list {
+            let place =
+                self.parameters.partition_point(|(p, s)| ParameterEstimate::new(*p, *s, None).order() < e.order());
+            if self.parameters.get(place) != Some(&(e.parameter, e.scope)) {
+                self.parameters.insert(place, (e.parameter, e.scope));
+            }
         }
         let named = || NamedRun { job: *job, motor: motor.clone(), outcome: outcome.clone() };
         let worst = &mut self.blocks[block].worst;
@@ -182,7 +226,8 @@ impl SweepSummary {
 
     /// Keeps the run as its motor's if it is better than the one kept: of the study's first criterion, scale and noise.
     fn take_motor(&mut self, job: &Job, outcome: &Outcome, named: impl Fn() -> NamedRun) {
-        let rank = |outcome: &Outcome| (u8::from(outcome.std_error.is_none()), outcome.cost.unwrap_or(f64::INFINITY));
+        let is_sure = |outcome: &Outcome| outcome.estimates.as_ref().is_some_and(|estimates| estimates.polished);
+        let rank = |outcome: &Outcome| (!is_sure(outcome), outcome.cost.unwrap_or(f64::INFINITY));
         let first = &self.blocks[0].cells[0].factors;
         let f = &job.factors;
         if (f.criterion, f.scale, f.noise) != (first.criterion, first.scale, 0) {
@@ -217,10 +262,11 @@ impl SweepSummary {
         cells.push(Cell {
             factors: *factors,
             noise: sweep.study().noise[factors.noise].name.clone(),
+            with: sweep.study().with_name(factors).map(str::to_owned),
             runs: 0,
             failed: 0,
             costs: Vec::new(),
-            parameters: Default::default(),
+            parameters: MOTOR.map(|named| (named, Vec::new())).to_vec(),
             seconds: 0.0,
         });
         let place = (block, cells.len() - 1);
@@ -235,28 +281,22 @@ impl SweepSummary {
         self.missing == 0 && self.failed == 0
     }
 
-    /// The motors that are outside of limits.
+    /// The motors that are outside of limits, each with the parameters that are.
     #[must_use]
-    pub fn outside<'a>(&'a self, limits: &Limits) -> Vec<(&'a MotorResult, Vec<Parameter>)> {
+    pub fn outside<'a>(&'a self, limits: &Limits) -> Vec<(&'a MotorResult, Vec<&'a ParameterEstimate>)> {
         let of = |result: &'a MotorResult| {
-            let parameters = limits.exceeded(result);
-            (!parameters.is_empty()).then_some((result, parameters))
+            let exceeded = limits.exceeded(result);
+            (!exceeded.is_empty()).then_some((result, exceeded))
         };
         self.results.iter().filter_map(of).collect()
     }
 }
 
 impl NamedRun {
-    /// A parameter.
+    /// The estimate of a parameter; `None` where the run has none.
     #[must_use]
-    pub fn value(&self, parameter: Parameter) -> f64 {
-        self.outcome.parameters.map_or(f64::NAN, |values| values.to_array()[parameter as usize])
-    }
-
-    /// Its 95 % interval.
-    #[must_use]
-    pub fn interval(&self, parameter: Parameter) -> Option<[f64; 2]> {
-        self.outcome.ci95?.to_array()[parameter as usize]
+    pub fn estimate(&self, (parameter, scope): Named) -> Option<&ParameterEstimate> {
+        self.outcome.estimates.as_ref()?.list.iter().find(|e| e.parameter == parameter && e.scope == scope)
     }
 }
 
@@ -291,10 +331,13 @@ impl Limits {
         self.0.is_empty()
     }
 
-    /// The parameters of a motor that are outside.
+    /// The parameters of a motor that are outside. One that is not identifiable is not.
     #[must_use]
-    pub fn exceeded(&self, result: &NamedRun) -> Vec<Parameter> {
-        let outside = |(p, low, high): &&(Parameter, f64, f64)| !(*low..=*high).contains(&result.value(*p));
-        self.0.iter().filter(outside).map(|(parameter, ..)| *parameter).collect()
+    pub fn exceeded<'a>(&self, result: &'a NamedRun) -> Vec<&'a ParameterEstimate> {
+        let is_outside = |e: &&ParameterEstimate| match (e.value, self.of(e.parameter)) {
+            (Some(value), Some([low, high])) => !(low..=high).contains(&value),
+            _ => false,
+        };
+        result.outcome.estimates.iter().flat_map(|estimates| &estimates.list).filter(is_outside).collect()
     }
 }

@@ -1,7 +1,7 @@
 //! TOML with the places of its values, so that an error names the line, and unknown keys the nearest known one.
 
 use crate::named::Named;
-use crate::setting::{Form, Reference, Text};
+use crate::setting::{Form, Reference, Setting, Text};
 use crate::text::{excerpt, nearest};
 use crate::{Error, Result};
 use std::ops::Range;
@@ -18,6 +18,8 @@ pub(super) fn as_key(reference: &Reference) -> Option<String> {
     let name = setting.name().to_owned();
     let Some(value) = value else { return Some(name) };
     Some(match setting.form() {
+        // A list of models is a factor, a model one text.
+        _ if *setting == Setting::With => format!("{name} = \"{value}\""),
         Form::Switch | Form::Number => format!("{name} = {value}"),
         Form::Word => format!("{name} = \"{value}\""),
         Form::List => format!("{name} = [\"{}\"]", value.replace(',', "\", \"")),

@@ -1,26 +1,18 @@
 //! Runs without a population: recordings stream through all cores, each read, estimated and forgotten.
 
 use super::Sweep;
-use super::manifest::Job;
+use super::dataset::{Dataset, Read};
+use super::fits::Fits;
 use super::run::{End, Finished, Running};
-use super::scene::{Direct, Read};
+use super::runs::{Job, Levels, NOISE};
 use crate::Result;
 use crate::identify::Method;
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// A motor under one drawing of noise.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Scene {
-    pub motor: usize,
-    /// Place of the noise, and the seed that draws it.
-    pub noise: usize,
-    pub seed: u64,
-}
-
-/// What is to be done with it.
+/// Runs on a dataset.
 pub(super) struct Unit {
-    pub scene: Scene,
+    pub dataset: Dataset,
     pub ids: Vec<u64>,
 }
 
@@ -36,7 +28,7 @@ const STEPS: u64 = 1_000_000_000;
 /// The units of a sweep for some of its methods, one after the other, as far as they are due.
 pub(super) struct Units {
     /// Places of the factors but the seed, of the methods that are taken.
-    combinations: Vec<[u64; 7]>,
+    combinations: Vec<Levels>,
     motors: usize,
     seeds: u64,
     /// Levels of noise, and which of them add any.
@@ -50,11 +42,7 @@ impl Units {
     /// Of the combinations that `takes` says of.
     pub(super) fn new(running: &Running<'_>, most: usize, takes: impl Fn(&Job) -> bool) -> Self {
         let runs = &running.sweep.runs;
-        let of = |places: &[u64; 7]| {
-            let mut all = [0; 8];
-            all[..7].copy_from_slice(places);
-            takes(&runs.job(runs.id(0, all)))
-        };
+        let of = |places: &Levels| takes(&runs.job(runs.id(0, places, 0)));
         Self {
             combinations: runs.combinations().into_iter().filter(of).collect(),
             motors: running.sweep.manifest.motors.len(),
@@ -87,34 +75,32 @@ impl Units {
                 (true, true) => [self.next[0] + 1, 0, 0],
             };
             let runs = &running.sweep.runs;
-            let id = |places: &[u64; 7], seed: u64| {
-                let [a, b, c, d, e, f, _] = *places;
-                runs.id(motor, [a, b, c, d, e, f, noise, seed])
-            };
-            let own = self.combinations.iter().filter(|places| places[6] == noise);
+            let own = self.combinations.iter().filter(|places| places[NOISE] == noise);
             let ids: Vec<u64> = own
-                .flat_map(|places| (seed..end).map(move |seed| id(places, seed)))
+                .flat_map(|places| (seed..end).map(move |seed| runs.id(motor, places, seed)))
                 .filter(|id| running.is_due(*id))
                 .collect();
             if !ids.is_empty() {
                 let seed = running.sweep.study().seeds.at(seed);
-                return Some(Unit { scene: Scene { motor, noise: place, seed }, ids });
+                return Some(Unit { dataset: Dataset { motor, noise: place, seed }, ids });
             }
         }
     }
 }
 
 impl Running<'_> {
-    /// Runs of Steiglitz–McBride, or of `auto`, each of which may have to search.
-    pub(super) fn direct(&mut self, auto: bool) -> Result<Option<End>> {
-        let takes = |job: &Job| !job.factors.method.is_search() && (job.factors.method == Method::Auto) == auto;
-        let mut units = Units::new(self, if auto { 1 } else { RUNS }, takes);
+    /// Runs of Steiglitz–McBride for linear motors, or others without a population, each of which may have to search.
+    pub(super) fn stream(&mut self, may_search: bool) -> Result<Option<End>> {
+        let sweep = self.sweep;
+        let searches = |job: &Job| job.factors.method == Method::Auto || sweep.study().spec(&job.factors).is_extended();
+        let takes = |job: &Job| !job.factors.method.is_search() && searches(job) == may_search;
+        let mut units = Units::new(self, if may_search { 1 } else { RUNS }, takes);
         let mut next = units.next(self);
         // A motor with many drawings of noise is read once.
         let mut kept: Option<(usize, Read)> = None;
         while next.is_some() {
-            let items = self.items(&mut units, &mut next, auto);
-            let (finished, last) = self.sweep.stream(items, kept.take());
+            let items = self.items(&mut units, &mut next, may_search);
+            let (finished, last) = sweep.side_by_side(items, kept.take());
             kept = last;
             if let Some(end) = self.keep(finished) {
                 return Ok(Some(end));
@@ -124,30 +110,30 @@ impl Running<'_> {
     }
 
     /// The units of the next piece, by motor.
-    fn items(&self, units: &mut Units, next: &mut Option<Unit>, auto: bool) -> Vec<(usize, Vec<Unit>)> {
+    fn items(&self, units: &mut Units, next: &mut Option<Unit>, may_search: bool) -> Vec<(usize, Vec<Unit>)> {
         let mut items: Vec<(usize, Vec<Unit>)> = Vec::new();
         let threads = rayon::current_num_threads();
         let (mut runs, mut count, mut bytes, mut steps) = (0, 0, 0, 0);
         while let Some(unit) = next.take_if(|unit| {
-            let is_same = items.last().is_some_and(|(motor, _)| *motor == unit.scene.motor);
+            let is_same = items.last().is_some_and(|(motor, _)| *motor == unit.dataset.motor);
             let full = runs + unit.ids.len() > RUNS || count >= MOTORS * threads || (bytes > BYTES && !is_same);
             items.is_empty() || (!full && (steps <= STEPS || count < threads))
         }) {
             (runs, count) = (runs + unit.ids.len(), count + 1);
-            if auto {
+            if may_search {
                 let agents = |id: &u64| {
                     let f = self.sweep.runs.job(*id).factors;
                     (f.population as u64).saturating_mul(f.generations as u64)
                 };
                 let candidates = unit.ids.iter().map(agents).fold(0, u64::saturating_add);
-                steps = candidates.saturating_mul(self.samples(unit.scene.motor)).saturating_add(steps);
+                steps = candidates.saturating_mul(self.samples(unit.dataset.motor)).saturating_add(steps);
             }
-            match items.last_mut().filter(|(motor, _)| *motor == unit.scene.motor) {
+            match items.last_mut().filter(|(motor, _)| *motor == unit.dataset.motor) {
                 Some((_, units)) => units.push(unit),
                 None => {
-                    let files = &self.sweep.manifest.motors[unit.scene.motor].files;
-                    bytes += files.iter().map(|file| file.bytes).sum::<u64>();
-                    items.push((unit.scene.motor, vec![unit]));
+                    bytes +=
+                        self.sweep.manifest.motors[unit.dataset.motor].all_files().map(|file| file.bytes).sum::<u64>();
+                    items.push((unit.dataset.motor, vec![unit]));
                 }
             }
             *next = units.next(self);
@@ -158,24 +144,24 @@ impl Running<'_> {
 
 impl Sweep {
     /// Does some motors side by side; the recordings of the last come back.
-    fn stream(
+    fn side_by_side(
         &self,
         items: Vec<(usize, Vec<Unit>)>,
         kept: Option<(usize, Read)>,
     ) -> (Vec<Finished>, Option<(usize, Read)>) {
         let last = items.len() - 1;
         let motor = |(n, (motor, units)): (usize, (usize, Vec<Unit>))| {
-            let records = match &kept {
-                Some((of, records)) if *of == motor => records.clone(),
+            let recordings = match &kept {
+                Some((of, recordings)) if *of == motor => recordings.clone(),
                 _ => self.read(motor),
             };
             let unit = |unit: &Unit| {
                 let begun = Instant::now();
-                let mut direct = Direct::new(self, self.with_noise(&records, unit.scene.noise, unit.scene.seed));
+                let mut fits = Fits::new(self, self.with_noise(&recordings, unit.dataset.noise, unit.dataset.seed));
                 let mut before = 0.0;
                 let one = |id: &u64| {
                     let job = self.runs.job(*id);
-                    let outcome = direct.outcome(&job);
+                    let outcome = fits.outcome(&job);
                     let now = begun.elapsed().as_secs_f64();
                     let seconds = now - std::mem::replace(&mut before, now);
                     (job, outcome, seconds)
@@ -187,7 +173,7 @@ impl Sweep {
                 [one] => unit(one),
                 many => many.par_iter().flat_map_iter(unit).collect(),
             };
-            (finished, (n == last).then_some((motor, records)))
+            (finished, (n == last).then_some((motor, recordings)))
         };
         let done: Vec<_> = items.into_par_iter().enumerate().map(motor).collect();
         let mut all = Vec::new();

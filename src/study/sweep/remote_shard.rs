@@ -6,6 +6,7 @@ use super::store::{Head, Log, files, row, scan, scan_lines};
 use super::{Shard, Sweep};
 use crate::text::printable;
 use crate::{Error, Result};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 impl Sweep {
@@ -25,7 +26,7 @@ impl Sweep {
         let mut done = Bits::new(self.manifest.runs);
         for found in files(&self.folder, &self.digest)? {
             scan(&found.path, |place| {
-                if !place.row.outcome.is_retried() {
+                if !place.row.is_retried() {
                     done.set(place.row.id, true);
                 }
             })?;
@@ -45,8 +46,10 @@ impl Sweep {
         let is_read = |motor: u64| (motor * per_motor..(motor + 1) * per_motor).any(|id| self.owns(shard, id));
         let folder = Path::new(&self.manifest.folder);
         let motors = (0..).zip(&self.manifest.motors).filter(|(number, _)| is_read(*number));
-        let paths = motors.flat_map(|(_, motor)| &motor.files).flat_map(|file| parts(folder, &file.path));
-        paths.map(|path| path.to_string_lossy().into_owned()).collect()
+        let paths = motors.flat_map(|(_, motor)| motor.all_files()).flat_map(|file| parts(folder, &file.path));
+        // Motors may share what is held out.
+        let mut seen = BTreeSet::new();
+        paths.map(|path| path.to_string_lossy().into_owned()).filter(|path| seen.insert(path.clone())).collect()
     }
 
     /// What a shard need not do again: results files by name, with the lines of its finished runs alone.
@@ -63,7 +66,7 @@ impl Sweep {
             lines.push(b'\n');
             let head = lines.len();
             scan_lines(&found.path, |place, line| {
-                if self.owns(shard, place.row.id) && !place.row.outcome.is_retried() {
+                if self.owns(shard, place.row.id) && !place.row.is_retried() {
                     lines.extend_from_slice(line);
                 }
             })?;
@@ -95,7 +98,7 @@ impl Sweep {
         let mut log = Log::open(&self.folder, &head)?;
         let mut done = Bits::new(self.manifest.runs);
         scan(&self.folder.join(shard.file()), |place| {
-            if !place.row.outcome.is_retried() {
+            if !place.row.is_retried() {
                 done.set(place.row.id, true);
             }
         })?;
@@ -106,7 +109,7 @@ impl Sweep {
                 return Err(wrong("came back damaged"));
             };
             if !done.get(row.id) {
-                done.set(row.id, !row.outcome.is_retried());
+                done.set(row.id, !row.is_retried());
                 new.push_str(text);
                 count += 1;
             }

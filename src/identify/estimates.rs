@@ -1,0 +1,214 @@
+//! The estimates of a result: its parameters one by one, and as maps by their names.
+
+use super::result::{Identification, side};
+use super::spec::IdentifySpec;
+use crate::Result;
+use crate::estimate::fit_problem;
+use crate::motor::{Axis, Extension, Input, Parameter, Scope};
+use crate::record::Record;
+use serde::de::Error as _;
+use serde::ser::SerializeStruct as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::{Map, Value, json};
+
+/// The estimate of a parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ParameterEstimate {
+    /// Which parameter.
+    pub parameter: Parameter,
+    /// For which recordings.
+    pub scope: Scope,
+    /// Its value; `None` where it is not identifiable.
+    pub value: Option<f64>,
+    /// Its standard error; `None` at a bound, where it is held, and without a polish.
+    pub std_error: Option<f64>,
+    /// Its 95 % interval, likewise.
+    pub ci95: Option<[f64; 2]>,
+    /// The bound, `min` or `max`, that it ended at.
+    pub at_bound: Option<&'static str>,
+    /// Whether it was held at its value.
+    pub fixed: bool,
+    /// What it was free within, where it was.
+    pub axis: Option<Axis>,
+}
+
+impl ParameterEstimate {
+    /// A parameter of which nothing but its value is known.
+    #[must_use]
+    pub fn new(parameter: Parameter, scope: Scope, value: Option<f64>) -> Self {
+        Self { parameter, scope, value, std_error: None, ci95: None, at_bound: None, fixed: false, axis: None }
+    }
+
+    /// Its name: its symbol, with the index of the recording that it belongs to.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.scope.name(self.parameter)
+    }
+
+    /// Where it stands among others: by parameter, then by recording.
+    pub(crate) fn order(&self) -> (usize, Option<u32>) {
+        (self.parameter as usize, if let Scope::Recording(n) = self.scope { Some(n) } else { None })
+    }
+}
+
+/// The estimates of the parameters of a motor: the five of the motor, then those of extensions; those of recordings one
+/// after the other.
+///
+/// They are serialized as four maps by name: `parameters`, `std_error` and `ci95` (both `null` without a polish), `at_bound`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimates {
+    /// One by one.
+    pub list: Vec<ParameterEstimate>,
+    /// Whether there was a polish, which gives standard errors.
+    pub polished: bool,
+}
+
+impl Estimates {
+    /// The estimate of a parameter that all recordings share.
+    #[must_use]
+    pub fn get(&self, parameter: Parameter) -> Option<&ParameterEstimate> {
+        self.list.iter().find(|e| e.parameter == parameter && e.scope == Scope::Shared)
+    }
+}
+
+impl Serialize for Estimates {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let mut all = serializer.serialize_struct("Estimates", MAPS.len())?;
+        all.serialize_field(MAPS[0], &ByName(&self.list, |e| e.value))?;
+        all.serialize_field(MAPS[1], &self.polished.then_some(ByName(&self.list, |e| e.std_error)))?;
+        all.serialize_field(MAPS[2], &self.polished.then_some(ByName(&self.list, |e| e.ci95)))?;
+        all.serialize_field(MAPS[3], &ByName(&self.list, |e| e.at_bound))?;
+        all.end()
+    }
+}
+
+/// The maps of estimates.
+pub(crate) const MAPS: [&str; 4] = ["parameters", "std_error", "ci95", "at_bound"];
+
+/// What estimates have of one kind, by name.
+struct ByName<'a, T>(&'a [ParameterEstimate], fn(&ParameterEstimate) -> T);
+
+impl<T: Serialize> Serialize for ByName<'_, T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|e| (e.name(), self.1(e))))
+    }
+}
+
+/// Estimates as they are read back. What was held and within which bounds others were free is not among them.
+#[derive(Deserialize)]
+struct Read {
+    parameters: Map<String, Value>,
+    std_error: Option<Map<String, Value>>,
+    ci95: Option<Map<String, Value>>,
+    at_bound: Option<Map<String, Value>>,
+}
+
+impl<'de> Deserialize<'de> for Estimates {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        let Read { parameters, std_error, ci95, at_bound } = Read::deserialize(deserializer)?;
+        let entry = |(name, value): (&String, &Value)| {
+            let (parameter, scope) = Scope::named(name).ok_or_else(|| D::Error::custom("no parameter"))?;
+            let of = |map: &'_ Option<Map<String, Value>>| map.as_ref().and_then(|map| map.get(name)).cloned();
+            let ends = of(&ci95).and_then(|ends| Some([ends.get(0)?.as_f64()?, ends.get(1)?.as_f64()?]));
+            let side = of(&at_bound).and_then(|side| ["min", "max"].into_iter().find(|known| side == *known));
+            Ok(ParameterEstimate {
+                std_error: of(&std_error).and_then(|error| error.as_f64()),
+                ci95: ends,
+                at_bound: side,
+                ..ParameterEstimate::new(parameter, scope, value.as_f64())
+            })
+        };
+        let list = parameters.iter().map(entry).collect::<std::result::Result<_, D::Error>>()?;
+        Ok(Self { list, polished: std_error.is_some() })
+    }
+}
+
+impl Serialize for ParameterEstimate {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let own = matches!(self.scope, Scope::Recording(_)) || self.parameter == Parameter::Latency;
+        let entry = json!({
+            "value": self.value,
+            "unit": self.parameter.unit(),
+            "std_error": self.std_error,
+            "ci95": self.ci95,
+            "at_bound": self.at_bound,
+            "fixed": self.fixed,
+            "identified": self.value.is_some(),
+            "scope": if own { "recording" } else { "shared" },
+        });
+        entry.serialize(serializer)
+    }
+}
+
+/// The part `parameters` of a result: all by their symbols. One that each of several recordings has for itself has a list of
+/// them, each with the number of its recording.
+pub(super) fn document(estimates: &[ParameterEstimate]) -> Map<String, Value> {
+    let groups = estimates.chunk_by(|a, b| a.parameter == b.parameter);
+    let of = |e: &ParameterEstimate| {
+        let mut entry = json!(e);
+        if let Scope::Recording(n) = e.scope {
+            entry["record"] = n.into();
+        }
+        entry
+    };
+    let entry = |group: &[ParameterEstimate]| {
+        let first = group.first()?;
+        let symbol = first.parameter.symbol().to_owned();
+        if group.len() == 1 {
+            return Some((symbol, json!(first)));
+        }
+        let all = ParameterEstimate { value: None, std_error: None, ci95: None, at_bound: None, ..*first };
+        let mut entry = json!(all);
+        entry["identified"] = first.value.is_some().into();
+        entry["recordings"] = group.iter().map(of).collect();
+        Some((symbol, entry))
+    };
+    groups.filter_map(entry).collect()
+}
+
+impl Identification {
+    /// All parameters: the five of the motor, then those of extensions; those of recordings one after the other.
+    #[must_use]
+    pub fn estimates(&self) -> Vec<ParameterEstimate> {
+        let uncertainty = self.uncertainty.as_ref();
+        let free = self.space.free().iter().zip(&self.values).enumerate().map(|(n, (axis, value))| ParameterEstimate {
+            std_error: uncertainty.and_then(|u| u.std_error[n]),
+            ci95: uncertainty.and_then(|u| u.ci95[n]),
+            at_bound: side(axis, *value),
+            axis: Some(*axis),
+            ..ParameterEstimate::new(axis.parameter, axis.scope, Some(*value))
+        });
+        let held = self.space.fixed().iter().map(|&(parameter, scope, value)| ParameterEstimate {
+            fixed: true,
+            ..ParameterEstimate::new(parameter, scope, Some(value))
+        });
+        let mut all: Vec<ParameterEstimate> = free.chain(held).collect();
+        for unknown in all.iter_mut().filter(|e| self.unidentified.contains(&e.parameter)) {
+            *unknown = ParameterEstimate::new(unknown.parameter, unknown.scope, None);
+        }
+        all.sort_by_key(ParameterEstimate::order);
+        all
+    }
+
+    /// The extensions of its motor.
+    #[must_use]
+    pub fn extensions(&self) -> Vec<Extension> {
+        let features = self.space.features();
+        Extension::ALL.into_iter().filter(|extension| features.has_any(extension.parameters())).collect()
+    }
+
+    /// What it says that recordings show: current and speed, one value a sample, of those that it was made from; not a
+    /// number for a current that is the input.
+    ///
+    /// # Errors
+    /// As for a problem of these recordings.
+    pub fn modelled(&self, records: &[Record], spec: &IdentifySpec) -> Result<Vec<[Vec<f64>; 2]>> {
+        let problem = fit_problem(records, &self.space, spec.model)?;
+        let initial = |n: usize| self.initial.get(n).copied().unwrap_or_default();
+        let mut shown: Vec<_> = (0..records.len()).map(|n| problem.simulate(&self.values, n, initial(n))).collect();
+        if self.input == Input::Current {
+            shown.iter_mut().for_each(|[current, _]| current.fill(f64::NAN));
+        }
+        Ok(shown)
+    }
+}

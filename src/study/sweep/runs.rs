@@ -1,0 +1,112 @@
+//! The runs of a sweep by number: nothing is listed, so that memory does not grow with them.
+
+use super::study::{Factors, Study};
+use crate::numeric::index;
+
+/// A run: a motor under levels of the factors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Job {
+    /// Its number, from 0 on.
+    pub id: u64,
+    /// Place of its motor in the manifest.
+    pub motor: usize,
+    /// Its levels.
+    pub factors: Factors,
+}
+
+/// Factors but the motor and the seed.
+pub(super) const FACTORS: usize = 8;
+/// The place of a level of each of them, in the order in which they change.
+pub(super) type Levels = [u64; FACTORS];
+/// Where the noise is among them.
+pub(super) const NOISE: usize = FACTORS - 1;
+
+/// How runs are numbered: the motor changes slowest, then method, polish, extensions, population, generations, criterion,
+/// scale, noise; the seed fastest.
+#[derive(Debug, Clone)]
+pub struct Runs {
+    study: Study,
+    motors: usize,
+}
+
+impl Runs {
+    pub(super) fn new(study: Study, motors: usize) -> Self {
+        Self { study, motors }
+    }
+
+    /// The study.
+    #[must_use]
+    pub fn study(&self) -> &Study {
+        &self.study
+    }
+
+    /// How many levels each factor has, from the slowest to the fastest.
+    fn levels(&self) -> Levels {
+        let s = &self.study;
+        let counts = [
+            s.methods.len(),
+            s.polish.len(),
+            s.with.len(),
+            s.population.len(),
+            s.generations.len(),
+            s.criterion.len(),
+            s.scale.len(),
+            s.noise.len(),
+        ];
+        counts.map(|count| count as u64)
+    }
+
+    /// Runs of each motor.
+    #[must_use]
+    pub fn per_motor(&self) -> u64 {
+        self.levels().iter().fold(self.study.seeds.count(), |product, levels| product.saturating_mul(*levels))
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.per_motor().saturating_mul(self.motors as u64)
+    }
+
+    /// A run by its number.
+    #[must_use]
+    pub fn job(&self, id: u64) -> Job {
+        let s = &self.study;
+        let seeds = s.seeds.count();
+        let (places, rest) = self.places(id / seeds);
+        let [method, polish, with, population, generations, criterion, scale, noise] = places.map(index);
+        let factors = Factors {
+            method: s.methods[method],
+            polish: s.polish[polish],
+            with,
+            population: s.population[population],
+            generations: s.generations[generations],
+            criterion: s.criterion[criterion],
+            scale: s.scale[scale],
+            noise,
+            seed: s.seeds.at(id % seeds),
+        };
+        Job { id, motor: index(rest), factors }
+    }
+
+    /// The places of a combination by its number, and what is left of the number above them.
+    fn places(&self, mut rest: u64) -> (Levels, u64) {
+        let mut places = [0; FACTORS];
+        for (place, levels) in places.iter_mut().zip(self.levels()).rev() {
+            *place = rest % levels;
+            rest /= levels;
+        }
+        (places, rest)
+    }
+
+    /// The number of a motor's run at places of the factors and of the seed.
+    pub(super) fn id(&self, motor: usize, places: &Levels, seed: u64) -> u64 {
+        let above = self.levels().iter().zip(places).fold(motor as u64, |id, (levels, place)| id * levels + place);
+        above * self.study.seeds.count() + seed
+    }
+
+    /// Places of all factors but the seed, for each combination.
+    pub(super) fn combinations(&self) -> Vec<Levels> {
+        (0..self.levels().iter().product()).map(|n| self.places(n).0).collect()
+    }
+}
