@@ -218,8 +218,7 @@ impl Hyperparameter {
     }
 
     /// Returns a value as it is written.
-    #[must_use]
-    pub fn shown(&self, value: f64) -> String {
+    fn shown(&self, value: f64) -> String {
         match self.range {
             Range::Number(..) => format!("{value:?}"),
             Range::Count => value.to_string(),
@@ -308,13 +307,19 @@ impl Tuned {
         settings[place].check(self.search, self.values.0[place])
     }
 
+    /// Returns the value of the setting at a place of the row, as it is written.
+    #[must_use]
+    pub fn shown(&self, place: usize) -> String {
+        self.search.settings[place].shown(self.values.0[place])
+    }
+
     /// Returns the settings that are not the usual ones, each with its value as it is written.
     #[must_use]
     pub fn changed(&self) -> Vec<(&'static str, String)> {
         let usual = (self.search.usual)();
         let places = self.search.settings.iter().enumerate();
         let changed = places.filter(|(place, _)| self.values.0[*place].to_bits() != usual.0[*place].to_bits());
-        changed.map(|(place, setting)| (setting.name, setting.shown(self.values.0[place]))).collect()
+        changed.map(|(place, setting)| (setting.name, self.shown(place))).collect()
     }
 
     /// Begins a run.

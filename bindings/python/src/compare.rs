@@ -45,8 +45,7 @@ const OF_PRESET: [&str; 7] = ["methods", "criteria", "population", "generations"
 ///     Called with a `Progress`, by the thread that calls this; its answer False ends the comparison.
 /// preset : {"paper"}
 ///     The set-up of the paper, without the settings that it has already.
-/// methods : str or sequence, default "gwo,jaya,ga,sm"
-///     Of gwo, jaya, ga, random, and sm, which stands beside them.
+#[doc = include_str!("docs/methods.txt")]
 /// runs : int, default 50
 ///     Runs of each method.
 /// criteria : str or sequence, default "nrmse:std"

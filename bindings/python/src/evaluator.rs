@@ -25,6 +25,7 @@ use std::sync::Mutex;
 ///     What candidates are held against; several count together.
 /// population : int, default 100000
 ///     How many candidates a call will bring, about: what device="auto" chooses by.
+#[doc = include_str!("docs/with.txt")]
 #[doc = include_str!("docs/problem.txt")]
 ///
 /// One evaluator does one table at a time; threads that share it take turns. It pickles with its recordings.

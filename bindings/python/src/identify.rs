@@ -20,15 +20,8 @@ use pyo3::types::PyDict;
 /// progress : callable
 ///     Called with a `Progress` after each generation of a search, by the thread that calls this; its answer False ends the
 ///     search.
-/// method : {"auto", "sm", "gwo", "jaya", "ga", "random"}
-///     How the optimum is found; auto: Steiglitz-McBride, a population search where that cannot serve.
-/// polish : {"lm", "none"}
-///     How what was found is refined; lm gives the standard errors.
-/// population, generations : int, default 100
-///     Agents, and generations with the first population.
-/// seed : int, default 1
-/// set : str, sequence or mapping
-///     Settings of the method, {"mutation": 0.1}.
+#[doc = include_str!("docs/identify.txt")]
+#[doc = include_str!("docs/with.txt")]
 #[doc = include_str!("docs/problem.txt")]
 ///
 /// Returns

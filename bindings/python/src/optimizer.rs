@@ -16,7 +16,7 @@ use std::sync::{Mutex, MutexGuard};
 ///
 /// Parameters
 /// ----------
-/// method : {"gwo", "jaya", "ga", "random"}
+#[doc = include_str!("docs/search.txt")]
 /// bounds : array_like, shape (p, 2)
 ///     The box, (min, max) a row: `Evaluator.bounds`, say.
 /// population : int, default 100

@@ -21,13 +21,17 @@ _Criterion = Literal["euclidean", "ise", "iae", "itse", "itae", "mse", "nrmse"]
 _Scale = Literal["none", "peak", "std", "noise"]
 _Discretization = Literal["zoh", "foh", "rk4", "euler"]
 _Initial = Literal["auto", "zero", "measured", "free"]
+_Precision = Literal["auto", "f32", "f64"]
+_Polish = Literal["lm", "none"]
+_Gaps = Literal["error", "keep", "split"]
 _Method = Literal["auto", "sm", "gwo", "jaya", "ga", "random"]
+_Search = Literal["gwo", "jaya", "ga", "random"]
 
 class _ReadOptions(TypedDict, total=False):
     columns: _Named
     rate: float
     sheet: str
-    gaps: Literal["error", "keep", "split"]
+    gaps: _Gaps
     drop_repeats: bool
     crop: str
     offset: str
@@ -48,12 +52,12 @@ class _ProblemSettings(TypedDict, total=False):
     with_: _Items
     per_recording: _Items
     device: str
-    precision: Literal["auto", "f32", "f64"]
+    precision: _Precision
     threads: int
 
 class _IdentifySettings(_ProblemSettings, total=False):
     method: _Method
-    polish: Literal["lm", "none"]
+    polish: _Polish
     population: int
     generations: int
     seed: int
@@ -74,7 +78,7 @@ class _CompareSettings(TypedDict, total=False):
     fix: _Numbers
     discretization: _Discretization
     device: str
-    precision: Literal["auto", "f32", "f64"]
+    precision: _Precision
     threads: int
 
 class _RefineSettings(TypedDict, total=False):
@@ -211,7 +215,7 @@ class Optimizer:
 
     def __new__(
         cls,
-        method: Literal["gwo", "jaya", "ga", "random"],
+        method: _Search,
         bounds: ArrayLike,
         *,
         population: int = 100,

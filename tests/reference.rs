@@ -1,0 +1,177 @@
+//! Proves: docs/reference.md and what the Python package says of choices are those of the tables.
+//! With `UPDATE_REFERENCE=1` it writes them.
+//! Does not prove: that a text is right.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
+
+use motorfit::criterion::{Norm, Scale};
+use motorfit::evaluate::Initial;
+use motorfit::identify::{Extension, Method, Polish, PrecisionSpec};
+use motorfit::motor::{Discretization, Parameter, UsualBounds};
+use motorfit::named::Named;
+use motorfit::optimize::{Range, SEARCHES, Tuned};
+use motorfit::record::{FORMATS, Gaps, RULES};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Holds a file of the project to a text, or writes it.
+fn hold(path: &str, text: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
+    if std::env::var_os("UPDATE_REFERENCE").is_some() {
+        std::fs::write(&path, text).unwrap();
+    }
+    let there = std::fs::read_to_string(&path).unwrap_or_default();
+    let first = there.lines().zip(text.lines()).find(|(there, text)| there != text);
+    let at = first.map_or_else(String::new, |(there, text)| format!(": \"{there}\" is to be \"{text}\""));
+    assert!(there == text, "{} is not of the tables{at}; run with UPDATE_REFERENCE=1", path.display());
+}
+
+fn table<const N: usize>(title: &str, heads: [&str; N], rows: impl IntoIterator<Item = [String; N]>) -> String {
+    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | ").replace("|measured|", "\\|measured\\|"));
+    let mut text = format!("\n## {title}\n\n{}", line(&heads.map(str::to_owned)));
+    text.push_str(&format!("{}\n", "|---".repeat(N) + "|"));
+    rows.into_iter().for_each(|row| text.push_str(&line(&row)));
+    text
+}
+
+fn named<T: Named + Default>(title: &str) -> String {
+    let mark = |row: &T| if *row == T::default() { " (default)" } else { "" };
+    let rows = T::all().into_iter().map(|row| [format!("`{}`{}", row.name(), mark(&row)), format!("{}.", row.text())]);
+    table(title, ["name", "meaning"], rows)
+}
+
+fn settings_of_searches() -> String {
+    let rows = SEARCHES.into_iter().flat_map(|search| {
+        let usual = Tuned::from(search);
+        search.settings.iter().enumerate().map(move |(place, setting)| {
+            let range = match setting.range {
+                Range::Number(min, max, above) => {
+                    let end = if max.is_finite() { format!("{max}]") } else { "∞)".to_owned() };
+                    format!("{}{min}, {end}", if above { "(" } else { "[" })
+                }
+                Range::Count => "a count".to_owned(),
+                Range::Choice(words) => words.join(", "),
+            };
+            let text = setting.text.replace('|', "\\|");
+            [search.name.to_owned(), format!("`{}`", setting.name), range, usual.shown(place), text]
+        })
+    });
+    table("Settings of methods", ["method", "name", "range", "default", "meaning"], rows)
+}
+
+fn parameters() -> String {
+    let row = |parameter: Parameter| {
+        let bounds = match parameter.usual_bounds() {
+            UsualBounds::Fixed(min, max) => format!("{min} to {max}"),
+            UsualBounds::OfTorque(min, max) => format!("{min} to {max} of the stall torque"),
+            UsualBounds::OfInput(min, max) => format!("{min} to {max} of the largest input"),
+            UsualBounds::Late(periods, constants) => {
+                format!("0 to {periods} periods or {constants} time constants")
+            }
+            UsualBounds::Samples => "1 to a quarter of the recording, 300 at most".to_owned(),
+        };
+        let extension = Extension::of(parameter).map_or("", Extension::name).to_owned();
+        let cells = [parameter.symbol(), parameter.unit(), parameter.domain(), parameter.text()].map(str::to_owned);
+        let [symbol, unit, domain, text] = cells;
+        [format!("`{symbol}`"), unit, domain, bounds, extension, text]
+    };
+    let heads = ["symbol", "unit", "values", "bounds where none are given", "extension", "meaning"];
+    table("Parameters", heads, Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS).map(row))
+}
+
+#[test]
+fn the_reference_is_that_of_the_tables() {
+    let mut text = String::from(
+        "# Reference\n\nMade from the tables of the library by `UPDATE_REFERENCE=1 cargo test --test reference`; the same \
+         names serve the command line, studies and Python.\n",
+    );
+    text += &named::<Method>("Methods");
+    text += &settings_of_searches();
+    text += &named::<Polish>("Polish");
+    text += &named::<Norm>("Criteria");
+    text += &named::<Scale>("Scales");
+    text += &named::<Discretization>("Discretizations");
+    text += &named::<Initial>("Initial states");
+    text += &named::<PrecisionSpec>("Precision");
+    text += &named::<Gaps>("Gaps in time");
+    text += &parameters();
+    let yes = |is: bool| if is { "yes" } else { "no" }.to_owned();
+    let extension = |e: Extension| {
+        let symbols: Vec<&str> = e.parameters().iter().map(|p| p.symbol()).collect();
+        [format!("`{}`", e.name()), symbols.join(", "), yes(e.acts_on_current()), format!("{}.", Named::text(&e))]
+    };
+    let heads = ["name", "parameters", "where the current is the input", "meaning"];
+    text += &table("Extensions", heads, Extension::ALL.map(extension));
+    let csv = ["CSV".to_owned(), "Any text of columns with a heading; also what is none of the others.".to_owned()];
+    let formats = FORMATS.iter().map(|format| [format.name.to_owned(), format.text.to_owned()]);
+    text += &table("Files", ["format", "meaning"], std::iter::once(csv).chain(formats));
+    let codes = RULES.iter().flat_map(|rule| rule.codes);
+    let rules = codes.map(|(code, text)| [format!("`{code}`"), (*text).to_owned()]);
+    text += &table("Findings about recordings", ["code", "meaning"], rules);
+    hold("docs/reference.md", &text);
+}
+
+/// Names in quotes, the default first.
+fn quoted(names: &[&str], default: Option<&str>) -> String {
+    let mut names = names.to_vec();
+    names.sort_by_key(|name| Some(*name) != default);
+    names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
+}
+
+fn choices<T: Named + Default>() -> (Vec<&'static str>, &'static str) {
+    (T::names(), T::default().name())
+}
+
+#[test]
+fn python_says_the_choices_of_the_tables() {
+    let searches: Vec<&str> = SEARCHES.iter().map(|search| search.name).collect();
+    let all = [
+        ("criterion", "_Criterion", choices::<Norm>()),
+        ("scale", "_Scale", choices::<Scale>()),
+        ("discretization", "_Discretization", choices::<Discretization>()),
+        ("initial", "_Initial", choices::<Initial>()),
+        ("precision", "_Precision", choices::<PrecisionSpec>()),
+        ("polish", "_Polish", choices::<Polish>()),
+        ("gaps", "_Gaps", choices::<Gaps>()),
+        ("method", "_Method", choices::<Method>()),
+        ("", "_Search", (searches.clone(), "")),
+    ];
+    let folder = "bindings/python";
+    let read = |path: &str| std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap();
+    let stubs = format!("{folder}/python/motorfit/_motorfit.pyi");
+    let alias = |line: &str| {
+        let (_, alias, (names, _)) = all.iter().find(|(_, alias, _)| line.starts_with(&format!("{alias} = ")))?;
+        Some(format!("{alias} = Literal[{}]", quoted(names, None)))
+    };
+    let text: String = read(&stubs).lines().map(|line| alias(line).unwrap_or_else(|| line.to_owned()) + "\n").collect();
+    for (_, alias, _) in &all {
+        assert!(text.contains(&format!("\n{alias} = ")), "{alias} is in the stubs");
+    }
+    hold(&stubs, &text);
+    let choice = |line: &str| {
+        let (key, _, (names, default)) = all.iter().find(|(key, ..)| line.starts_with(&format!("{key} : {{")))?;
+        Some(format!("{key} : {{{}}}", quoted(names, Some(default))))
+    };
+    for name in ["problem", "identify"] {
+        let path = format!("{folder}/src/docs/{name}.txt");
+        hold(
+            &path,
+            &read(&path).lines().map(|line| choice(line).unwrap_or_else(|| line.to_owned()) + "\n").collect::<String>(),
+        );
+    }
+    let mut with = String::from("with_ : str or sequence\n");
+    let extensions = Extension::ALL.map(|e| format!("    {}: {}\n", e.name(), Named::text(&e)));
+    let _ = write!(
+        with,
+        "    What the motor has beyond the linear one, or \"auto\", which chooses:\n{}",
+        extensions.concat()
+    );
+    let symbols = Parameter::EXTENSIONS.map(Parameter::symbol).join(", ");
+    let _ = writeln!(with, "    Their parameters {symbols} take bounds and fix too.");
+    hold(&format!("{folder}/src/docs/with.txt"), &with);
+    hold(&format!("{folder}/src/docs/search.txt"), &format!("method : {{{}}}\n", quoted(&searches, None)));
+    let methods = format!(
+        "methods : str or sequence, default \"gwo,jaya,ga,sm\"\n    Of {}, and sm, which stands beside them.\n",
+        searches.join(", ")
+    );
+    hold(&format!("{folder}/src/docs/methods.txt"), &methods);
+}
