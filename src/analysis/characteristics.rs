@@ -8,10 +8,8 @@
 //! Where the current is the input, they are that current: `i = kS sgn(ω) + kG + kV ω + kA a` with `kS = Tc/K`, `kG = TL/K`,
 //! `kV = B/K`, `kA = J/K`; `kA/kV = J/B` is the mechanical time constant.
 
-use super::feedforward::Regression;
 use super::fitted::FittedMotor;
 use crate::motor::{Input, Parameter, Scope};
-use serde_json::{Map, Value, json};
 
 /// Constants of a motor, SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,23 +42,6 @@ const IN_ORDER: [Parameter; CONSTANTS] = {
     let [r, l, k, b, j] = Parameter::ALL;
     [r, l, k, b, j, Parameter::Coulomb, Parameter::BrushDrop, Parameter::Load]
 };
-
-/// The part `characteristics` of a result: by output error, and by regression beside it.
-pub(crate) fn document(found: FittedMotor<'_>, regressions: &[Regression]) -> Value {
-    let of = |c: Characteristic, unit: &str| json!({"value": c.value, "unit": unit, "std_error": c.std_error});
-    let named = Characteristics::named_of(found);
-    let by_error = named.map(|(name, unit, c)| (name.to_owned(), c.map_or(Value::Null, |c| of(c, unit))));
-    let by_regression = |r: &Regression| {
-        json!({
-            "window_s": r.window_s, "window_samples": r.window_samples, "samples": r.samples,
-            "kS": of(r.ks, named[0].1), "kV": of(r.kv, named[1].1), "kA": of(r.ka, named[2].1),
-        })
-    };
-    json!({
-        "output_error": by_error.into_iter().collect::<Map<String, Value>>(),
-        "regression": regressions.iter().map(by_regression).collect::<Value>(),
-    })
-}
 
 /// A value with its standard error, `None` where it depends on what is not known.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,6 +2,7 @@
 //! validation.
 
 mod characteristics;
+mod characteristics_document;
 mod feedforward;
 mod fit_metrics;
 mod fitted;
@@ -14,10 +15,10 @@ mod residual_input_test;
 mod residuals;
 mod validation;
 
-pub(crate) use characteristics::document as characteristics_document;
 pub use characteristics::{
     Characteristic, Characteristics, Constants, Covariance, Named, characteristics, characteristics_by_current,
 };
+pub(crate) use characteristics_document::characteristics_document;
 pub use feedforward::{Regression, regression, regressions};
 pub(crate) use fit_metrics::{FitMetrics, fit_percent, poor_fit};
 pub use fitted::FittedMotor;

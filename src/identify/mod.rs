@@ -21,6 +21,7 @@ mod prepare;
 mod refine;
 mod result;
 mod search;
+mod serialize;
 mod spec;
 mod start;
 mod unidentified;

@@ -1,22 +1,16 @@
 //! The result of an identification.
 
-use super::estimates;
 use super::model_selection::ModelSelection;
 use super::spec::IdentifySpec;
 use super::verify::Verification;
 use crate::Result;
-use crate::analysis::{
-    self, FittedMotor, Regression, Repeatability, ResidualTests, Validation, characteristics_document, repeatability,
-    residuals_document,
-};
-use crate::channels::Channels;
+use crate::analysis::{self, FittedMotor, Regression, Repeatability, ResidualTests, Validation, repeatability};
 use crate::estimate::Uncertainty;
 use crate::motor::{Axis, Input, Parameter, Parameters, Scope, Space};
 use crate::optimize::Stop;
-use crate::record::{Record, Severity};
+use crate::record::Record;
 use crate::warning::Warning;
-use serde::{Serialize, Serializer};
-use serde_json::{Map, Value, json};
+use serde::Serialize;
 
 /// What a method found, before the polish.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -93,7 +87,7 @@ pub struct Identification {
 
 impl Identification {
     /// Correlations of R, L, K, B and J, `None` for those held or unknown.
-    fn correlation(&self, uncertainty: &Uncertainty) -> [[Option<f64>; 5]; 5] {
+    pub(super) fn correlation(&self, uncertainty: &Uncertainty) -> [[Option<f64>; 5]; 5] {
         let place = |p: Parameter| self.space.free().iter().position(|axis| axis.parameter == p);
         let entry = |a: Parameter, b: Parameter| uncertainty.correlation[place(a)?][place(b)?];
         Parameter::ALL.map(|a| Parameter::ALL.map(|b| entry(a, b)))
@@ -107,51 +101,6 @@ impl Identification {
         let (axis, value) = self.space.free().iter().zip(&self.values).find(shared)?;
         side(axis, *value)
     }
-}
-
-impl Serialize for Identification {
-    /// The record of a result: the keys of the document of `identify --json` but for what was asked for, in their order.
-    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        let uncertainty = self.uncertainty.as_ref();
-        // A current that is the input has no state.
-        let state = |[current, speed]: [f64; 2]| json!({"current": (self.input == Input::Voltage).then_some(current), "speed": speed});
-        let warnings = |severity| self.warnings.iter().filter(move |w| w.severity == severity).collect::<Vec<_>>();
-        let mut verification = json!(self.verification);
-        verification["cpu_gpu_cost_difference"] = json!(self.cost_difference);
-        let record = json!({
-            "input": self.input.name(),
-            "bounds": bounds(&self.space),
-            "device": {"kind": self.device_kind, "name": self.device, "precision": self.precision},
-            "parameters": estimates::document(&self.estimates()),
-            "with": self.extensions(),
-            "ladder": self.selection,
-            "cost": self.cost,
-            "searched": self.searched,
-            "fit_percent": Channels::from(self.fit_percent),
-            "residual_sigma": Channels::from(self.residual_sigma),
-            "initial_state": self.initial.iter().copied().map(state).collect::<Value>(),
-            "correlation": uncertainty.map(|u| self.correlation(u)),
-            "rank": uncertainty.map(|u| u.rank),
-            "condition": uncertainty.map(|u| u.condition),
-            "residuals": uncertainty.map(|u| residuals_document(&self.residual_tests, u)),
-            "characteristics": characteristics_document(self.into(), &self.regressions),
-            "repeatability": self.repeatability,
-            "verification": verification,
-            "validation": self.validation,
-            "warnings": warnings(Severity::Report),
-            "remarks": warnings(Severity::Mention),
-            "stop": self.stop.name(),
-            "evaluations": self.evaluations,
-            "history": self.history,
-            "seconds": self.seconds,
-        });
-        record.serialize(serializer)
-    }
-}
-
-/// The bounds of what is free, by symbol.
-fn bounds(space: &Space) -> Map<String, Value> {
-    space.free().iter().map(|axis| (axis.parameter.symbol().to_owned(), json!([axis.min, axis.max]))).collect()
 }
 
 /// The bound that a value stands at, as [`Identification::at_bound`] has it.

@@ -3,6 +3,7 @@
 use crate::criterion::{Norm, Scale};
 use crate::identify::{Method, Polish};
 use crate::motor::{Parameter, Parameters};
+use crate::named::Named as _;
 use crate::report::Reproduced;
 use crate::study::sweep::{Cell, Factors, Failures, Job, Limits, MOTOR, NamedRun, Outcome, SweepBlock, SweepSummary};
 use rand::{RngExt as _, SeedableRng as _};

@@ -1,0 +1,55 @@
+//! The result of an identification as one record: what documents, lines of studies and bindings show of it.
+
+use super::estimates;
+use super::result::Identification;
+use crate::analysis::{characteristics_document, residuals_document};
+use crate::channels::Channels;
+use crate::motor::{Input, Space};
+use crate::record::Severity;
+use serde::{Serialize, Serializer};
+use serde_json::{Map, Value, json};
+
+impl Serialize for Identification {
+    /// Serializes all keys of a result but those of what was asked for, in their order.
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let uncertainty = self.uncertainty.as_ref();
+        // A current that is the input has no state.
+        let state = |[current, speed]: [f64; 2]| json!({"current": (self.input == Input::Voltage).then_some(current), "speed": speed});
+        let warnings = |severity| self.warnings.iter().filter(move |w| w.severity == severity).collect::<Vec<_>>();
+        let mut verification = json!(self.verification);
+        verification["cpu_gpu_cost_difference"] = json!(self.cost_difference);
+        let record = json!({
+            "input": self.input.name(),
+            "bounds": bounds(&self.space),
+            "device": {"kind": self.device_kind, "name": self.device, "precision": self.precision},
+            "parameters": estimates::document(&self.estimates()),
+            "with": self.extensions(),
+            "ladder": self.selection,
+            "cost": self.cost,
+            "searched": self.searched,
+            "fit_percent": Channels::from(self.fit_percent),
+            "residual_sigma": Channels::from(self.residual_sigma),
+            "initial_state": self.initial.iter().copied().map(state).collect::<Value>(),
+            "correlation": uncertainty.map(|u| self.correlation(u)),
+            "rank": uncertainty.map(|u| u.rank),
+            "condition": uncertainty.map(|u| u.condition),
+            "residuals": uncertainty.map(|u| residuals_document(&self.residual_tests, u)),
+            "characteristics": characteristics_document(self.into(), &self.regressions),
+            "repeatability": self.repeatability,
+            "verification": verification,
+            "validation": self.validation,
+            "warnings": warnings(Severity::Report),
+            "remarks": warnings(Severity::Mention),
+            "stop": self.stop.name(),
+            "evaluations": self.evaluations,
+            "history": self.history,
+            "seconds": self.seconds,
+        });
+        record.serialize(serializer)
+    }
+}
+
+/// The bounds of what is free, by symbol.
+fn bounds(space: &Space) -> Map<String, Value> {
+    space.free().iter().map(|axis| (axis.parameter.symbol().to_owned(), json!([axis.min, axis.max]))).collect()
+}
