@@ -24,8 +24,8 @@ _Initial = Literal["auto", "zero", "measured", "free"]
 _Precision = Literal["auto", "f32", "f64"]
 _Polish = Literal["lm", "none"]
 _Gaps = Literal["error", "keep", "split"]
-_Method = Literal["auto", "sm", "gwo", "jaya", "ga", "random"]
-_Search = Literal["gwo", "jaya", "ga", "random"]
+_Method = Literal["auto", "sm", "gwo", "jaya", "ga", "pso", "random"]
+_Search = Literal["gwo", "jaya", "ga", "pso", "random"]
 
 class _ReadOptions(TypedDict, total=False):
     columns: _Named
