@@ -40,6 +40,7 @@ pub mod optimize;
 pub mod record;
 pub mod report;
 pub mod setting;
+pub mod settings;
 pub mod study;
 pub mod text;
 pub mod warning;

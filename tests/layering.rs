@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The modules in the order of the flow. Each may use those before it, and the ground: error, named, text, setting, numeric, candidates, channels.
-const ORDER: [&str; 19] = [
+const ORDER: [&str; 20] = [
     "error",
     "named",
     "text",
@@ -27,6 +27,7 @@ const ORDER: [&str; 19] = [
     "device",
     "analysis",
     "identify",
+    "settings",
     "study",
 ];
 /// What a module may not use although it stands before: the ground and the leaves know nothing of each other.

@@ -5,11 +5,13 @@
 
 use motorfit::criterion::{Norm, Scale};
 use motorfit::evaluate::Initial;
-use motorfit::identify::{Extension, Method, Polish, PrecisionSpec};
+use motorfit::identify::{Extension, IdentifySpec, Method, Polish, PrecisionSpec};
 use motorfit::motor::{Discretization, Parameter, UsualBounds};
 use motorfit::named::Named;
 use motorfit::optimize::{Range, SEARCHES, Tuned};
-use motorfit::record::{FORMATS, Gaps, RULES};
+use motorfit::record::{FORMATS, Gaps, RULES, Reading};
+use motorfit::setting::Setting;
+use motorfit::settings::{self, DEVICE, Given, Kind, PROBLEM, READING, SEARCH, Value, row};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -78,12 +80,59 @@ fn parameters() -> String {
     table("Parameters", heads, Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS).map(row))
 }
 
+fn settings() -> String {
+    let all = [&READING[..], &SEARCH, &PROBLEM, &DEVICE].concat();
+    let rows = all.into_iter().filter_map(row).map(|row| {
+        let form = match &row.kind {
+            Kind::Switch => "a switch".to_owned(),
+            Kind::Number => "a number".to_owned(),
+            Kind::Count => "a count".to_owned(),
+            Kind::Word => "a text".to_owned(),
+            Kind::List => "a list".to_owned(),
+            Kind::Choice(rows) => rows.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "),
+        };
+        let default = row.default.map_or(String::new(), |default| format!("`{default}`"));
+        [format!("`{}`", row.setting.name()), form, default, format!("{}.", row.text).replace('|', "\\|")]
+    });
+    table("Settings", ["name", "form", "default", "meaning"], rows)
+}
+
+/// The value of a default as a front end makes it.
+fn value(kind: &Kind, text: &str) -> Value {
+    match kind {
+        Kind::Switch => Value::Switch(text == "true"),
+        Kind::Number => Value::Number(text.parse().unwrap()),
+        Kind::Count => Value::Count(text.parse().unwrap()),
+        Kind::List => Value::List(vec![text.to_owned()]),
+        Kind::Word | Kind::Choice(_) => Value::Text(text.to_owned()),
+    }
+}
+
+#[test]
+fn defaults_of_the_table_are_those_of_the_library_and_examples_can_be_read() {
+    let mut defaults = Given::default();
+    for row in [&READING[..], &SEARCH, &PROBLEM, &DEVICE].concat().into_iter().filter_map(row) {
+        row.default.iter().for_each(|text| defaults.put(row.setting, value(&row.kind, text)));
+        let mut example = Given::default();
+        example.put(row.setting, value(&row.kind, row.example));
+        if row.setting == Setting::Set {
+            example.put(Setting::Method, Value::Text("ga".to_owned()));
+        }
+        assert!(settings::identify(&example).is_ok() && settings::reading(&example).is_ok(), "{:?}", row.setting);
+    }
+    for given in [Given::default(), defaults] {
+        assert_eq!(settings::identify(&given).unwrap(), IdentifySpec::default());
+        assert_eq!(settings::reading(&given).unwrap(), Reading::default());
+    }
+}
+
 #[test]
 fn the_reference_is_that_of_the_tables() {
     let mut text = String::from(
         "# Reference\n\nMade from the tables of the library by `UPDATE_REFERENCE=1 cargo test --test reference`; the same \
          names serve the command line, studies and Python.\n",
     );
+    text += &self::settings();
     text += &named::<Method>("Methods");
     text += &settings_of_searches();
     text += &named::<Polish>("Polish");

@@ -1,13 +1,11 @@
 //! Commands and flags.
 
+pub(crate) use super::flags::*;
 pub(crate) use super::names::*;
 pub(crate) use super::sweep::args::*;
 use clap::{Args, Parser, Subcommand};
-use motorfit::criterion::{Norm, Scale};
-use motorfit::evaluate::Initial;
-use motorfit::identify::{Method, Polish, PrecisionSpec};
+use motorfit::identify::Method;
 use motorfit::motor::Discretization;
-use motorfit::record::Gaps;
 use motorfit::study::compare::Preset;
 use std::path::PathBuf;
 
@@ -73,53 +71,6 @@ pub(crate) enum Command {
 }
 
 #[derive(Args)]
-pub(crate) struct Columns {
-    /// What columns hold, as QUANTITY=HEADING,…; quantities: time, voltage, current, speed, load_torque, position.
-    /// Behind a heading (or its number, #2) may stand operations (from left to right), a unit, or the two voltages of a
-    /// flag:
-    /// current=I:mA, time=tick:8kHz (time=- for none), voltage=PWM*12/255:V, voltage=step:0..12, position=count/4096:turns
-    #[arg(long, value_name = "LIST", help_heading = "Recording")]
-    pub columns: Option<String>,
-}
-
-/// How recordings are read and prepared.
-#[derive(Args)]
-pub(crate) struct Reading {
-    #[command(flatten)]
-    pub columns: Columns,
-    /// Samples per second: of a recording without a time column; any other is brought to it, behind an anti-alias
-    /// filter where it is faster
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true, help_heading = "Recording")]
-    pub rate: Option<f64>,
-    /// The sheet of a workbook [default: the first with numbers]
-    #[arg(long, value_name = "NAME", help_heading = "Recording")]
-    pub sheet: Option<String>,
-    /// What becomes of gaps in time: bad data, a long step, or a recording for each stretch
-    #[arg(long, value_parser = described::<Gaps>(), default_value = "error", value_name = "HOW", help_heading = "Recording")]
-    pub gaps: Gaps,
-    /// Leave out rows whose time repeats that of the row before
-    #[arg(long, help_heading = "Recording")]
-    pub drop_repeats: bool,
-    /// Use the time FROM:TO only, in seconds; either may be left out
-    #[arg(long, value_name = "FROM:TO", allow_hyphen_values = true, help_heading = "Recording")]
-    pub crop: Option<String>,
-    /// Offsets of sensors that are subtracted: auto (the means while at rest before the voltage changes), or
-    /// current=0.02,speed=…,voltage=… in SI units
-    #[arg(long, value_name = "OFFSETS", help_heading = "Recording")]
-    pub offset: Option<String>,
-    /// What does not count: auto (saturated current, an input reset at the end, stretches with the drive disabled), or
-    /// FROM:TO, current@FROM:TO, speed@FROM:TO in seconds; repeatable
-    #[arg(long, value_name = "MASK", value_delimiter = ',', allow_hyphen_values = true, help_heading = "Recording")]
-    pub mask: Vec<String>,
-    /// Keep every Nth sample, behind an anti-alias filter
-    #[arg(long, value_name = "N", conflicts_with = "rate", help_heading = "Recording")]
-    pub decimate: Option<usize>,
-    /// A low-pass on all signals alike: butterworth:HZ[:ORDER] or chebyshev:HZ[:ORDER[:RIPPLE_DB]]
-    #[arg(long, value_name = "FILTER", help_heading = "Recording")]
-    pub filter: Option<String>,
-}
-
-#[derive(Args)]
 pub(crate) struct IdentifyArgs {
     /// Recordings: CSV, XLSX, MAT or SysId JSON with time, voltage, current and speed; A+B makes one recording of two
     /// files
@@ -139,78 +90,12 @@ pub(crate) struct IdentifyArgs {
     /// A new folder for report.html, result.json and curves.csv
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// How the optimum is found; auto: Steiglitz–McBride, a population search where that cannot serve
-    #[arg(long, value_parser = described::<Method>(), default_value = "auto", help_heading = "Search")]
-    pub method: Method,
-    /// How what was found is refined; lm gives the standard errors
-    #[arg(long, value_parser = described::<Polish>(), default_value = "lm", help_heading = "Search")]
-    pub polish: Polish,
-    /// Agents
-    #[arg(long, default_value_t = 100, value_name = "N", allow_negative_numbers = true, help_heading = "Search")]
-    pub population: usize,
-    /// Generations, the first population included
-    #[arg(long, default_value_t = 100, value_name = "N", allow_negative_numbers = true, help_heading = "Search")]
-    pub generations: usize,
-    /// Seed of the random numbers
-    #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true, help_heading = "Search")]
-    pub seed: u64,
-    #[arg(long, help = method_settings(), value_name = "KEY=VALUE", value_delimiter = ',', help_heading = "Search")]
-    pub set: Vec<String>,
+    #[command(flatten)]
+    pub search: SearchArgs,
     #[command(flatten)]
     pub problem: ProblemArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
-}
-
-/// What candidates are evaluated on.
-#[derive(Args)]
-pub(crate) struct ProblemArgs {
-    /// Bounds: table2 (the paper's), PARAMETER=MIN:MAX,… in SI units, or auto: a decade to each side of the
-    /// Steiglitz–McBride estimate, table2 where there is none; repeatable
-    #[arg(long, value_delimiter = ',', default_value = "auto", value_name = "BOUNDS", help_heading = "Search")]
-    pub bounds: Vec<String>,
-    /// Parameters that are held, as R=0.92,…; repeatable
-    #[arg(long, value_delimiter = ',', value_name = "VALUES", help_heading = "Search")]
-    pub fix: Vec<String>,
-    /// What is minimized
-    #[arg(long, value_parser = named::<Norm>(), default_value = "nrmse", help_heading = "Criterion")]
-    pub criterion: Norm,
-    /// What the error of each channel is divided by
-    #[arg(long, value_parser = named::<Scale>(), default_value = "std", help_heading = "Criterion")]
-    pub scale: Scale,
-    /// Noise for --scale noise, as 40dB or i=0.05,w=0.5 [A, rad/s]; estimated from the recording otherwise
-    #[arg(long, value_name = "NOISE", help_heading = "Criterion")]
-    pub noise: Option<String>,
-    /// From when time counts in itse and itae, in seconds from the start of the recording
-    #[arg(long, value_name = "S", allow_negative_numbers = true, help_heading = "Criterion")]
-    pub time_origin: Option<f64>,
-    #[arg(long, help = extensions(), value_delimiter = ',', value_name = "LIST", help_heading = "Model")]
-    pub with: Vec<String>,
-    /// Parameters that each recording of a joint fit has for itself, as TL,K (a start latency always is one)
-    #[arg(long, value_delimiter = ',', value_name = "LIST", help_heading = "Model")]
-    pub per_recording: Vec<String>,
-    /// One-step method: input held (zoh), a line between samples (foh), Runge–Kutta, Euler [default: zoh; foh where no
-    /// voltage was recorded and the measured current is the input]
-    #[arg(long, value_parser = named::<Discretization>(), help_heading = "Model")]
-    pub discretization: Option<Discretization>,
-    /// State at the first sample; auto: zero if the recording starts at rest, else free (a search takes it as
-    /// measured)
-    #[arg(long, value_parser = named::<Initial>(), default_value = "auto", help_heading = "Model")]
-    pub initial: Initial,
-}
-
-/// What evaluates them.
-#[derive(Args)]
-pub(crate) struct DeviceArgs {
-    /// What evaluates: auto, cpu, gpu, gpu:INDEX or gpu:NAME
-    #[arg(long, default_value = "auto", value_name = "DEVICE", help_heading = "Device")]
-    pub device: String,
-    /// Numbers of the evaluation
-    #[arg(long, value_parser = named::<PrecisionSpec>(), default_value = "auto", help_heading = "Device")]
-    pub precision: PrecisionSpec,
-    /// Threads [default: all]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, help_heading = "Device")]
-    pub threads: Option<usize>,
 }
 
 #[derive(Args)]

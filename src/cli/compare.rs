@@ -12,6 +12,8 @@ use motorfit::numeric::{count, count_u64};
 use motorfit::report::compare::{CompareDocument, paper_tables, quartiles, setting_name, tables};
 use motorfit::report::figures::model;
 use motorfit::report::{Table, compare_page, json};
+use motorfit::setting::Setting;
+use motorfit::settings::Value;
 use motorfit::study::compare::{Asked, Block, CompareSpec, Comparison, Subject, compare, reached};
 use motorfit::text::{engineering, significant};
 use std::fmt::Write as _;
@@ -22,12 +24,13 @@ const WIDTH: usize = 80;
 
 pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     let device = problem::device(&args.device, style)?;
+    let threads = device.threads;
     let (subject, asked) = (subject(args)?, asked(args));
     let spec = spec(args, &asked, device)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
     interrupt::listen()?;
     let mut reporter = Reporter::new(style);
-    let comparison = with_threads(args.device.threads, || {
+    let comparison = with_threads(threads, || {
         let spec = CompareSpec { space: asked.space(&subject, spec.model)?, ..spec };
         compare(subject, &spec, &mut |progress| {
             reporter.show(progress);
@@ -63,7 +66,14 @@ fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<
         ("discretization", spec.model.discretization.name().to_owned()),
         ("held", held.collect::<Vec<_>>().join(", ")),
         ("target", spec.target.map_or("a range".to_owned(), |cost| cost.to_string())),
-        ("device asked for", format!("{}, threads {}", args.device.device, rayon::current_num_threads())),
+        (
+            "device asked for",
+            format!(
+                "{}, threads {}",
+                args.device.0.text(Setting::Device).unwrap_or_default(),
+                rayon::current_num_threads()
+            ),
+        ),
         ("runs", spec.runs.to_string()),
         ("seed", spec.seed.to_string()),
         ("bounds", bounds.collect::<Vec<_>>().join(", ")),
@@ -154,7 +164,9 @@ fn subject(args: &CompareArgs) -> Result<Subject> {
     if args.records.is_empty() {
         return Subject::m2();
     }
-    Ok(Subject { records: reading::records(&args.records, &args.reading, Some(args.discretization))?, truth: None })
+    let mut given = args.reading.0.clone();
+    given.put(Setting::Discretization, Value::Text(args.discretization.name().to_owned()));
+    Ok(Subject { records: reading::records(&args.records, &given)?, truth: None })
 }
 
 fn asked(args: &CompareArgs) -> Asked {

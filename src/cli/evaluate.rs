@@ -33,7 +33,7 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     if args.top == Some(0) {
         return Err(Error::usage("--top is 0", "Give how many of the best to print."));
     }
-    let records = reading::records(&args.records, &args.reading, args.problem.discretization)?;
+    let records = reading::records(&args.records, &args.reading.0.and(&args.problem.0))?;
     // For the choice of a device: how many candidates come at once and in all; of a file that is not known.
     let axes = u32::try_from(spec.space.free().len()).unwrap_or(u32::MAX);
     let expected = match sampled {

@@ -6,9 +6,7 @@ use super::output::{DIM, STRONG, Style, data};
 use super::progress::Reporter;
 use super::{Outcome, interrupt, problem, reading};
 use motorfit::estimate::ReferenceKind;
-use motorfit::identify::{
-    Identification, IdentifySpec, Method, Polish, Status, hold_out, identify_with, split, suspicions, values,
-};
+use motorfit::identify::{Identification, IdentifySpec, Polish, Status, hold_out, identify_with, split, suspicions};
 use motorfit::motor::{Discretization, Input, Scope};
 use motorfit::optimize::Stop;
 use motorfit::record::{Quantity, Record};
@@ -17,17 +15,19 @@ use motorfit::report::{
     selection_text, verdicts,
 };
 use motorfit::setting::Setting;
+use motorfit::settings;
 use motorfit::text::{engineering, significant};
 use motorfit::{Error, Result};
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
-    let mut spec = spec(args, style)?;
-    let discretization = args.problem.discretization;
-    let records = reading::records(&args.records, &args.reading, discretization)?;
-    let mut held_out = reading::records(&args.validate, &args.reading, discretization)?;
-    if discretization.is_none() && records.iter().all(|record| record.driver() == Quantity::Current) {
+    let given = args.search.0.and(&args.problem.0).and(&args.device.0);
+    let mut spec = problem::checked(settings::identify(&given)?, &given, style)?;
+    let reading = args.reading.0.and(&args.problem.0);
+    let records = reading::records(&args.records, &reading)?;
+    let mut held_out = reading::records(&args.validate, &reading)?;
+    if !given.has(Setting::Discretization) && records.iter().all(|record| record.driver() == Quantity::Current) {
         // What is measured goes on between samples.
         spec.model.discretization = Discretization::Foh;
     }
@@ -107,28 +107,6 @@ fn curves(records: &[Record], spec: &IdentifySpec, found: &Identification) -> St
     let heads =
         ["recording", "time_s", "voltage_V", "current_A", "current_model_A", "speed_rad_s", "speed_model_rad_s"];
     out::curves(&heads.map(str::to_owned), &columns)
-}
-
-fn spec(args: &IdentifyArgs, style: &Style) -> Result<IdentifySpec> {
-    let spec = problem::spec(&args.problem, &args.device, style)?;
-    Ok(IdentifySpec {
-        method: method(args)?,
-        polish: args.polish,
-        population: args.population,
-        generations: args.generations,
-        seed: args.seed,
-        ..spec
-    })
-}
-
-/// The method with the settings of `--set`.
-fn method(args: &IdentifyArgs) -> Result<Method> {
-    let mut method = args.method;
-    for item in &args.set {
-        let (key, value) = values::pair(item, Setting::Set, "mutation=0.1")?;
-        method.set(key, value)?;
-    }
-    Ok(method)
 }
 
 /// Columns of the terminal that tables keep to.

@@ -8,6 +8,7 @@ mod compare;
 mod devices;
 mod evaluate;
 mod files;
+mod flags;
 mod identify;
 mod inspect;
 mod interrupt;

@@ -2,10 +2,8 @@
 
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use motorfit::identify::Extension;
-use motorfit::motor::Parameter;
 use motorfit::named::Named;
-use motorfit::optimize::{Hyperparameter, SEARCHES, Search};
+use motorfit::optimize::SEARCHES;
 
 /// Reads a row of a table; help lists the names.
 pub(crate) fn named<T: Named + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {
@@ -34,22 +32,4 @@ pub(crate) enum ProgressKind {
 /// The help of `--methods`.
 pub(crate) fn methods_compared() -> String {
     format!("Methods: {}, sm", SEARCHES.map(|search| search.name).join(", "))
-}
-
-/// The help of `--set`.
-pub(crate) fn method_settings() -> String {
-    let forms = |search: &Search| search.settings.iter().map(Hyperparameter::form).collect::<Vec<_>>().join(", ");
-    let searches = SEARCHES.into_iter().filter(|search| !search.settings.is_empty());
-    let searches: Vec<String> = searches.map(|search| format!("{} ({})", forms(search), search.name)).collect();
-    format!("Settings of the method: {}", searches.join("; "))
-}
-
-/// The help of `--with`.
-pub(crate) fn extensions() -> String {
-    format!(
-        "What the motor has beyond the linear one: {}; or auto, which chooses. Their parameters {} take --bounds and --fix \
-         too",
-        Extension::ALL.map(Extension::name).join(", "),
-        Parameter::EXTENSIONS.map(Parameter::symbol).join(", ")
-    )
 }

@@ -1,48 +1,19 @@
 //! Recordings as every command reads them: files, what columns hold, preparation.
 
-use super::args::Reading;
 use motorfit::Result;
-use motorfit::motor::Discretization;
-use motorfit::record::{
-    self, Offset, Preparation, ReadOptions, Record, Source, parse_columns, parse_crop, parse_masks, parse_offset,
-};
+use motorfit::record::{Record, Source};
+use motorfit::settings::{self, Given};
 use motorfit::text::{engineering, printable};
 use std::path::PathBuf;
 
-/// Reads and prepares all recordings; an input between samples goes on as `discretization` has it, where that is given.
-pub(super) fn records(
-    paths: &[PathBuf],
-    args: &Reading,
-    discretization: Option<Discretization>,
-) -> Result<Vec<Record>> {
-    let reading = record::Reading { options: options(args)?, preparation: preparation(args, discretization)? };
+/// Reads and prepares all recordings.
+pub(super) fn records(paths: &[PathBuf], given: &Given) -> Result<Vec<Record>> {
+    let reading = settings::reading(given)?;
     let mut records = Vec::new();
     for path in paths {
         records.extend(reading.records(path)?);
     }
     Ok(records)
-}
-
-fn options(args: &Reading) -> Result<ReadOptions> {
-    Ok(ReadOptions {
-        columns: parse_columns(args.columns.columns.as_deref().unwrap_or_default())?,
-        rate_hz: args.rate,
-        sheet: args.sheet.clone(),
-        gaps: args.gaps,
-        drop_repeats: args.drop_repeats,
-    })
-}
-
-fn preparation(args: &Reading, discretization: Option<Discretization>) -> Result<Preparation> {
-    Ok(Preparation {
-        crop: args.crop.as_deref().map(parse_crop).transpose()?.unwrap_or_default(),
-        offset: args.offset.as_deref().map_or(Ok(Offset::None), parse_offset)?,
-        mask: parse_masks(&args.mask)?,
-        rate_hz: args.rate,
-        decimate: args.decimate,
-        filter: args.filter.as_deref().map(str::parse).transpose()?,
-        sampled_input: discretization.map(Discretization::uses_next_input),
-    })
 }
 
 /// The file of a recording, and which part of it.

@@ -4,11 +4,11 @@ use super::args::SimulateArgs;
 use super::output::{Style, data};
 use super::{Outcome, files, inspect};
 use motorfit::experiment::{Excitation, noise_of, simulated_with, with_noise};
-use motorfit::identify::values;
 use motorfit::motor::Discretization;
 use motorfit::record::{parse_columns, read_inputs, write_csv};
 use motorfit::report::SignalFacts;
 use motorfit::setting::Setting;
+use motorfit::settings::values;
 use motorfit::text::{excerpt, significant};
 use motorfit::{Error, Result};
 use std::path::Path;
@@ -47,7 +47,7 @@ pub(super) fn run(args: &SimulateArgs, style: &Style) -> Result<Outcome> {
 
 fn excitation(args: &SimulateArgs) -> Result<Excitation> {
     let Some(step) = args.input.strip_prefix("step:") else {
-        let columns = parse_columns(args.columns.columns.as_deref().unwrap_or_default())?;
+        let columns = parse_columns(args.columns.0.text(Setting::Columns).unwrap_or_default())?;
         let samples = read_inputs(Path::new(&args.input), &columns)?;
         return Ok(Excitation { time_s: samples.time_s, voltage: samples.voltage, torque: samples.torque });
     };

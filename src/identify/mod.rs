@@ -25,7 +25,6 @@ mod serialize;
 mod spec;
 mod start;
 mod unidentified;
-pub mod values;
 mod verify;
 mod warnings;
 

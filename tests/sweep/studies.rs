@@ -42,7 +42,7 @@ fn wrong_studies() {
         ("bounds = {Q = [0.1, 1.0]}", "unknown key \"Q\"", 2),
         ("bounds = 3", "bounds is no table", 2),
         ("fix = {R = \"a\"}", "fix: found \"a\", expected a number", 2),
-        ("fix = {R = -1.0}", "line 4: R cannot be held at -1", 2),
+        ("fix = {R = -1.0}", "line 4: fix: R is -1, expected a positive value", 2),
         ("fix = {R = 0.92}", "Steiglitz–McBride estimates all five", 2),
         ("device = \"tpu\"", "line 4: device: \"tpu\" is no device", 2),
         ("device = \"cpu\"\nprecision = \"f32\"", "f32 is for GPUs", 2),

@@ -8,6 +8,7 @@ use crate::record::several;
 use crate::spec::{self, Keywords};
 use motorfit::evaluate::Simd;
 use motorfit::identify::{Costs, IdentifySpec, with_threads};
+use motorfit::settings::{DEVICE, PROBLEM};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -61,7 +62,7 @@ impl Evaluator {
         population: usize,
         settings: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let keys = Keywords::new(py, settings, &spec::PROBLEM)?;
+        let keys = Keywords::new(py, settings, &spec::keywords(&[&PROBLEM, &DEVICE]))?;
         let records = several(records)?;
         let spec = IdentifySpec { population, generations: 1, ..spec::problem(&keys, spec::input_of(&records))? };
         let costs = on_all(py, || with_threads(spec.threads, || Costs::new(&records, &spec)))?.raise(py)?;

@@ -7,6 +7,7 @@ use crate::record::several;
 use crate::spec::{self, Keywords};
 use motorfit::identify::{IdentifySpec, hold_out, identify_with};
 use motorfit::record::Record;
+use motorfit::settings::{DEVICE, PROBLEM, SEARCH};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -41,8 +42,7 @@ pub fn identify(
     progress: Option<Py<PyAny>>,
     settings: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Identification> {
-    let known: Vec<&str> = spec::PROBLEM.iter().chain(&spec::IDENTIFY).copied().collect();
-    let keys = Keywords::new(py, settings, &known)?;
+    let keys = Keywords::new(py, settings, &spec::keywords(&[&SEARCH, &PROBLEM, &DEVICE]))?;
     let records = several(records)?;
     let held_out = validate.map(several).transpose()?.unwrap_or_default();
     let spec = spec::identify(&keys, spec::input_of(&records))?;

@@ -5,11 +5,10 @@ use crate::arrays::{array, signal};
 use crate::errors::Raise as _;
 use crate::frame::Frame;
 use crate::pool::on_all;
-use crate::spec::Keywords;
-use motorfit::motor::Discretization;
-use motorfit::record::{
-    Offset, Preparation, ReadOptions, Reading, Samples, parse_columns, parse_crop, parse_masks, parse_offset, write_csv,
-};
+use crate::spec::{Keywords, keywords};
+use motorfit::record::{Reading, Samples, write_csv};
+use motorfit::setting::Setting;
+use motorfit::settings::{self, READING};
 use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -224,21 +223,6 @@ fn frozen<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Bound<'py, PyArray1<
     Ok(array)
 }
 
-/// What `read` knows.
-const OPTIONS: [&str; 11] = [
-    "columns",
-    "rate",
-    "sheet",
-    "gaps",
-    "drop_repeats",
-    "crop",
-    "offset",
-    "mask",
-    "decimate",
-    "filter",
-    "discretization",
-];
-
 /// The recordings of a file: CSV, XLSX, MAT or SysId JSON; "A+B" makes one recording of two files.
 ///
 /// Parameters
@@ -279,28 +263,9 @@ pub fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) 
 }
 
 fn reading(py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Reading> {
-    let keys = Keywords::new(py, options, &OPTIONS)?;
-    let rate_hz: Option<f64> = keys.value("rate")?;
-    let discretization: Option<Discretization> = keys.choice("discretization")?;
-    let columns = keys.items("columns")?.join(",");
-    Ok(Reading {
-        options: ReadOptions {
-            columns: parse_columns(&columns).raise(py)?,
-            rate_hz,
-            sheet: keys.text("sheet")?,
-            gaps: keys.choice("gaps")?.unwrap_or_default(),
-            drop_repeats: keys.value("drop_repeats")?.unwrap_or(false),
-        },
-        preparation: Preparation {
-            crop: keys.text("crop")?.as_deref().map(parse_crop).transpose().raise(py)?.unwrap_or_default(),
-            offset: keys.text("offset")?.as_deref().map_or(Ok(Offset::None), parse_offset).raise(py)?,
-            mask: parse_masks(&keys.items("mask")?).raise(py)?,
-            rate_hz,
-            decimate: keys.value("decimate")?,
-            filter: keys.text("filter")?.as_deref().map(str::parse).transpose().raise(py)?,
-            sampled_input: discretization.map(Discretization::uses_next_input),
-        },
-    })
+    let known: [&[Setting]; 2] = [&READING, &[Setting::Discretization]];
+    let keys = Keywords::new(py, options, &keywords(&known))?;
+    settings::reading(&keys.given(&known)?).map_err(motorfit::Error::from).raise(py)
 }
 
 /// One recording.

@@ -8,11 +8,11 @@ use crate::spec::{self, Keywords};
 use motorfit::estimate::{RefineOptions, SmOptions};
 use motorfit::evaluate::Model;
 use motorfit::experiment::{Excitation, noise_of, simulated_with, with_noise};
-use motorfit::identify::values;
 use motorfit::motor::{Discretization, Parameters};
 use motorfit::named::Named as _;
 use motorfit::report::{Devices, json};
 use motorfit::setting::Setting;
+use motorfit::settings::values;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 

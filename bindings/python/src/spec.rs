@@ -2,20 +2,16 @@
 
 use crate::errors::Raise as _;
 use crate::paces::paces;
-use motorfit::criterion::Criterion;
-use motorfit::evaluate::Model;
-use motorfit::identify::{DeviceSpec, IdentifySpec, Method, With, values};
-use motorfit::motor::{Discretization, Input, Space};
+use motorfit::Error;
+use motorfit::identify::{DeviceSpec, IdentifySpec};
+use motorfit::motor::{Discretization, Input};
 use motorfit::named::Named;
 use motorfit::record::{Quantity, Record};
 use motorfit::setting::Setting;
-use motorfit::{Error, Result};
+use motorfit::settings::{self, DEVICE, Given, Kind, PROBLEM, SEARCH, Value, row};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-
-/// The most threads.
-const THREADS_MAX: usize = 1024;
 
 /// Settings by their names.
 pub struct Keywords<'a, 'py> {
@@ -70,6 +66,26 @@ impl<'a, 'py> Keywords<'a, 'py> {
     /// The row of a table by its name.
     pub fn choice<T: Named>(&self, key: &str) -> PyResult<Option<T>> {
         self.text(key)?.map(|text| T::named(key, &text)).transpose().raise(self.py)
+    }
+
+    /// Those of some settings that are given.
+    pub fn given(&self, settings: &[&[Setting]]) -> PyResult<Given> {
+        let mut given = Given::default();
+        for row in settings.concat().into_iter().filter_map(row) {
+            let key = keyword(row.setting);
+            let Some(found) = self.get(key)? else { continue };
+            let value = match row.kind {
+                Kind::Switch => self.value(key)?.map(Value::Switch),
+                Kind::Number => self.value(key)?.map(Value::Number),
+                Kind::Count => self.value(key)?.map(Value::Count),
+                Kind::Choice(_) => self.text(key)?.map(Value::Text),
+                Kind::Word if found.is_instance_of::<PyString>() => self.text(key)?.map(Value::Text),
+                Kind::Word => Some(Value::Text(items(&found, key)?.join(","))),
+                Kind::List => Some(Value::List(items(&found, key)?)),
+            };
+            value.into_iter().for_each(|value| given.put(row.setting, value));
+        }
+        Ok(given)
     }
 
     /// A list as the command line has it: a text with commas, a sequence of texts, or a mapping of names to a number or
@@ -129,101 +145,41 @@ pub fn input_of(records: &[Record]) -> Input {
     if by_current { Input::Current } else { Input::Voltage }
 }
 
-/// What evaluation and identification share.
-pub const PROBLEM: [&str; 13] = [
-    "criterion",
-    "scale",
-    "noise",
-    "time_origin",
-    "discretization",
-    "initial",
-    "bounds",
-    "fix",
-    "with_",
-    "per_recording",
-    "device",
-    "precision",
-    "threads",
-];
+/// The keyword of a setting.
+pub fn keyword(setting: Setting) -> &'static str {
+    // A word of the language cannot be a keyword argument.
+    if setting == Setting::With { "with_" } else { setting.name() }
+}
+
+/// The keywords of settings.
+pub fn keywords(settings: &[&[Setting]]) -> Vec<&'static str> {
+    settings.concat().into_iter().map(keyword).collect()
+}
 
 /// The settings of a problem. A motor whose input is the `current` takes it as lines between samples.
 pub fn problem(keys: &Keywords<'_, '_>, input: Input) -> PyResult<IdentifySpec> {
-    let py = keys.py;
-    let held = if input == Input::Current { Discretization::Foh } else { Discretization::Zoh };
-    let (bounds, fix) = (keys.items("bounds")?, keys.items("fix")?);
-    let with = With::parse(&keys.items("with_")?).raise(py)?;
-    let space = if with == With::default() { Space::table2_with } else { Space::table2_to_extend };
-    let limits = values::bounds(&bounds).raise(py)?;
-    let fixed = values::parameters(&fix, Setting::Fix).raise(py)?;
-    let noise = Some(keys.items("noise")?.join(",")).filter(|noise| !noise.is_empty());
-    let noise = noise.map(|text| values::noise(&text)).transpose().raise(py)?;
-    Ok(IdentifySpec {
-        criterion: Criterion {
-            norm: keys.choice("criterion")?.unwrap_or_default(),
-            scale: keys.choice("scale")?.unwrap_or_default(),
-            time_origin_s: keys.value("time_origin")?,
-            noise: noise.unwrap_or_default(),
-        },
-        model: Model {
-            discretization: keys.choice("discretization")?.unwrap_or(held),
-            initial: keys.choice("initial")?.unwrap_or_default(),
-        },
-        space: space(&limits, &fixed).raise(py)?,
-        auto_bounds: values::auto_bounds(&bounds).raise(py)?,
-        with,
-        per_recording: values::named(&keys.items("per_recording")?, Setting::PerRecording).raise(py)?,
-        ..device(keys)?
-    })
+    let given = keys.given(&[&PROBLEM, &DEVICE])?;
+    Ok(completed(settings::problem(&given).map_err(Error::from).raise(keys.py)?, &given, input))
+}
+
+/// All settings of an identification.
+pub fn identify(keys: &Keywords<'_, '_>, input: Input) -> PyResult<IdentifySpec> {
+    let given = keys.given(&[&SEARCH, &PROBLEM, &DEVICE])?;
+    Ok(completed(settings::identify(&given).map_err(Error::from).raise(keys.py)?, &given, input))
+}
+
+fn completed(mut spec: IdentifySpec, given: &Given, input: Input) -> IdentifySpec {
+    if input == Input::Current && !given.has(Setting::Discretization) {
+        spec.model.discretization = Discretization::Foh;
+    }
+    measured(spec)
 }
 
 /// What evaluates.
 pub fn device(keys: &Keywords<'_, '_>) -> PyResult<IdentifySpec> {
-    let device = keys.text("device")?.map_or(Ok(DeviceSpec::default()), |text| text.parse()).raise(keys.py)?;
-    let threads = keys.value("threads")?;
-    check_threads(threads).raise(keys.py)?;
-    Ok(IdentifySpec {
-        paces: if device == DeviceSpec::Auto { paces() } else { None },
-        device,
-        precision: keys.choice("precision")?.unwrap_or_default(),
-        threads,
-        ..IdentifySpec::default()
-    })
+    Ok(measured(settings::device(&keys.given(&[&DEVICE])?).map_err(Error::from).raise(keys.py)?))
 }
 
-/// So many threads may be asked for.
-pub fn check_threads(threads: Option<usize>) -> Result<()> {
-    match threads.filter(|threads| !(1..=THREADS_MAX).contains(threads)) {
-        Some(threads) => {
-            let remedy = format!("Give 1 to {THREADS_MAX}, or leave it out for all.");
-            Err(Error::usage(format!("threads is {threads}"), remedy))
-        }
-        None => Ok(()),
-    }
-}
-
-/// The settings of a method.
-pub fn method(py: Python<'_>, name: &str, settings: &[String]) -> PyResult<Method> {
-    let mut method = Method::named("method", name).raise(py)?;
-    for item in settings {
-        let (key, value) = values::pair(item, Setting::Set, "mutation=0.1").raise(py)?;
-        method.set(key.strip_prefix(&format!("{name}.")).unwrap_or(key), value).raise(py)?;
-    }
-    Ok(method)
-}
-
-/// The settings of an identification beside those of its problem.
-pub const IDENTIFY: [&str; 6] = ["method", "polish", "population", "generations", "seed", "set"];
-
-/// All settings of an identification.
-pub fn identify(keys: &Keywords<'_, '_>, input: Input) -> PyResult<IdentifySpec> {
-    let usual = IdentifySpec::default();
-    let name = keys.text("method")?.unwrap_or_else(|| usual.method.name().to_owned());
-    Ok(IdentifySpec {
-        method: method(keys.py, &name, &keys.items("set")?)?,
-        polish: keys.choice("polish")?.unwrap_or_default(),
-        population: keys.value("population")?.unwrap_or(usual.population),
-        generations: keys.value("generations")?.unwrap_or(usual.generations),
-        seed: keys.value("seed")?.unwrap_or(usual.seed),
-        ..problem(keys, input)?
-    })
+fn measured(spec: IdentifySpec) -> IdentifySpec {
+    IdentifySpec { paces: if spec.device == DeviceSpec::Auto { paces() } else { None }, ..spec }
 }

@@ -5,10 +5,11 @@ use crate::paces::paces;
 use crate::pool::on_all;
 use crate::progress::{Watch, watched};
 use crate::spec;
-use motorfit::identify::{values, with_threads};
+use motorfit::identify::with_threads;
 use motorfit::report::json;
 use motorfit::report::sweep::{StatusDocument, SweepDocument, TallyDocument};
 use motorfit::setting::Setting;
+use motorfit::settings::{self, values};
 use motorfit::study::sweep::{Limits, Shard, Sweep as Planned, SweepProgress as State, Tally};
 use motorfit::{Error, Result};
 use pyo3::prelude::*;
@@ -130,7 +131,7 @@ impl Sweep {
         recordings: Option<PathBuf>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let shard = shard_of(shard).raise(py)?;
-        spec::check_threads(threads).raise(py)?;
+        settings::threads(threads).raise(py)?;
         let sweep = match recordings {
             Some(folder) => Arc::new(Planned::clone(&self.0).with_recordings(&folder)),
             None => self.0.clone(),

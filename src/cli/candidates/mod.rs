@@ -4,11 +4,11 @@ mod csv;
 #[cfg(feature = "parquet")]
 mod parquet;
 
-use motorfit::identify::values;
 use motorfit::motor::Axis;
 use motorfit::numeric::whole_u64;
 use motorfit::optimize::{Sample, Sampling};
 use motorfit::setting::Setting;
+use motorfit::settings::values;
 use motorfit::text::excerpt;
 use motorfit::{Error, Result};
 use std::path::Path;

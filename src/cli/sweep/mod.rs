@@ -6,14 +6,15 @@ mod progress;
 use super::args::{Shown, SweepAction, SweepArgs};
 use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
-use super::{Outcome, cache, interrupt, problem};
-use motorfit::identify::{values, with_threads};
+use super::{Outcome, cache, interrupt};
+use motorfit::identify::with_threads;
 use motorfit::numeric::count_u64;
 use motorfit::report::json;
 use motorfit::report::sweep::{
     StatusDocument, SweepDocument, TallyDocument, shortened, sweep_answer, sweep_page, sweep_tables,
 };
 use motorfit::setting::Setting;
+use motorfit::settings::{self, values};
 use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, SweepSummary, Tally};
 use motorfit::text::{engineering, printable, significant};
 use motorfit::{Error, Result};
@@ -87,7 +88,7 @@ fn planned(sweep: &Sweep, folder: &Path, again: bool) -> String {
 }
 
 fn shard_run(sweep: &Sweep, shard: Shard, threads: Option<usize>, style: &Style) -> Result<Tally> {
-    problem::check_threads(threads)?;
+    settings::threads(threads)?;
     interrupt::listen()?;
     let mut reporter = SweepReporter::new(style);
     let tally = with_threads(threads, || {

@@ -3,10 +3,11 @@
 use super::{Setting, Subject};
 use crate::criterion::Criterion;
 use crate::evaluate::Model;
-use crate::identify::{Costs, DeviceSpec, IdentifySpec, Method, values};
+use crate::identify::{Costs, DeviceSpec, IdentifySpec, Method};
 use crate::motor::Space;
 use crate::optimize::SEARCHES;
 use crate::setting::{Setting as Named, text};
+use crate::settings::values;
 use crate::text::{alternatives, excerpt, listed};
 use crate::{Error, Result};
 

@@ -2,20 +2,16 @@
 
 use super::study::{AddedNoise, Entry, Level, Seeds};
 use super::toml::{Document, Value};
-use crate::criterion::Criterion;
-use crate::evaluate::{Initial, Model};
-use crate::identify::{DeviceSpec, IdentifySpec, Method, OnLoss, PrecisionSpec, With, values};
+use crate::identify::{DeviceSpec, IdentifySpec, Method, OnLoss, With};
 use crate::motor::{Discretization, Parameter, Space};
 use crate::named::{Named, named};
 use crate::optimize::SEARCHES;
-use crate::record::{Offset, Preparation, ReadOptions, Reading, parse_columns, parse_crop, parse_masks, parse_offset};
+use crate::record::Reading;
 use crate::setting::Setting;
+use crate::settings::{self, Fault, Given, Kind, READING, row, values};
 use crate::{Error, Result};
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
-
-/// A parameter with its bounds.
-type Bounded = (Parameter, f64, f64);
 
 named! {
     /// Bounds that are not given by parameter.
@@ -37,6 +33,12 @@ named! {
     }
 }
 
+/// The settings of an identification that hold for all runs.
+pub(super) const OF_ALL_RUNS: [Setting; 5] =
+    [Setting::Device, Setting::Precision, Setting::Discretization, Setting::Initial, Setting::TimeOrigin];
+/// Those of which each model takes what it has.
+pub(super) const OF_MODELS: [Setting; 3] = [Setting::Bounds, Setting::Fix, Setting::PerRecording];
+
 /// The keys of a study.
 pub(super) struct Keys<'a> {
     pub document: Document<'a>,
@@ -50,13 +52,6 @@ impl Keys<'_> {
 
     fn text(&self, key: &str, expected: &str) -> Result<Option<String>> {
         self.get(key).map(|value| self.document.text(key, value, expected)).transpose()
-    }
-
-    /// What a text means by another reader, its errors at their place.
-    fn read<T>(&self, key: &str, expected: &str, read: impl Fn(&str) -> Result<T>) -> Result<Option<T>> {
-        let Some(value) = self.get(key) else { return Ok(None) };
-        let text = self.document.text(key, value, expected)?;
-        read(&text).map(Some).map_err(|error| self.document.located(value.span(), &error))
     }
 
     pub(super) fn choice<T: Named>(&self, key: &str) -> Result<Option<T>> {
@@ -174,20 +169,45 @@ impl Keys<'_> {
         }
     }
 
+    /// The settings of a table that are there, read as everywhere else.
+    fn given(&self, settings: &[Setting]) -> Result<Given> {
+        let document = self.document;
+        let mut given = Given::default();
+        for row in settings.iter().filter_map(|setting| row(*setting)) {
+            let key = row.setting.name();
+            let Some(value) = self.get(key) else { continue };
+            let quoted = |names: &[&str]| format!("\"{}\"", names.join("\", \""));
+            let value = match row.kind {
+                Kind::Switch => settings::Value::Switch(document.flag(key, value)?),
+                Kind::Number => settings::Value::Number(document.number(key, value)?),
+                Kind::Count => settings::Value::Count(document.count(key, value)?),
+                Kind::Word => settings::Value::Text(document.text(key, value, &quoted(&[row.example]))?),
+                Kind::Choice(rows) => {
+                    let names: Vec<&str> = rows.iter().map(|(name, _)| *name).collect();
+                    settings::Value::Text(document.text(key, value, &quoted(&names))?)
+                }
+                Kind::List => settings::Value::List(match row.setting {
+                    Setting::Bounds => self.bounds(value)?,
+                    Setting::Fix => self.parameters(key, |value, parameter| {
+                        Ok(format!("{}={}", parameter.symbol(), document.number(key, value)?))
+                    })?,
+                    _ => self.words(key, &format!("[\"{}\"]", row.example))?,
+                }),
+            };
+            given.put(row.setting, value);
+        }
+        Ok(given)
+    }
+
+    /// The error of a setting at its place.
+    fn at(&self, fault: &Fault) -> Error {
+        let span = self.get(fault.setting.name()).map(toml::Spanned::span).unwrap_or_default();
+        self.document.located(span, &fault.error)
+    }
+
     /// What holds for all runs.
     pub(super) fn spec(&self) -> Result<IdentifySpec> {
-        let document = self.document;
-        let discretization = self.choice::<Discretization>("discretization")?;
-        let initial = self.choice::<Initial>("initial")?;
-        let precision = self.choice::<PrecisionSpec>("precision")?;
-        let time_origin_s = self.get("time_origin").map(|v| document.number("time_origin", v)).transpose()?;
-        Ok(IdentifySpec {
-            model: Model { discretization: discretization.unwrap_or_default(), initial: initial.unwrap_or_default() },
-            criterion: Criterion { time_origin_s, ..Criterion::default() },
-            device: self.read("device", "\"cpu\"", str::parse)?.unwrap_or_default(),
-            precision: precision.unwrap_or_default(),
-            ..IdentifySpec::default()
-        })
+        settings::problem(&self.given(&OF_ALL_RUNS)?).map_err(|fault| self.at(&fault))
     }
 
     /// Whether the factor of models is there.
@@ -205,10 +225,12 @@ impl Keys<'_> {
             text.parse::<With>().map_err(|error| document.located(value.span(), &error))
         };
         let models = self.list("with", &one, With::default())?;
-        let (bounds, auto_bounds) = self.bounds()?;
-        let fixed = self.parameters("fix", |value, parameter| Ok((parameter, document.number("fix", value)?)))?;
-        let own = values::named(&self.words("per_recording", "[\"TL\"]")?, Setting::PerRecording)
-            .map_err(|error| document.located(span("per_recording"), &error))?;
+        let (given, at) = (self.given(&OF_MODELS)?, |fault: Fault| self.at(&fault));
+        let bounds = given.items(Setting::Bounds, values::bounds).map_err(at)?;
+        let auto_bounds = given.items(Setting::Bounds, values::auto_bounds).map_err(at)?;
+        let fixed = given.items(Setting::Fix, |items| values::parameters(items, Setting::Fix)).map_err(at)?;
+        let own =
+            given.items(Setting::PerRecording, |items| values::named(items, Setting::PerRecording)).map_err(at)?;
         let is_given = |p: Parameter| bounds.iter().any(|(of, ..)| *of == p) || fixed.iter().any(|(of, _)| *of == p);
         let has = |with: &With, p: Parameter| with.may_have(p) || (!self.names_with() && is_given(p));
         let asked = bounds.iter().map(|(p, ..)| ("bounds", *p)).chain(fixed.iter().map(|(p, _)| ("fix", *p)));
@@ -220,7 +242,7 @@ impl Keys<'_> {
             }
         }
         let level = |with: &With| {
-            let bounds: Vec<Bounded> = bounds.iter().filter(|(p, ..)| has(with, *p)).copied().collect();
+            let bounds: Vec<(Parameter, f64, f64)> = bounds.iter().filter(|(p, ..)| has(with, *p)).copied().collect();
             let fixed: Vec<(Parameter, f64)> = fixed.iter().filter(|(p, _)| has(with, *p)).copied().collect();
             // What is held may be all of the motor where it has extensions.
             let space = if *with == With::default() { Space::table2_with } else { Space::table2_to_extend };
@@ -267,25 +289,21 @@ impl Keys<'_> {
         entries.into_iter().map(|(name, value)| one(value, name.get_ref().parse()?)).collect()
     }
 
-    /// Bounds that are given, and the parameters whose bounds follow the Steiglitz–McBride estimate.
-    fn bounds(&self) -> Result<(Vec<Bounded>, Vec<Parameter>)> {
-        let all = Parameter::ALL.to_vec();
-        let Some(value) = self.get("bounds") else { return Ok((Vec::new(), all)) };
+    /// Bounds as a list of texts.
+    fn bounds(&self, value: &Value<'_>) -> Result<Vec<String>> {
         if value.get_ref().as_str().is_some() {
             let bounds: UsualBounds = self.document.choice("bounds", value)?;
-            return Ok((Vec::new(), if bounds == UsualBounds::Auto { all } else { Vec::new() }));
+            return Ok(vec![bounds.name().to_owned()]);
         }
-        let given = self.parameters("bounds", |value, parameter| {
+        self.parameters("bounds", |value, parameter| {
+            let symbol = parameter.symbol();
             let pair = self.document.list("bounds", value, |v| self.document.number("bounds", v))?;
             let [min, max] = pair[..] else {
-                let symbol = parameter.symbol();
                 let remedy = format!("Write bounds = {{{symbol} = [0.1, 1.0]}}.");
                 return Err(self.document.error(value.span(), format!("bounds: {symbol} is not [MIN, MAX]"), remedy));
             };
-            Ok((parameter, min, max))
-        })?;
-        let follows = all.into_iter().filter(|p| !given.iter().any(|(of, _, _)| of == p)).collect();
-        Ok((given, follows))
+            Ok(format!("{symbol}={min}:{max}"))
+        })
     }
 
     pub(super) fn on_loss(&self, spec: &IdentifySpec) -> Result<OnLoss> {
@@ -298,39 +316,8 @@ impl Keys<'_> {
     }
 
     pub(super) fn reading(&self, discretization: Discretization) -> Result<Reading> {
-        let document = self.document;
-        let rate_hz = self.get("rate").map(|v| document.number("rate", v)).transpose()?;
-        if let (Some(value), Some(rate)) = (self.get("rate"), rate_hz)
-            && rate <= 0.0
-        {
-            return Err(document.error(
-                value.span(),
-                format!("rate is {rate}"),
-                "Give samples per second, more than 0.",
-            ));
-        }
-        let decimate = self.get("decimate").map(|v| self.positive("decimate", v)).transpose()?;
-        let masks = self.words("mask", "[\"auto\"]")?;
-        let wrong =
-            |error: &Error| document.located(self.get("mask").map(toml::Spanned::span).unwrap_or_default(), error);
-        Ok(Reading {
-            options: ReadOptions {
-                columns: self.read("columns", "\"current=I:mA\"", parse_columns)?.unwrap_or_default(),
-                rate_hz,
-                sheet: self.text("sheet", "\"Sheet1\"")?,
-                gaps: self.choice("gaps")?.unwrap_or_default(),
-                drop_repeats: self.get("drop_repeats").map(|v| document.flag("drop_repeats", v)).transpose()?
-                    == Some(true),
-            },
-            preparation: Preparation {
-                crop: self.read("crop", "\"0.2:1.5\"", parse_crop)?.unwrap_or_default(),
-                offset: self.read("offset", "\"auto\"", parse_offset)?.unwrap_or(Offset::None),
-                mask: parse_masks(&masks).map_err(|error| wrong(&error))?,
-                rate_hz,
-                decimate,
-                filter: self.read("filter", "\"butterworth:100\"", str::parse)?,
-                sampled_input: Some(discretization.uses_next_input()),
-            },
-        })
+        let mut given = self.given(&READING)?;
+        given.put(Setting::Discretization, settings::Value::Text(discretization.name().to_owned()));
+        settings::reading(&given).map_err(|fault| self.at(&fault))
     }
 }

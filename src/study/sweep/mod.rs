@@ -29,7 +29,7 @@ pub use merge::{Merged, ShardStatus, SweepStatus};
 pub use run::{FailedRun, Failures, SweepProgress, Tally};
 pub use runs::{Job, Runs};
 pub use shard::Shard;
-pub use study::{AddedNoise, Entry, Factors, KEYS, Level, Seeds, Study};
+pub use study::{AddedNoise, Entry, Factors, Level, Seeds, Study, keys};
 pub use summary::{Cell, Limits, MOTOR, MotorResult, Named, NamedRun, Quantiles, SweepBlock, SweepSummary};
 
 use std::path::PathBuf;

@@ -1,11 +1,12 @@
 //! A study as its file says it: factors, whose product the runs are, and what holds for all of them.
 
-use super::keys::Keys;
+use super::keys::{Keys, OF_ALL_RUNS, OF_MODELS};
 use super::toml::Document;
 use crate::Result;
 use crate::criterion::{Criterion, Noise, Norm, Scale};
 use crate::identify::{DeviceSpec, IdentifySpec, Method, OnLoss, Polish, PrecisionSpec};
 use crate::record::Reading;
+use crate::settings::READING;
 use std::path::Path;
 
 /// Noise that is added to recordings.
@@ -110,8 +111,8 @@ pub struct Study {
     pub on_loss: OnLoss,
 }
 
-/// Every key that a study may have.
-pub const KEYS: [&str; 33] = [
+/// The keys that a study has beside the settings that are read as everywhere else.
+const OWN_KEYS: [&str; 15] = [
     "name",
     "recordings",
     "methods",
@@ -123,29 +124,18 @@ pub const KEYS: [&str; 33] = [
     "criterion",
     "scale",
     "noise",
-    "bounds",
-    "fix",
-    "per_recording",
     "validate",
     "split",
-    "device",
-    "precision",
     "fallback",
     "set",
-    "discretization",
-    "initial",
-    "time_origin",
-    "columns",
-    "rate",
-    "sheet",
-    "gaps",
-    "drop_repeats",
-    "crop",
-    "offset",
-    "mask",
-    "decimate",
-    "filter",
 ];
+
+/// Returns every key that a study may have.
+#[must_use]
+pub fn keys() -> Vec<&'static str> {
+    let settings = OF_ALL_RUNS.iter().chain(&OF_MODELS).chain(&READING).map(|setting| setting.name());
+    OWN_KEYS.into_iter().chain(settings).collect()
+}
 
 impl Study {
     /// Reads a study; `path` names it in errors.
@@ -155,7 +145,7 @@ impl Study {
     pub fn parse(text: &str, path: &Path) -> Result<Self> {
         let document = Document { text, path };
         let table = document.table()?;
-        document.check_keys(&table, &KEYS, "A study")?;
+        document.check_keys(&table, &keys(), "A study")?;
         let keys = Keys { document, table: &table };
         let spec = keys.spec()?;
         let study = Self {

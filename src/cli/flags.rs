@@ -1,0 +1,93 @@
+//! Flags of the settings that commands share, made from the library's table.
+
+use clap::builder::{PossibleValue, PossibleValuesParser};
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, value_parser};
+use motorfit::report::command_line;
+use motorfit::setting::Setting;
+use motorfit::settings::{DEVICE, Given, Kind, PROBLEM, READING, SEARCH, Value, row};
+
+/// Choices whose texts help lists too.
+const DESCRIBED: [Setting; 3] = [Setting::Method, Setting::Polish, Setting::Gaps];
+
+/// The flag of a setting.
+fn flag(setting: Setting) -> Option<Arg> {
+    let row = row(setting)?;
+    let arg = Arg::new(setting.name()).long(setting.name().replace('_', "-")).help_heading(row.topic);
+    let arg = arg.help(row.text.spelled(command_line)).action(ArgAction::Set).value_name(row.stands);
+    let arg = row.default.iter().fold(arg, |arg, default| arg.default_value(*default));
+    let arg = if setting == Setting::Decimate { arg.conflicts_with(Setting::Rate.name()) } else { arg };
+    let hyphens = [Setting::Crop, Setting::Mask].contains(&setting);
+    Some(match row.kind {
+        Kind::Switch => arg.action(ArgAction::SetTrue),
+        Kind::Number => arg.value_parser(value_parser!(f64)).allow_negative_numbers(true),
+        Kind::Count => arg.value_parser(value_parser!(u64)).allow_negative_numbers(true),
+        Kind::Word => arg.allow_hyphen_values(hyphens),
+        Kind::List => arg.action(ArgAction::Append).value_delimiter(',').allow_hyphen_values(hyphens),
+        Kind::Choice(rows) => {
+            let described = DESCRIBED.contains(&setting);
+            let value = |(name, text): (&'static str, &'static str)| {
+                if described { PossibleValue::new(name).help(text) } else { PossibleValue::new(name) }
+            };
+            arg.value_parser(PossibleValuesParser::new(rows.into_iter().map(value)))
+        }
+    })
+}
+
+/// What was given of some settings, defaults included.
+fn given(matches: &ArgMatches, settings: &[Setting]) -> Given {
+    let mut given = Given::default();
+    for row in settings.iter().filter_map(|setting| row(*setting)) {
+        let name = row.setting.name();
+        let value = match row.kind {
+            Kind::Switch => Some(Value::Switch(matches.get_flag(name))),
+            Kind::Number => matches.get_one(name).copied().map(Value::Number),
+            Kind::Count => matches.get_one(name).copied().map(Value::Count),
+            Kind::Word | Kind::Choice(_) => matches.get_one(name).cloned().map(Value::Text),
+            Kind::List => matches.get_many(name).map(|items| Value::List(items.cloned().collect())),
+        };
+        value.into_iter().for_each(|value| given.put(row.setting, value));
+    }
+    given
+}
+
+/// Defines groups of flags.
+macro_rules! flags {
+    ($($(#[doc = $text:literal])+ $group:ident = $settings:expr;)+) => {$(
+        $(#[doc = $text])+
+        pub(crate) struct $group(pub Given);
+
+        impl Args for $group {
+            fn augment_args(command: Command) -> Command {
+                command.args($settings.iter().filter_map(|setting| flag(*setting)))
+            }
+
+            fn augment_args_for_update(command: Command) -> Command {
+                Self::augment_args(command)
+            }
+        }
+
+        impl FromArgMatches for $group {
+            fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+                Ok(Self(given(matches, &$settings)))
+            }
+
+            fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+                *self = Self::from_arg_matches(matches)?;
+                Ok(())
+            }
+        }
+    )+};
+}
+
+flags! {
+    /// What columns hold.
+    Columns = [Setting::Columns];
+    /// How recordings are read and prepared.
+    Reading = READING;
+    /// How the optimum is found and refined.
+    SearchArgs = SEARCH;
+    /// What candidates are evaluated on.
+    ProblemArgs = PROBLEM;
+    /// What evaluates them.
+    DeviceArgs = DEVICE;
+}

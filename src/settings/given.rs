@@ -1,0 +1,125 @@
+//! Settings as they were given.
+
+use crate::named::Named;
+use crate::setting::Setting;
+use crate::{Error, Result};
+
+/// The value of a setting.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    /// On or off.
+    Switch(bool),
+    /// A number.
+    Number(f64),
+    /// A whole number, 0 or more.
+    Count(u64),
+    /// A text, or the name of a choice.
+    Text(String),
+    /// Texts.
+    List(Vec<String>),
+}
+
+/// An error with the setting that it is of.
+#[derive(Debug, Clone)]
+pub struct Fault {
+    /// The setting.
+    pub setting: Setting,
+    /// The error.
+    pub error: Error,
+}
+
+impl From<Fault> for Error {
+    fn from(fault: Fault) -> Self {
+        fault.error
+    }
+}
+
+/// Settings with their values. One that was not given has the usual value.
+#[derive(Debug, Clone, Default)]
+pub struct Given(Vec<(Setting, Value)>);
+
+impl Given {
+    /// Adds a setting.
+    pub fn put(&mut self, setting: Setting, value: Value) {
+        self.0.push((setting, value));
+    }
+
+    /// Returns these settings and others.
+    #[must_use]
+    pub fn and(&self, other: &Self) -> Self {
+        Self([&self.0[..], &other.0].concat())
+    }
+
+    fn get(&self, setting: Setting) -> Option<&Value> {
+        self.0.iter().find(|(of, _)| *of == setting).map(|(_, value)| value)
+    }
+
+    /// Returns whether a setting was given.
+    #[must_use]
+    pub fn has(&self, setting: Setting) -> bool {
+        self.get(setting).is_some()
+    }
+
+    /// Returns whether a switch is on.
+    #[must_use]
+    pub fn switch(&self, setting: Setting) -> bool {
+        self.get(setting) == Some(&Value::Switch(true))
+    }
+
+    /// Returns a number.
+    #[must_use]
+    pub fn number(&self, setting: Setting) -> Option<f64> {
+        if let Some(Value::Number(number)) = self.get(setting) { Some(*number) } else { None }
+    }
+
+    /// Returns a count.
+    #[must_use]
+    pub fn count(&self, setting: Setting) -> Option<usize> {
+        let Some(Value::Count(count)) = self.get(setting) else { return None };
+        Some(usize::try_from(*count).unwrap_or(usize::MAX))
+    }
+
+    /// Returns a text.
+    #[must_use]
+    pub fn text(&self, setting: Setting) -> Option<&str> {
+        if let Some(Value::Text(text)) = self.get(setting) { Some(text) } else { None }
+    }
+
+    /// Returns the texts of a list, none where it was not given.
+    #[must_use]
+    pub fn list(&self, setting: Setting) -> &[String] {
+        if let Some(Value::List(list)) = self.get(setting) { list } else { &[] }
+    }
+
+    /// Reads a text.
+    ///
+    /// # Errors
+    /// Those of `read`, with the setting.
+    pub fn read<T>(
+        &self,
+        setting: Setting,
+        read: impl FnOnce(&str) -> Result<T>,
+    ) -> std::result::Result<Option<T>, Fault> {
+        self.text(setting).map(|text| read(text).map_err(|error| Fault { setting, error })).transpose()
+    }
+
+    /// Reads a list, empty where it was not given.
+    ///
+    /// # Errors
+    /// Those of `read`, with the setting.
+    pub fn items<T>(
+        &self,
+        setting: Setting,
+        read: impl FnOnce(&[String]) -> Result<T>,
+    ) -> std::result::Result<T, Fault> {
+        read(self.list(setting)).map_err(|error| Fault { setting, error })
+    }
+
+    /// Reads a choice by its name.
+    ///
+    /// # Errors
+    /// `Usage` for a name that there is not.
+    pub fn choice<T: Named>(&self, setting: Setting) -> std::result::Result<Option<T>, Fault> {
+        self.read(setting, |name| T::named(setting.name(), name))
+    }
+}

@@ -1,0 +1,150 @@
+//! The reader: settings become what an identification asks for, and how files are read.
+
+use super::values;
+use super::{Fault, Given};
+use crate::criterion::Criterion;
+use crate::evaluate::Model;
+use crate::identify::{IdentifySpec, Method, With};
+use crate::motor::{Discretization, Space};
+use crate::named::Named as _;
+use crate::record::{Offset, Preparation, ReadOptions, Reading, parse_columns, parse_crop, parse_masks, parse_offset};
+use crate::setting::{Setting, text};
+use crate::{Error, Result};
+
+type Read<T> = std::result::Result<T, Fault>;
+
+/// The most threads that may be asked for; more than any machine has cores help nobody.
+const THREADS_MAX: usize = 1024;
+
+/// Returns how files are read and prepared; an input between samples goes on as the discretization has it, where that is
+/// given.
+///
+/// # Errors
+/// `Usage` for a value that cannot be.
+pub fn reading(given: &Given) -> Read<Reading> {
+    let rate_hz = given.number(Setting::Rate);
+    let wrong = |setting: Setting, message: String, remedy: &str| {
+        Err(Fault { setting, error: Error::usage(text!({setting} " is {message}"), remedy) })
+    };
+    if let Some(rate) = rate_hz.filter(|rate| !(*rate > 0.0 && rate.is_finite())) {
+        return wrong(Setting::Rate, rate.to_string(), "Give samples per second, more than 0.");
+    }
+    let decimate = given.count(Setting::Decimate);
+    if decimate == Some(0) {
+        return wrong(Setting::Decimate, "0".to_owned(), "Give a whole number from 1 on.");
+    }
+    let discretization: Option<Discretization> = given.choice(Setting::Discretization)?;
+    Ok(Reading {
+        options: ReadOptions {
+            columns: given.read(Setting::Columns, parse_columns)?.unwrap_or_default(),
+            rate_hz,
+            sheet: given.text(Setting::Sheet).map(str::to_owned),
+            gaps: given.choice(Setting::Gaps)?.unwrap_or_default(),
+            drop_repeats: given.switch(Setting::DropRepeats),
+        },
+        preparation: Preparation {
+            crop: given.read(Setting::Crop, parse_crop)?.unwrap_or_default(),
+            offset: given.read(Setting::Offset, parse_offset)?.unwrap_or(Offset::None),
+            mask: given.items(Setting::Mask, parse_masks)?,
+            rate_hz,
+            decimate,
+            filter: given.read(Setting::Filter, str::parse)?,
+            sampled_input: discretization.map(Discretization::uses_next_input),
+        },
+    })
+}
+
+/// Returns what candidates are evaluated on and by what, as the part of a spec that it is.
+///
+/// # Errors
+/// `Usage` for a value that cannot be.
+pub fn problem(given: &Given) -> Read<IdentifySpec> {
+    let time_origin_s = given.number(Setting::TimeOrigin);
+    if time_origin_s.is_some_and(|time| !time.is_finite()) {
+        let error = Error::usage(text!([TimeOrigin] " is not finite"), "Give seconds from the start of the recording.");
+        return Err(Fault { setting: Setting::TimeOrigin, error });
+    }
+    let with = given.items(Setting::With, With::parse)?;
+    // What is held may be all of the motor where extensions are asked for.
+    let space = if with == With::default() { Space::table2_with } else { Space::table2_to_extend };
+    let limits = given.items(Setting::Bounds, values::bounds)?;
+    let fixed = given.items(Setting::Fix, |items| values::parameters(items, Setting::Fix))?;
+    let of_space = if given.has(Setting::Bounds) { Setting::Bounds } else { Setting::Fix };
+    Ok(IdentifySpec {
+        criterion: Criterion {
+            norm: given.choice(Setting::Criterion)?.unwrap_or_default(),
+            scale: given.choice(Setting::Scale)?.unwrap_or_default(),
+            time_origin_s,
+            noise: given.read(Setting::Noise, values::noise)?.unwrap_or_default(),
+        },
+        model: Model {
+            discretization: given.choice(Setting::Discretization)?.unwrap_or_default(),
+            initial: given.choice(Setting::Initial)?.unwrap_or_default(),
+        },
+        space: space(&limits, &fixed).map_err(|error| Fault { setting: of_space, error })?,
+        auto_bounds: given.items(Setting::Bounds, values::auto_bounds)?,
+        with,
+        per_recording: given.items(Setting::PerRecording, |items| values::named(items, Setting::PerRecording))?,
+        ..device(given)?
+    })
+}
+
+/// Returns what evaluates, as the part of a spec that it is, without measured throughputs.
+///
+/// # Errors
+/// `Usage` for a value that cannot be.
+pub fn device(given: &Given) -> Read<IdentifySpec> {
+    let count = given.count(Setting::Threads);
+    threads(count).map_err(|error| Fault { setting: Setting::Threads, error })?;
+    Ok(IdentifySpec {
+        device: given.read(Setting::Device, str::parse)?.unwrap_or_default(),
+        precision: given.choice(Setting::Precision)?.unwrap_or_default(),
+        threads: count,
+        ..IdentifySpec::default()
+    })
+}
+
+/// Checks how many threads are asked for.
+///
+/// # Errors
+/// `Usage` for none, and for more than a machine has.
+pub fn threads(count: Option<usize>) -> Result<()> {
+    match count.filter(|count| !(1..=THREADS_MAX).contains(count)) {
+        None => Ok(()),
+        Some(count) => {
+            let remedy = format!("Give 1 to {THREADS_MAX}, or leave it out for all.");
+            Err(Error::usage(text!([Threads] " is {count}"), remedy))
+        }
+    }
+}
+
+/// Returns all that an identification asks for.
+///
+/// # Errors
+/// `Usage` for a value that cannot be.
+pub fn identify(given: &Given) -> Read<IdentifySpec> {
+    let usual = IdentifySpec::default();
+    let name = given.text(Setting::Method).unwrap_or(usual.method.name());
+    let seed = given.count(Setting::Seed).map(|seed| seed as u64);
+    Ok(IdentifySpec {
+        method: given.items(Setting::Set, |items| method(name, items))?,
+        polish: given.choice(Setting::Polish)?.unwrap_or_default(),
+        population: given.count(Setting::Population).unwrap_or(usual.population),
+        generations: given.count(Setting::Generations).unwrap_or(usual.generations),
+        seed: seed.unwrap_or(usual.seed),
+        ..problem(given)?
+    })
+}
+
+/// Returns the method of a name with settings of its own, `KEY=VALUE` or `METHOD.KEY=VALUE`.
+///
+/// # Errors
+/// `Usage` for a method or a setting that there is not, and a value that cannot be.
+pub fn method(name: &str, settings: &[String]) -> Result<Method> {
+    let mut method = Method::named(Setting::Method.name(), name)?;
+    for item in settings {
+        let (key, value) = values::pair(item, Setting::Set, "mutation=0.1")?;
+        method.set(key.strip_prefix(&format!("{name}.")).unwrap_or(key), value)?;
+    }
+    Ok(method)
+}
