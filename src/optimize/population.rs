@@ -3,6 +3,7 @@
 use super::Best;
 use crate::candidates::Candidates;
 use crate::numeric::count_u64;
+use crate::setting::{Setting, text};
 use crate::{Error, Result};
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -44,8 +45,8 @@ impl Setup {
             return Err(Error::usage("the box of the search is empty", "Give finite bounds with min < max."));
         }
         if self.population == 0 || self.generations == 0 {
-            let which = if self.population == 0 { "population" } else { "generations" };
-            return Err(Error::usage(format!("{which} is 0"), format!("Give --{which} at least 1.")));
+            let which = if self.population == 0 { Setting::Population } else { Setting::Generations };
+            return Err(Error::usage(format!("{} is 0", which.name()), text!("Give " {which} " at least 1.")));
         }
         if size.is_none_or(|size| size > VALUES_MAX) {
             return Err(self.too_large());
