@@ -9,7 +9,7 @@ use criterion::{Criterion, Throughput};
 use motorfit::identify::{IdentifySpec, Method, Polish, identify};
 use motorfit::motor::Space;
 use motorfit::named::Named as _;
-use motorfit::optimize::{GeneticOptions, GwoOptions, JayaOptions, Setup, Sharing};
+use motorfit::optimize::{GeneticOptions, GwoOptions, JayaOptions, SearchSettings, Sharing};
 use motorfit::record::Record;
 use std::hint::black_box;
 use support::m2_record;
@@ -25,7 +25,8 @@ fn updates(criterion: &mut Criterion) {
             ("ga", Method::from(GeneticOptions::default())),
             ("random", Method::named("method", "random").unwrap()),
         ] {
-            let setup = Setup { bounds: Space::table2().bounds(), population, generations: 1 << 20, seed: 1, run: 0 };
+            let setup =
+                SearchSettings { bounds: Space::table2().bounds(), population, generations: 1 << 20, seed: 1, run: 0 };
             let mut optimizer = method.optimizer(setup).unwrap();
             let costs: Vec<f64> = (0..population).map(|n| 1.0 + ((n * 7919) % 101) as f64).collect();
             group.bench_function(format!("{name}, {population} agents"), |b| {

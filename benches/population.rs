@@ -7,11 +7,11 @@
 mod support;
 
 use motorfit::candidates::Candidates;
+use motorfit::device::BatchSearchEvaluator;
 use motorfit::evaluate::{Batch, Evaluator, Group, Problem, Simd};
-use motorfit::identify::Lockstep;
 use motorfit::motor::Space;
 use motorfit::optimize::{
-    Budget, Gwo, GwoOptions, Jaya, JayaOptions, Optimizer, Run, Sample, Sampling, Setup, minimize,
+    Budget, Gwo, GwoOptions, Jaya, JayaOptions, Optimizer, Run, Sample, Sampling, SearchSettings, minimize,
 };
 use motorfit::study::compare::{CompareSpec, Setting, Subject, compare};
 use std::ops::ControlFlow;
@@ -19,7 +19,7 @@ use std::sync::Arc;
 use support::{m2_problem, median, seconds};
 
 fn optimizer(name: &str, population: usize, generations: usize, run: u64) -> Box<dyn Optimizer> {
-    let setup = Setup { bounds: Space::table2().bounds(), population, generations, seed: 1, run };
+    let setup = SearchSettings { bounds: Space::table2().bounds(), population, generations, seed: 1, run };
     match name {
         "gwo" => Box::new(Gwo::new(setup, GwoOptions::default()).unwrap()),
         _ => Box::new(Jaya::new(setup, JayaOptions::default()).unwrap()),
@@ -34,7 +34,7 @@ fn search(
     name: &str,
 ) -> [f64; 2] {
     let mut all: Vec<Run> = (0..runs as u64).map(|n| Run::new(optimizer(name, population, generations, n))).collect();
-    let mut searches = Lockstep::new(evaluator(), vec![problem.clone()]);
+    let mut searches = BatchSearchEvaluator::new(evaluator(), vec![problem.clone()]);
     let budget = Budget { generations, slice: usize::MAX };
     // The first generation makes buffers and compiles shaders: of other runs.
     let mut warm: Vec<Run> = (0..runs as u64).map(|n| Run::new(optimizer(name, population, 1, n))).collect();

@@ -11,9 +11,10 @@
 mod support;
 
 use motorfit::candidates::Candidates;
+use motorfit::device::with_threads;
 use motorfit::evaluate::{Batch, Evaluator, Group, Simd};
 use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
-use motorfit::identify::{IdentifySpec, Method, Polish, fit, with_threads};
+use motorfit::identify::{IdentifySpec, Method, Polish, fit};
 use motorfit::motor::{Discretization, Parameters, Space};
 use motorfit::optimize::{Sample, Sampling};
 use motorfit::record::{Reading, write_csv};

@@ -6,11 +6,11 @@
 #![allow(clippy::print_stdout, reason = "an example prints")]
 
 use motorfit::criterion::Criterion;
+use motorfit::device::BatchSearchEvaluator;
 use motorfit::evaluate::{Model, Problem, Simd};
 use motorfit::experiment::{Excitation, simulated};
-use motorfit::identify::Lockstep;
 use motorfit::motor::{Discretization, Parameters, Space};
-use motorfit::optimize::{Budget, Gwo, GwoOptions, Run, Setup, minimize};
+use motorfit::optimize::{Budget, Gwo, GwoOptions, Run, SearchSettings, minimize};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -27,11 +27,11 @@ fn main() -> motorfit::Result<()> {
     let problems: Vec<Arc<Problem>> = motors.iter().map(problem).collect::<Result<_, _>>()?;
     // One search for each, in lock step: the populations of all motors are one batch.
     let run = |run: u64| -> motorfit::Result<Run> {
-        let setup = Setup { bounds: Space::table2().bounds(), population: 60, generations: 80, seed: 1, run };
+        let setup = SearchSettings { bounds: Space::table2().bounds(), population: 60, generations: 80, seed: 1, run };
         Ok(Run::new(Box::new(Gwo::new(setup, GwoOptions::default())?)))
     };
     let mut runs: Vec<Run> = (0..32).map(run).collect::<Result<_, _>>()?;
-    let mut searches = Lockstep::new(Box::new(Simd::default()), problems);
+    let mut searches = BatchSearchEvaluator::new(Box::new(Simd::default()), problems);
     let budget = Budget { generations: 80, slice: usize::MAX };
     minimize(&mut runs, budget, &mut searches, &mut |_| ControlFlow::Continue(()))?;
     let worst = runs.iter().map(Run::cost).fold(0.0, f64::max);

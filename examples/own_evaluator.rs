@@ -7,7 +7,7 @@
 #![allow(clippy::print_stdout, reason = "an example prints")]
 
 use motorfit::candidates::Candidates;
-use motorfit::optimize::{Budget, Jaya, JayaOptions, Run, Setup, minimize};
+use motorfit::optimize::{Budget, Jaya, JayaOptions, Run, SearchSettings, minimize};
 use std::ops::ControlFlow;
 
 /// Speed of a motor that coasts from 100 rad/s, sampled every 10 ms: `J dω/dt = −B ω − T_c sign(ω)`.
@@ -35,7 +35,7 @@ fn main() -> motorfit::Result<()> {
         Ok(())
     };
     let bounds = vec![(1e-5, 1e-3), (1e-4, 0.1)];
-    let setup = Setup { bounds, population: 30, generations: 300, seed: 1, run: 0 };
+    let setup = SearchSettings { bounds, population: 30, generations: 300, seed: 1, run: 0 };
     let mut runs = [Run::new(Box::new(Jaya::new(setup, JayaOptions::default())?))];
     let budget = Budget { generations: 300, slice: usize::MAX };
     minimize(&mut runs, budget, &mut evaluate, &mut |_| ControlFlow::Continue(()))?;

@@ -7,10 +7,9 @@
 mod program;
 mod support;
 
+use motorfit::analysis::{Characteristics, Constants, Covariance, characteristics, regression, regressions};
 use motorfit::experiment::with_noise;
-use motorfit::identify::{
-    Characteristics, Constants, Covariance, IdentifySpec, characteristics, identify, regression, regressions,
-};
+use motorfit::identify::{IdentifySpec, identify};
 use motorfit::motor::Parameters;
 use motorfit::record::{Record, Samples};
 use program::{EXAMPLE, Folder, json, ok};

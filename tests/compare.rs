@@ -35,16 +35,16 @@ fn paper(runs: usize) -> Comparison {
 #[test]
 fn gwo_is_what_the_paper_found() {
     let comparison = paper(200);
-    let contest = &comparison.blocks[0].contests[0];
-    assert_eq!((contest.method.name(), contest.runs.len()), ("gwo", 200));
-    let summary = contest.summary(1);
+    let result = &comparison.blocks[0].results[0];
+    assert_eq!((result.method.name(), result.runs.len()), ("gwo", 200));
+    let summary = result.summary(1);
     // The paper's ten or fifty runs: best .029, worst .062, average .042. An independent prototype's ten of 200 seeds:
     // .0256, .0586, .0406. The standard error of a mean of 200 is .0008.
     assert!((0.036..0.045).contains(&summary.average), "{summary:?}");
     assert!(summary.best < 0.029 && summary.worst > 0.058, "more runs reach farther: {summary:?}");
     // Mean relative errors of the paper .42 .96 .08 .16 .55 %, of the prototype .38 .91 .07 .21 .45 %.
     let expected = comparison.expected().unwrap();
-    let errors = contest.errors(&expected).map(|pair| pair[1]);
+    let errors = result.errors(&expected).map(|pair| pair[1]);
     for (error, (paper, prototype)) in
         errors.iter().zip([0.42, 0.96, 0.08, 0.16, 0.55].into_iter().zip([0.38, 0.91, 0.07, 0.21, 0.45]))
     {
@@ -52,7 +52,7 @@ fn gwo_is_what_the_paper_found() {
         assert!((low..high).contains(error), "{errors:?}: {error} is not within {low}..{high}");
     }
     // Standard deviations of the paper and of the prototype, which differ by up to 1.3.
-    let deviations = contest.deviations();
+    let deviations = result.deviations();
     for (ours, (paper, prototype)) in deviations
         .iter()
         .zip([0.0040, 9.2e-5, 7.2e-5, 1.2e-6, 7.0e-7].into_iter().zip([0.0044, 9.1e-5, 5.9e-5, 1.7e-6, 7.8e-7]))
@@ -61,13 +61,13 @@ fn gwo_is_what_the_paper_found() {
         assert!((low..high).contains(ours), "{deviations:?}: {ours} is not within {low}..{high}");
     }
     // Eq. 13 as printed: a flat valley. Independent prototypes: medians 11.1 (gwo), 11.6 (jaya), 19.5 (ga).
-    for (contest, median) in comparison.blocks[1].contests.iter().zip([11.1, 11.6, 19.5]) {
-        let ours = contest.summary(1).median;
-        assert!((0.7 * median..1.4 * median).contains(&ours), "{}: {ours}", contest.method.name());
+    for (result, median) in comparison.blocks[1].results.iter().zip([11.1, 11.6, 19.5]) {
+        let ours = result.summary(1).median;
+        assert!((0.7 * median..1.4 * median).contains(&ours), "{}: {ours}", result.method.name());
     }
     let ranking = comparison.blocks[0].ranking();
     assert_eq!(ranking.order, [1, 0, 2], "jaya, gwo, ga");
-    assert!(ranking.pairs.iter().all(|pair| pair.corrected < 1e-6 && pair.superiority > 0.8), "{ranking:?}");
+    assert!(ranking.pairs.iter().all(|pair| pair.p_holm < 1e-6 && pair.superiority > 0.8), "{ranking:?}");
     // Steiglitz–McBride at 60 dB: the Cramér–Rao bound is a tenth of that at 40 dB.
     let steiglitz = comparison.steiglitz.as_ref().unwrap();
     assert_eq!((steiglitz.records, steiglitz.spread.len()), (200, 200));
@@ -88,13 +88,13 @@ fn runs_start_alike_and_depend_on_nothing_else() {
     let longer = Setting { generations: 14, ..small.clone() };
     let both = alone(vec![small.clone(), longer], 5);
     let one = alone(vec![small.clone()], 3);
-    for (a, b) in both.blocks[0].contests.iter().zip(&one.blocks[0].contests) {
+    for (a, b) in both.blocks[0].results.iter().zip(&one.blocks[0].results) {
         assert_eq!(a.runs[..3], b.runs, "{}", a.method.name());
         assert_eq!(b.runs[0].history.len(), 10);
     }
-    assert_eq!(both.blocks[1].contests[0].runs[0].history.len(), 14);
+    assert_eq!(both.blocks[1].results[0].runs[0].history.len(), 14);
     // The first population is that of the number of the run, whatever the method.
-    let first = |m: usize| one.blocks[0].contests[m].runs.iter().map(|run| run.history[0]).collect::<Vec<_>>();
+    let first = |m: usize| one.blocks[0].results[m].runs.iter().map(|run| run.history[0]).collect::<Vec<_>>();
     assert_eq!(first(0), first(1));
     assert_eq!(first(0), first(2));
     // Ended after four generations, it keeps what it has.
@@ -107,10 +107,7 @@ fn runs_start_alike_and_depend_on_nothing_else() {
     .unwrap();
     assert!(ended.interrupted);
     assert!(
-        ended.blocks[0]
-            .contests
-            .iter()
-            .all(|c| c.runs.iter().all(|run| run.cost.is_finite() && run.history.len() == 4))
+        ended.blocks[0].results.iter().all(|c| c.runs.iter().all(|run| run.cost.is_finite() && run.history.len() == 4))
     );
 }
 

@@ -8,12 +8,14 @@
 #[path = "support/program.rs"]
 mod program;
 
+use motorfit::analysis::Characteristics;
 use motorfit::candidates::Candidates;
 use motorfit::criterion::Criterion;
 use motorfit::evaluate::{Batch, Evaluator as _, Group, Model, Problem, Scalar, Simd};
 use motorfit::experiment::{Excitation, simulated_with};
-use motorfit::identify::{Characteristics, Extension, Identification, IdentifySpec, With, identify};
+use motorfit::identify::{Identification, IdentifySpec, identify};
 use motorfit::motor::{Discretization, Extensions, Input, Method, Parameter, Parameters, Space, StepMap};
+use motorfit::motor::{Extension, With};
 use motorfit::record::{Record, Samples};
 use program::{Folder, M2 as M2_TEXT, fails, json, motorfit, ok, text};
 use rand::{RngExt as _, SeedableRng as _};

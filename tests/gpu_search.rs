@@ -6,8 +6,9 @@
 
 mod support;
 
+use motorfit::device::{DeviceSpec, PrecisionSpec};
 use motorfit::evaluate::gpu::list;
-use motorfit::identify::{DeviceSpec, IdentifySpec, Method, Polish, PrecisionSpec, identify};
+use motorfit::identify::{IdentifySpec, Method, Polish, identify};
 use motorfit::optimize::{GeneticOptions, GwoOptions, JayaOptions};
 use motorfit::record::Record;
 use support::m2_record;

@@ -7,11 +7,10 @@
 mod program;
 mod support;
 
+use motorfit::analysis::{Regressors, Residuals, noise_floor, residual_input_test};
 use motorfit::evaluate::Model;
 use motorfit::experiment::{Excitation, simulated, with_noise};
-use motorfit::identify::{
-    Identification, IdentifySpec, Regressors, Residuals, identify, input_test, repeatability, validate,
-};
+use motorfit::identify::{Identification, IdentifySpec, identify, validate};
 use motorfit::motor::{Discretization, Parameters};
 use motorfit::record::Record;
 use program::{Folder, json, ok};
@@ -65,9 +64,13 @@ fn residuals_without_the_voltage_in_them_pass() {
                 let mut numbers = Numbers::seed_from_u64(1000 * seed + sort as u64);
                 let values = residuals(&mut numbers, 600, correlation);
                 let voltage = voltage(&mut numbers, sort, 600);
-                let of =
-                    Residuals { values: &values, regressors: &Regressors::new(&voltage), counting: &[], moves: &[] };
-                let test = input_test(&of);
+                let of = Residuals {
+                    values: &values,
+                    regressors: &Regressors::new(&voltage),
+                    counting: &[],
+                    sensitivities: &[],
+                };
+                let test = residual_input_test(&of);
                 alarms += u32::from(test.is_some_and(|test| !test.is_independent));
                 if sort == 1 {
                     sums += test.map_or(0.0, |test| test.statistic);
@@ -105,8 +108,13 @@ fn residuals_with_the_voltage_in_them_do_not() {
                     *value += if sort == 0 { 6.0 } else { 0.8 } * change * 0.8f64.powi(later as i32);
                 }
             }
-            let of = Residuals { values: &values, regressors: &Regressors::new(&voltage), counting: &[], moves: &[] };
-            seen += u32::from(input_test(&of).is_some_and(|test| !test.is_independent));
+            let of = Residuals {
+                values: &values,
+                regressors: &Regressors::new(&voltage),
+                counting: &[],
+                sensitivities: &[],
+            };
+            seen += u32::from(residual_input_test(&of).is_some_and(|test| !test.is_independent));
         }
         // The least of them, one step of 6 σ that decays by a fifth a sample, adds 100 to a mean of 38 with a deviation of
         // 22 (χ² off centre); the threshold is 82.
@@ -125,13 +133,19 @@ fn what_does_not_count_does_not_count() {
         counting[n] = false;
     }
     let of = |counting: &[bool]| {
-        input_test(&Residuals { values: &values, regressors: &Regressors::new(&voltage), counting, moves: &[] })
-            .unwrap()
+        residual_input_test(&Residuals {
+            values: &values,
+            regressors: &Regressors::new(&voltage),
+            counting,
+            sensitivities: &[],
+        })
+        .unwrap()
     };
     assert!(of(&counting).is_independent && !of(&[]).is_independent);
     let constant = vec![1.0; 1000];
-    let none = Residuals { values: &values, regressors: &Regressors::new(&constant), counting: &counting, moves: &[] };
-    assert_eq!(input_test(&none), None, "a voltage that does not change tells nothing");
+    let none =
+        Residuals { values: &values, regressors: &Regressors::new(&constant), counting: &counting, sensitivities: &[] };
+    assert_eq!(residual_input_test(&none), None, "a voltage that does not change tells nothing");
 }
 
 #[test]
@@ -140,13 +154,13 @@ fn signals_of_different_lengths_tell_nothing() {
     let (values, voltage) = (residuals(&mut numbers, 1000, 0.5), voltage(&mut numbers, 1, 1000));
     let regressors = Regressors::new(&voltage);
     for other in [&[][..], &values[..1], &values[1..], &[values.clone(), vec![0.0]].concat()] {
-        let of = Residuals { values: other, regressors: &regressors, counting: &[], moves: &[] };
-        assert_eq!(input_test(&of), None, "{} residuals for {} samples", other.len(), voltage.len());
+        let of = Residuals { values: other, regressors: &regressors, counting: &[], sensitivities: &[] };
+        assert_eq!(residual_input_test(&of), None, "{} residuals for {} samples", other.len(), voltage.len());
     }
-    let of = Residuals { values: &values, regressors: &regressors, counting: &[], moves: &[vec![0.0; 5]] };
-    assert_eq!(input_test(&of), None, "five samples of a move");
-    let of = Residuals { values: &[], regressors: &Regressors::new(&[]), counting: &[], moves: &[] };
-    assert_eq!(input_test(&of), None, "nothing at all");
+    let of = Residuals { values: &values, regressors: &regressors, counting: &[], sensitivities: &[vec![0.0; 5]] };
+    assert_eq!(residual_input_test(&of), None, "five samples of a move");
+    let of = Residuals { values: &[], regressors: &Regressors::new(&[]), counting: &[], sensitivities: &[] };
+    assert_eq!(residual_input_test(&of), None, "nothing at all");
 }
 
 /// The M2 motor, its friction times a factor, under a voltage that switches from `volts` down.
@@ -217,7 +231,7 @@ fn a_delay_that_is_not_in_the_model_is_seen() {
 fn a_ceiling_is_that_of_the_closed_form() {
     let clean = lively(900, 9.0, 1.0);
     let (a, b) = (noisy(&clean, 1), noisy(&clean, 2));
-    let found = repeatability(&[&a, &b], Model::default()).unwrap().unwrap();
+    let found = noise_floor(&[&a, &b], Model::default()).unwrap().unwrap();
     assert_eq!((found.groups, found.samples), (vec![vec![0, 1]], vec![900]));
     for channel in 0..2 {
         let (a, b) = (a.measured()[channel].unwrap(), b.measured()[channel].unwrap());
@@ -225,7 +239,7 @@ fn a_ceiling_is_that_of_the_closed_form() {
         let about: f64 = [a, b].iter().map(|of| of.iter().map(|y| (y - mean(of)).powi(2)).sum::<f64>()).sum();
         let variance = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / 900.0 / 2.0;
         let expected = 100.0 * (1.0 - (1800.0 * variance / about).sqrt());
-        assert!((found.ceiling_percent[channel].unwrap() - expected).abs() < 1e-9, "{expected}");
+        assert!((found.best_achievable_percent[channel].unwrap() - expected).abs() < 1e-9, "{expected}");
         assert!((found.sigma[channel].unwrap() - variance.sqrt()).abs() < 1e-12);
     }
 }
@@ -238,10 +252,10 @@ fn ceilings_are_where_fits_end() {
     for seed in 0..40 {
         let three: Vec<Record> = (0..3).map(|n| noisy(&clean, 10 * seed + n)).collect();
         let found = identify(&three, &spec).unwrap();
-        let ceiling = found.repeatability.as_ref().unwrap();
+        let ceiling = found.noise_floor.as_ref().unwrap();
         for (channel, above) in above.iter_mut().enumerate() {
             let left = |percent: Option<f64>| 100.0 - percent.unwrap();
-            above.push(left(found.fit_percent[channel]) / left(ceiling.ceiling_percent[channel]) - 1.0);
+            above.push(left(found.fit_percent[channel]) / left(ceiling.best_achievable_percent[channel]) - 1.0);
         }
     }
     for above in above {
@@ -262,7 +276,7 @@ fn only_what_has_the_same_input_is_compared() {
     let first = noisy(&step(0.2, 6.0, 0.8), 1);
     let group = |others: &[&Record]| {
         let all: Vec<&Record> = std::iter::once(&first).chain(others.iter().copied()).collect();
-        repeatability(&all, model).unwrap()
+        noise_floor(&all, model).unwrap()
     };
     // A later step of a longer recording is aligned.
     let later = noisy(&step(0.35, 6.0, 1.5), 2);

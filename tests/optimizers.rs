@@ -13,8 +13,8 @@ use motorfit::identify::Method;
 use motorfit::motor::Parameters;
 use motorfit::named::Named as _;
 use motorfit::optimize::{
-    Budget, GeneticOptions, GwoOptions, JayaOptions, PsoOptions, Range, Run, SEARCHES, Setup, Sharing, Stop, Wall,
-    minimize,
+    Budget, GeneticOptions, GwoOptions, JayaOptions, PsoOptions, Range, Run, SEARCHES, SearchSettings, Sharing, Stop,
+    Wall, minimize,
 };
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -42,7 +42,8 @@ struct Found {
 fn search(method: &Method, problem: &Arc<Problem>, runs: u64, seed: u64) -> Vec<Found> {
     let mut runs: Vec<Run> = (0..runs)
         .map(|run| {
-            let setup = Setup { bounds: problem.space().bounds(), population: 100, generations: 100, seed, run };
+            let setup =
+                SearchSettings { bounds: problem.space().bounds(), population: 100, generations: 100, seed, run };
             Run::new(method.optimizer(setup).unwrap())
         })
         .collect();
@@ -135,7 +136,7 @@ fn every_search_finds_more_than_chance() {
 
 #[test]
 fn runs_of_one_number_begin_alike_and_settings_do_what_the_table_says() {
-    let setup = || Setup { bounds: vec![(0.0, 1.0); 5], population: 20, generations: 5, seed: 4, run: 9 };
+    let setup = || SearchSettings { bounds: vec![(0.0, 1.0); 5], population: 20, generations: 5, seed: 4, run: 9 };
     let first = |method: &Method| method.optimizer(setup()).unwrap().ask().values().to_vec();
     for method in searches() {
         assert_eq!(first(&method), first(&named("random")), "{}", method.name());
@@ -209,7 +210,7 @@ fn populations_stay_in_the_box_whatever_is_told() {
     let bounds = vec![(0.1, 1.0), (-3.0, -2.0), (5.0, 5.5)];
     for method in searches() {
         for population in [1, 2, 3, 50] {
-            let setup = Setup { bounds: bounds.clone(), population, generations: 20, seed: 3, run: 0 };
+            let setup = SearchSettings { bounds: bounds.clone(), population, generations: 20, seed: 3, run: 0 };
             let mut optimizer = method.optimizer(setup).unwrap();
             assert!(optimizer.best().is_none());
             let mut best = f64::INFINITY;
@@ -240,7 +241,8 @@ fn populations_stay_in_the_box_whatever_is_told() {
 
 #[test]
 fn settings_that_cannot_be_are_refused() {
-    let setup = |population, generations| Setup { bounds: vec![(0.0, 1.0)], population, generations, seed: 1, run: 0 };
+    let setup =
+        |population, generations| SearchSettings { bounds: vec![(0.0, 1.0)], population, generations, seed: 1, run: 0 };
     for (population, generations) in [(0, 1), (1, 0), (usize::MAX, 1), (1 << 29, usize::MAX)] {
         for method in searches() {
             assert!(method.optimizer(setup(population, generations)).is_err());

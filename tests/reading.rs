@@ -13,7 +13,7 @@
 mod program;
 mod support;
 
-use motorfit::identify::between_samples;
+use motorfit::analysis::detect_intersample;
 use motorfit::motor::{Discretization, Parameters};
 use motorfit::record::{Record, write_csv};
 use program::{EXAMPLE, Folder, fails, json, ok, run, text};
@@ -260,7 +260,7 @@ fn the_outputs_tell_whether_a_voltage_is_held() {
     let (zoh, foh) = (Discretization::Zoh, Discretization::Foh);
     for speed_only in [false, true] {
         let start = (!speed_only).then_some(&truth);
-        let said = |made, taken, seed| between_samples(&following(made, seed, speed_only), start, taken).unwrap();
+        let said = |made, taken, seed| detect_intersample(&following(made, seed, speed_only), start, taken).unwrap();
         for seed in 0..20 {
             assert_eq!(said(foh, zoh, seed).map(|b| b.better), Some(foh), "{speed_only} {seed}");
             assert_eq!(said(zoh, foh, seed).map(|b| b.better), Some(zoh), "{speed_only} {seed}");
@@ -268,7 +268,7 @@ fn the_outputs_tell_whether_a_voltage_is_held() {
             assert_eq!(said(foh, foh, seed), None);
         }
     }
-    assert_eq!(between_samples(&m2_record(), Some(&truth), zoh).unwrap(), None, "one step is the same either way");
+    assert_eq!(detect_intersample(&m2_record(), Some(&truth), zoh).unwrap(), None, "one step is the same either way");
     let folder = Folder::new();
     let path = folder.file("sampled.csv", write_csv(&following(foh, 1, false)));
     let document = json(&["identify", &path, "--json"]);

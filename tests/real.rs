@@ -7,7 +7,9 @@
 #[path = "support/program.rs"]
 mod program;
 
-use motorfit::identify::{Characteristics, Extension, Identification, IdentifySpec, With, identify, validate};
+use motorfit::analysis::Characteristics;
+use motorfit::identify::{Identification, IdentifySpec, identify, validate};
+use motorfit::motor::{Extension, With};
 use motorfit::motor::{Parameter, Scope, Space};
 use motorfit::record::{Preparation, ReadOptions, Reading, Record, parse_columns, parse_masks};
 use program::{Folder, json};

@@ -4,8 +4,10 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 
 use motorfit::criterion::{Norm, Scale};
+use motorfit::device::PrecisionSpec;
 use motorfit::evaluate::Initial;
-use motorfit::identify::{Extension, IdentifySpec, Method, Polish, PrecisionSpec};
+use motorfit::identify::{IdentifySpec, Method, Polish};
+use motorfit::motor::Extension;
 use motorfit::motor::{Discretization, Parameter, UsualBounds};
 use motorfit::named::Named;
 use motorfit::optimize::{Range, SEARCHES, Tuned};

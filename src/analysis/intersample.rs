@@ -18,7 +18,7 @@ use crate::{Error, Result};
 
 /// Between samples, the voltage goes on as this rather than as that which was assumed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Between {
+pub struct Intersample {
     /// What the outputs speak for.
     pub better: Discretization,
     /// The logarithm of how many times likelier they make it.
@@ -51,7 +51,7 @@ fn other(method: Discretization) -> Option<Discretization> {
 }
 
 /// What two fits of the same recordings say.
-fn judged(here: &Refined, there: &Refined, better: Discretization, count: usize) -> Option<Between> {
+fn judged(here: &Refined, there: &Refined, better: Discretization, count: usize) -> Option<Intersample> {
     #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
     let count = count as f64 / variance_inflation(&there.uncertainty);
     let (mut log_likelihood, mut sigma_ratio) = (0.0, f64::INFINITY);
@@ -61,7 +61,7 @@ fn judged(here: &Refined, there: &Refined, better: Discretization, count: usize)
         sigma_ratio = f64::min(sigma_ratio, there / here);
     }
     let told = log_likelihood > LOG_LIKELIHOOD && sigma_ratio < 1.0;
-    told.then_some(Between { better, log_likelihood, sigma_ratio })
+    told.then_some(Intersample { better, log_likelihood, sigma_ratio })
 }
 
 /// Whether recordings speak for another course of the voltage between samples than `method`: by all five parameters
@@ -69,7 +69,11 @@ fn judged(here: &Refined, there: &Refined, better: Discretization, count: usize)
 ///
 /// # Errors
 /// As a refinement.
-pub fn between_samples(record: &Record, start: Option<&[f64; 5]>, method: Discretization) -> Result<Option<Between>> {
+pub fn detect_intersample(
+    record: &Record,
+    start: Option<&[f64; 5]>,
+    method: Discretization,
+) -> Result<Option<Intersample>> {
     let by_voltage = record.driver() == Quantity::Voltage;
     let Some(better) = other(method).filter(|_| by_voltage && is_lively(record)) else { return Ok(None) };
     let alone = (start.is_none() && record.measured()[1].is_some()).then(|| record.speed_alone());
@@ -140,7 +144,7 @@ pub(crate) fn lag_by_speed(record: &Record) -> Result<[f64; 2]> {
 }
 
 /// What the outputs say of an assumption, in words.
-impl Between {
+impl Intersample {
     /// As a warning, with the setting that follows it.
     #[must_use]
     pub fn warning(&self) -> Warning {
@@ -168,7 +172,7 @@ impl Between {
 #[must_use]
 pub fn suspicions(records: &[Record], method: Discretization) -> Vec<Warning> {
     let mut warnings = warnings_of_records(records);
-    let between = |record: &Record| between_samples(record, None, method).ok().flatten();
+    let between = |record: &Record| detect_intersample(record, None, method).ok().flatten();
     warnings.extend(records.iter().find_map(between).map(|between| between.warning()));
     warnings
 }
@@ -211,7 +215,7 @@ pub(crate) fn intersample_of_voltage(records: &[Record], model: Model, found: &F
     found.uncertainty?;
     let all_free = found.space.fixed().is_empty();
     let start = found.parameters.to_array();
-    let between = between_samples(record, all_free.then_some(&start), model.discretization);
+    let between = detect_intersample(record, all_free.then_some(&start), model.discretization);
     between.ok().flatten().map(|between| between.warning())
 }
 

@@ -24,14 +24,14 @@ pub(crate) use fit_metrics::{FitMetrics, fit_percent, poor_fit};
 pub use fitted::FittedMotor;
 pub(crate) use friction::friction_differs;
 pub(crate) use input_noise::input_noise;
-pub use intersample::{Between, between_samples, suspicions};
+pub use intersample::{Intersample, detect_intersample, suspicions};
 pub(crate) use intersample::{
     coarse_rate, guess_by_speed, intersample_of_current, intersample_of_voltage, lag_by_speed,
 };
-pub use noise_floor::{Repeatability, repeatability};
+pub use noise_floor::{NoiseFloor, noise_floor};
 pub(crate) use recording::unused_columns;
 pub use recording::{record_warnings, warnings_of_records};
-pub use residual_input_test::{InputTest, Regressors, Residuals, input_test};
+pub use residual_input_test::{Regressors, ResidualInputTest, Residuals, residual_input_test};
 pub(crate) use residuals::document as residuals_document;
 pub use residuals::{ResidualTest, ResidualTests};
 pub(crate) use residuals::{residual_tests, residuals_follow_input, variance_inflation};

@@ -14,23 +14,23 @@ use serde_json::{Value, json};
 
 /// How far recordings with the same input repeat.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Repeatability {
+pub struct NoiseFloor {
     /// Which recordings have the same input, by their numbers from 0 on.
     pub groups: Vec<Vec<usize>>,
     /// Samples that were compared in each group.
     pub samples: Vec<usize>,
     /// The fit that no model can be expected to exceed on them, of current and speed \[%\]; `None` for a channel not
     /// measured.
-    pub ceiling_percent: [Option<f64>; 2],
+    pub best_achievable_percent: [Option<f64>; 2],
     /// σ of what does not repeat, in A and rad/s.
     pub sigma: [Option<f64>; 2],
 }
 
-impl Serialize for Repeatability {
+impl Serialize for NoiseFloor {
     fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
         let groups = self.groups.iter().zip(&self.samples);
         let record = json!({
-            "ceiling_percent": Channels::from(self.ceiling_percent),
+            "ceiling_percent": Channels::from(self.best_achievable_percent),
             "sigma": Channels::from(self.sigma),
             "groups": groups.map(|(records, samples)| json!({"records": records, "samples": samples})).collect::<Value>(),
         });
@@ -52,7 +52,7 @@ const RECORDINGS_MAX: usize = 200;
 ///
 /// # Errors
 /// As for a problem of these recordings.
-pub fn repeatability(records: &[&Record], model: Model) -> Result<Option<Repeatability>> {
+pub fn noise_floor(records: &[&Record], model: Model) -> Result<Option<NoiseFloor>> {
     if records.len() < 2 {
         return Ok(None);
     }
@@ -126,7 +126,7 @@ impl<'a> Aligned<'a> {
     }
 }
 
-fn judged(groups: &[Vec<Aligned<'_>>]) -> Repeatability {
+fn judged(groups: &[Vec<Aligned<'_>>]) -> NoiseFloor {
     let mut sums = [Sums::default(); 2];
     let mut samples = Vec::new();
     for group in groups {
@@ -137,10 +137,10 @@ fn judged(groups: &[Vec<Aligned<'_>>]) -> Repeatability {
             sums.add(group, channel, [before, after]);
         }
     }
-    Repeatability {
+    NoiseFloor {
         groups: groups.iter().map(|group| group.iter().map(|of| of.number).collect()).collect(),
         samples,
-        ceiling_percent: sums.map(|of| finite(100.0 * (1.0 - (of.noise / of.about).sqrt()))),
+        best_achievable_percent: sums.map(|of| finite(100.0 * (1.0 - (of.noise / of.about).sqrt()))),
         sigma: sums.map(|of| finite((of.noise / of.count).sqrt())),
     }
 }

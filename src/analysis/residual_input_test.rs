@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
 
 /// The test of residuals against the voltage.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct InputTest {
+pub struct ResidualInputTest {
     /// Whether the residuals do not depend on the voltage.
     #[serde(rename = "independent")]
     pub is_independent: bool,
@@ -51,7 +51,7 @@ pub struct Residuals<'a> {
     /// Which samples count; empty when all do.
     pub counting: &'a [bool],
     /// How the output moves with the errors of the parameters, one signal for each independent error.
-    pub moves: &'a [Vec<f64>],
+    pub sensitivities: &'a [Vec<f64>],
 }
 
 /// A voltage \[V\] as residuals of both channels are regressed on it.
@@ -79,10 +79,10 @@ impl Regressors {
 /// Tests residuals against the voltage; `None` for too few samples, signals of different lengths, a voltage that does not
 /// change, or residuals so correlated that nothing shows whether the voltage or noise made them.
 #[must_use]
-pub fn input_test(residuals: &Residuals<'_>) -> Option<InputTest> {
+pub fn residual_input_test(residuals: &Residuals<'_>) -> Option<ResidualInputTest> {
     let Regressors { voltage, columns: unfiltered, .. } = residuals.regressors;
     let size = residuals.values.len().min(SAMPLES_MAX);
-    if size < 2 || voltage.len() != size || residuals.moves.iter().any(|signal| signal.len() < size) {
+    if size < 2 || voltage.len() != size || residuals.sensitivities.iter().any(|signal| signal.len() < size) {
         return None;
     }
     let counts = |n: usize| residuals.counting.get(n).copied().unwrap_or(true);
@@ -104,16 +104,16 @@ pub fn input_test(residuals: &Residuals<'_>) -> Option<InputTest> {
     // The columns of what is filtered are the filtered columns.
     let voltage: Vec<Vec<f64>> =
         columns(&filtered(&voltage[..size], &filter)).iter().map(|column| centred(column, &rows)).collect();
-    let moves: Vec<Vec<f64>> = residuals.moves.iter().map(|signal| ready(signal)).collect();
+    let sensitivities: Vec<Vec<f64>> = residuals.sensitivities.iter().map(|signal| ready(signal)).collect();
     let variance = dot(&error, &error) / count(rows.len());
-    let allowed = DMatrix::from_fn(voltage.len(), moves.len(), |a, m| dot(&voltage[a], &moves[m]));
+    let allowed = DMatrix::from_fn(voltage.len(), sensitivities.len(), |a, m| dot(&voltage[a], &sensitivities[m]));
     let matrix = products(&voltage) * variance + &allowed * allowed.transpose();
     let z = against(&voltage, &error);
     let (solution, rank) = Normal::new(&matrix).solve(&z)?;
     let (statistic, threshold) = (z.dot(&solution), chi_square_limit(rank));
     let explained = 100.0 * ((statistic - count(rank)) / count(rows.len())).clamp(0.0, 1.0);
     let is_independent = statistic <= threshold;
-    (statistic.is_finite() && (is_told || !is_independent)).then_some(InputTest {
+    (statistic.is_finite() && (is_told || !is_independent)).then_some(ResidualInputTest {
         statistic,
         threshold,
         explained_percent: explained,

@@ -2,7 +2,7 @@
 //! current, where that is the input).
 
 use super::fitted::FittedMotor;
-use super::residual_input_test::{InputTest, Regressors, Residuals, input_test};
+use super::residual_input_test::{Regressors, ResidualInputTest, Residuals, residual_input_test};
 use crate::channels::Channels;
 use crate::estimate::{INDEPENDENT_MIN, Uncertainty, Whiteness};
 use crate::evaluate::Problem;
@@ -20,7 +20,7 @@ pub struct ResidualTest {
     #[serde(flatten)]
     pub whiteness: Whiteness,
     /// Against the voltage; `None` where it does not change enough.
-    pub voltage: Option<InputTest>,
+    pub voltage: Option<ResidualInputTest>,
 }
 
 /// The tests of current and speed of one recording.
@@ -55,9 +55,9 @@ pub(crate) fn residual_tests(
                 values: &values,
                 regressors: regressors.get_or_insert_with(|| Regressors::new(record.input())),
                 counting: &counting,
-                moves: &moved.iter().map(|signals| less(&signals[channel])).collect::<Vec<_>>(),
+                sensitivities: &moved.iter().map(|signals| less(&signals[channel])).collect::<Vec<_>>(),
             };
-            Some(ResidualTest { whiteness, voltage: input_test(&residuals) })
+            Some(ResidualTest { whiteness, voltage: residual_input_test(&residuals) })
         })
     };
     records.iter().enumerate().map(of).collect()
@@ -65,7 +65,7 @@ pub(crate) fn residual_tests(
 
 /// The part `residuals` of a result: the worst of each channel, then all recordings.
 pub(crate) fn document(tests: &[ResidualTests], uncertainty: &Uncertainty) -> Value {
-    let part = |test: &InputTest| test.statistic / test.threshold;
+    let part = |test: &ResidualInputTest| test.statistic / test.threshold;
     let worst = |channel: usize| {
         let all = tests.iter().filter_map(|tests| tests[channel]?.voltage);
         let voltage = all.max_by(|a, b| part(a).total_cmp(&part(b)));
@@ -100,11 +100,11 @@ pub(super) fn moved(found: &FittedMotor<'_>) -> Vec<Vec<f64>> {
     let root = root.l();
     let one = |column: usize| {
         let mut values = values.to_vec();
-        let moves = |axis: &Axis, value: f64, by: f64| axis.value(axis.coordinate(value) + by);
+        let sensitivities = |axis: &Axis, value: f64, by: f64| axis.value(axis.coordinate(value) + by);
         known
             .iter()
             .enumerate()
-            .for_each(|(row, (n, _))| values[*n] = moves(&axes[*n], values[*n], root[(row, column)]));
+            .for_each(|(row, (n, _))| values[*n] = sensitivities(&axes[*n], values[*n], root[(row, column)]));
         shared.iter().map(|n| values[*n]).collect()
     };
     (0..known.len()).map(one).collect()

@@ -2,7 +2,7 @@
 
 use super::files;
 use super::output::Style;
-use motorfit::identify::Paces;
+use motorfit::device::ThroughputProfile;
 use motorfit::{Error, Result};
 use std::path::PathBuf;
 
@@ -14,7 +14,7 @@ fn place() -> Option<PathBuf> {
 }
 
 /// What was measured, if it is of this processor and version. A file that cannot be read is said and left out.
-pub(super) fn paces(style: &Style) -> Option<Paces> {
+pub(super) fn paces(style: &Style) -> Option<ThroughputProfile> {
     let path = place()?;
     let text = match std::fs::read_to_string(&path) {
         Ok(text) => text,
@@ -24,8 +24,8 @@ pub(super) fn paces(style: &Style) -> Option<Paces> {
             return None;
         }
     };
-    match serde_json::from_str::<Paces>(&text) {
-        Ok(paces) => Some(paces).filter(Paces::are_current),
+    match serde_json::from_str::<ThroughputProfile>(&text) {
+        Ok(paces) => Some(paces).filter(ThroughputProfile::are_current),
         Err(error) => {
             style.note(&format!("{} is no measurement of bench ({error}): bench writes it anew", path.display()));
             None
@@ -34,7 +34,7 @@ pub(super) fn paces(style: &Style) -> Option<Paces> {
 }
 
 /// Keeps what was measured. Returns where.
-pub(super) fn keep(paces: &Paces) -> Result<Option<PathBuf>> {
+pub(super) fn keep(paces: &ThroughputProfile) -> Result<Option<PathBuf>> {
     let Some(path) = place() else { return Ok(None) };
     let text = serde_json::to_string_pretty(paces)
         .map_err(|e| Error::data(format!("the measurement cannot be kept: {e}"), "Add --no-keep."))?;

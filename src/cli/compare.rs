@@ -6,15 +6,16 @@ use super::output::{STRONG, Style, data};
 use super::progress::Reporter;
 use super::{Outcome, interrupt, problem, reading};
 use motorfit::Result;
+use motorfit::device::with_threads;
 use motorfit::evaluate::{Initial, Model};
-use motorfit::identify::{IdentifySpec, Method, with_threads};
+use motorfit::identify::{IdentifySpec, Method};
 use motorfit::numeric::{count, count_u64};
 use motorfit::report::compare::{CompareDocument, paper_tables, quartiles, setting_name, tables};
 use motorfit::report::figures::model;
 use motorfit::report::{Table, compare_page, json};
 use motorfit::setting::Setting;
 use motorfit::settings::Value;
-use motorfit::study::compare::{Asked, Block, CompareSpec, Comparison, Subject, compare, reached};
+use motorfit::study::compare::{Block, CompareSettings, CompareSpec, Comparison, Subject, compare, reached};
 use motorfit::text::{engineering, significant};
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
@@ -99,12 +100,12 @@ fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<
 /// Every run: its method, number, cost and parameters.
 fn runs(block: &Block) -> String {
     let mut text = String::from("method,run,cost,evaluations,R,L,K,B,J\n");
-    for contest in &block.contests {
-        for (n, run) in contest.runs.iter().enumerate() {
+    for result in &block.results {
+        for (n, run) in result.runs.iter().enumerate() {
             let values =
                 run.parameters.map_or_else(|| vec![String::new(); 5], |p| p.to_array().map(|v| v.to_string()).to_vec());
             let cost = if run.cost.is_finite() { run.cost.to_string() } else { String::new() };
-            let _ = writeln!(text, "{},{n},{cost},{},{}", contest.method.name(), run.evaluations, values.join(","));
+            let _ = writeln!(text, "{},{n},{cost},{},{}", result.method.name(), run.evaluations, values.join(","));
         }
     }
     text
@@ -122,8 +123,8 @@ fn curves(comparison: &Comparison) -> String {
         samples.current.clone().unwrap_or_else(none),
         samples.speed.clone().unwrap_or_else(none),
     ];
-    let contests = comparison.blocks.first().map_or(&[][..], |block| &block.contests);
-    let best = contests.iter().filter_map(|c| Some((c.method.name(), c.best()?.parameters?)));
+    let results = comparison.blocks.first().map_or(&[][..], |block| &block.results);
+    let best = results.iter().filter_map(|c| Some((c.method.name(), c.best()?.parameters?)));
     let sm = comparison.steiglitz.as_ref().and_then(|sm| Some(("sm", *sm.estimate.as_ref().ok()?)));
     let initial = comparison.initial.first().copied().unwrap_or_default();
     for (name, parameters) in best.chain(sm) {
@@ -138,8 +139,8 @@ fn curves(comparison: &Comparison) -> String {
 fn shares(comparison: &Comparison, block: &Block) -> String {
     let (_, reached) = reached(block, comparison.spec.target);
     let (mut heads, mut columns) = (Vec::new(), Vec::new());
-    for (contest, reached) in block.contests.iter().zip(reached) {
-        let name = contest.method.name();
+    for (result, reached) in block.results.iter().zip(reached) {
+        let name = result.method.name();
         heads.extend(["evaluations", "seconds", "share"].map(|what| format!("{name}_{what}")));
         columns.extend([reached.evaluations, reached.seconds, reached.share]);
     }
@@ -148,10 +149,9 @@ fn shares(comparison: &Comparison, block: &Block) -> String {
 
 /// Quartiles of the lowest cost after each generation.
 fn history(block: &Block) -> String {
-    let names =
-        block.contests.iter().flat_map(|c| ["q25", "median", "q75"].map(|q| format!("{}_{q}", c.method.name())));
+    let names = block.results.iter().flat_map(|c| ["q25", "median", "q75"].map(|q| format!("{}_{q}", c.method.name())));
     let heads: Vec<String> = std::iter::once("generation".to_owned()).chain(names).collect();
-    let all: Vec<Vec<[f64; 3]>> = block.contests.iter().map(quartiles).collect();
+    let all: Vec<Vec<[f64; 3]>> = block.results.iter().map(quartiles).collect();
     let longest = all.iter().map(Vec::len).max().unwrap_or(0);
     let mut columns = vec![(1..=longest).map(count).collect::<Vec<f64>>()];
     for quartiles in &all {
@@ -169,8 +169,8 @@ fn subject(args: &CompareArgs) -> Result<Subject> {
     Ok(Subject { records: reading::records(&args.records, &given)?, truth: None })
 }
 
-fn asked(args: &CompareArgs) -> Asked {
-    Asked {
+fn asked(args: &CompareArgs) -> CompareSettings {
+    CompareSettings {
         methods: args.methods.clone(),
         criteria: args.criteria.clone(),
         population: args.population.clone(),
@@ -181,7 +181,7 @@ fn asked(args: &CompareArgs) -> Asked {
     }
 }
 
-fn spec(args: &CompareArgs, asked: &Asked, device: IdentifySpec) -> Result<CompareSpec> {
+fn spec(args: &CompareArgs, asked: &CompareSettings, device: IdentifySpec) -> Result<CompareSpec> {
     let model = Model { discretization: args.discretization, initial: Initial::Auto };
     let base = if args.preset.is_some() { CompareSpec::paper() } else { CompareSpec::default() };
     Ok(CompareSpec {

@@ -6,7 +6,8 @@ use super::output::{Style, data, is_read};
 use super::progress::Reporter;
 use super::{Outcome, interrupt, problem, reading};
 use motorfit::candidates::Candidates;
-use motorfit::identify::{Costs, with_threads};
+use motorfit::device::with_threads;
+use motorfit::identify::BatchCosts;
 use motorfit::motor::Axis;
 use motorfit::numeric::count_u64;
 use motorfit::optimize::{Progress, Sample, Sampling};
@@ -46,7 +47,7 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     spec.generations = expected.div_ceil(spec.population);
     interrupt::listen()?;
     with_threads(spec.threads, || {
-        let costs = Costs::new(&records, &spec)?;
+        let costs = BatchCosts::new(&records, &spec)?;
         style.warnings(costs.warnings());
         let axes = costs.problem().space().free().to_vec();
         let source = match sampled {
@@ -97,7 +98,7 @@ struct Evaluation<'a> {
     args: &'a EvaluateArgs,
     style: &'a Style,
     axes: Vec<Axis>,
-    costs: Costs,
+    costs: BatchCosts,
     source: Source,
 }
 

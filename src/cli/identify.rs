@@ -5,13 +5,14 @@ use super::out::{self, Out};
 use super::output::{DIM, STRONG, Style, data};
 use super::progress::Reporter;
 use super::{Outcome, interrupt, problem, reading};
+use motorfit::analysis::{split, suspicions};
 use motorfit::estimate::ReferenceKind;
-use motorfit::identify::{Identification, IdentifySpec, Polish, Status, hold_out, identify_with, split, suspicions};
+use motorfit::identify::{Identification, IdentifySpec, Polish, Status, hold_out, identify_with};
 use motorfit::motor::{Discretization, Input, Scope};
 use motorfit::optimize::Stop;
 use motorfit::record::{Quantity, Record};
 use motorfit::report::{
-    IdentifyDocument, Names, characteristics_lines, identify_page, json, repeatability_text, selection_table,
+    IdentifyDocument, Names, characteristics_lines, identify_page, json, noise_floor_text, selection_table,
     selection_text, verdicts,
 };
 use motorfit::setting::Setting;
@@ -210,7 +211,7 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
     }
     lines.splice(1..1, characteristics_lines(found));
     lines.splice(1..1, selection_text(found).map(|text| ("model", text)));
-    lines.splice(1..1, found.repeatability.iter().map(|of| ("ceiling", repeatability_text(of))));
+    lines.splice(1..1, found.noise_floor.iter().map(|of| ("ceiling", noise_floor_text(of))));
     if let Some(validation) = &found.validation {
         let fit = channels(validation.fit_percent, &|fit| format!("{fit:.2} %"));
         let count = validation.held_out.len();

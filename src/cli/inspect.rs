@@ -4,7 +4,7 @@ use super::args::InspectArgs;
 use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
 use super::{Outcome, reading};
-use motorfit::identify::{Inspection, Outlook};
+use motorfit::identify::{Identifiability, Inspection};
 use motorfit::report::{InspectDocument, SignalFacts, command_line, inspect_page, json};
 use motorfit::setting::Text;
 use motorfit::text::{printable, significant};
@@ -74,18 +74,18 @@ fn text(inspection: &Inspection<'_>, band: f64) -> String {
             significant(100.0 * band, 3).trim_end_matches('0').trim_end_matches('.'),
         );
     }
-    text.push_str(&identifiability(&inspection.outlook));
+    text.push_str(&identifiability(&inspection.identifiability));
     text
 }
 
 /// What the recording can and cannot identify.
-fn identifiability(outlook: &Outlook) -> String {
-    match outlook {
-        Outlook::Identifies { .. } => {
-            let errors = outlook.errors().unwrap_or_default();
+fn identifiability(identifiability: &Identifiability) -> String {
+    match identifiability {
+        Identifiability::Identifies { .. } => {
+            let errors = identifiability.errors().unwrap_or_default();
             format!("  {STRONG}identifies{STRONG:#}: {errors} (standard errors)\n")
         }
-        Outlook::Lacks { message, remedy } => {
+        Identifiability::Lacks { message, remedy } => {
             let spelled = |text: &Text| printable(&text.spelled(command_line));
             format!("  {STRONG}does not identify all five{STRONG:#}: {}. {}\n", spelled(message), spelled(remedy))
         }

@@ -3,10 +3,10 @@
 use super::args::{Common, When};
 use anstyle::{AnsiColor, Style as Paint};
 use clap::error::{ContextKind, ContextValue};
-use motorfit::identify::Warning;
 use motorfit::record::Severity;
 use motorfit::report::command_line;
 use motorfit::text::{nearest as nearest_of, printable};
+use motorfit::warning::Warning;
 use motorfit::{Error, Result};
 use std::io::{self, IsTerminal as _, Write as _};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -3,7 +3,7 @@
 use super::args::EvaluateArgs;
 use super::output::{Style, data};
 use super::{Outcome, files, problem, reading};
-use motorfit::identify::with_threads;
+use motorfit::device::with_threads;
 use motorfit::motor::Parameter;
 use motorfit::report::Names;
 use motorfit::report::plot::{Map, heat_map};

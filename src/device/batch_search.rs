@@ -1,6 +1,6 @@
 //! Searches in lock step on one evaluator: what [`minimize`](crate::optimize::minimize) drives.
 
-use super::select::{DeviceSettings, OnLoss, Opened, taken_over};
+use super::select::{DeviceSettings, OnLoss, SelectedDevice, taken_over};
 use crate::Result;
 use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Evaluator, Group, Pending, Problem, Scalar};
@@ -20,8 +20,8 @@ type References = Vec<Option<Arc<(f64, Vec<f64>)>>>;
 ///
 /// Where the evaluator is not exact, each run has its own reference, its best so far, and its leaders are evaluated again
 /// in f64 until the lowest of all is one of them. A run therefore depends on no other.
-pub struct Lockstep {
-    opened: Opened,
+pub struct BatchSearchEvaluator {
+    opened: SelectedDevice,
     /// One for each run, or one for all.
     problems: Vec<Arc<Problem>>,
     /// Lowest cost so far of each run, and its candidate.
@@ -30,11 +30,11 @@ pub struct Lockstep {
     pending: VecDeque<((Pending, usize), References)>,
 }
 
-impl Lockstep {
+impl BatchSearchEvaluator {
     /// With an evaluator of the caller. `problems`: one for each run, or one for all.
     #[must_use]
     pub fn new(evaluator: Box<dyn Evaluator>, problems: Vec<Arc<Problem>>) -> Self {
-        Self::on(Opened::given(evaluator), problems)
+        Self::on(SelectedDevice::given(evaluator), problems)
     }
 
     /// Opens the device that the settings ask for.
@@ -45,7 +45,7 @@ impl Lockstep {
         let Some(first) = problems.first() else {
             return Err(crate::Error::usage("there is nothing to search", "Give at least one problem."));
         };
-        Ok(Self::on(Opened::for_search(&settings.into(), first)?, problems))
+        Ok(Self::on(SelectedDevice::for_search(&settings.into(), first)?, problems))
     }
 
     /// Opens the device that is named, and the CPU where none is: for what has no population.
@@ -53,7 +53,7 @@ impl Lockstep {
     /// # Errors
     /// `Device` when the device that is asked for is not there.
     pub(crate) fn for_check(settings: impl Into<DeviceSettings>, problem: Arc<Problem>) -> Result<Self> {
-        Ok(Self::on(Opened::for_check(&settings.into(), &problem)?, vec![problem]))
+        Ok(Self::on(SelectedDevice::for_check(&settings.into(), &problem)?, vec![problem]))
     }
 
     /// The same with another answer to a device that fails.
@@ -96,7 +96,7 @@ impl Lockstep {
         self
     }
 
-    fn on(opened: Opened, problems: Vec<Arc<Problem>>) -> Self {
+    fn on(opened: SelectedDevice, problems: Vec<Arc<Problem>>) -> Self {
         Self { opened, problems, references: Vec::new(), pending: VecDeque::new() }
     }
 
@@ -123,10 +123,10 @@ impl Lockstep {
         &mut self,
         populations: &[Candidates<'_>],
         references: &References,
-        mut work: impl FnMut(&mut Opened, &Batch<'_>) -> Result<T>,
+        mut work: impl FnMut(&mut SelectedDevice, &Batch<'_>) -> Result<T>,
     ) -> Result<T> {
         // Taken out, because the groups borrow the problems beside it.
-        let mut opened = std::mem::replace(&mut self.opened, Opened::cpu(Vec::new()));
+        let mut opened = std::mem::replace(&mut self.opened, SelectedDevice::cpu(Vec::new()));
         let groups = self.groups(populations, references);
         let batch = Batch { groups: &groups };
         let mut failures = 0;
@@ -181,10 +181,11 @@ impl Lockstep {
     }
 }
 
-impl Evaluate for Lockstep {
+impl Evaluate for BatchSearchEvaluator {
     fn begin(&mut self, populations: &[Candidates<'_>]) -> Result<()> {
         let references = self.references.clone();
-        let begin = |opened: &mut Opened, batch: &Batch<'_>| Ok((opened.evaluator.begin(batch)?, opened.replaced));
+        let begin =
+            |opened: &mut SelectedDevice, batch: &Batch<'_>| Ok((opened.evaluator.begin(batch)?, opened.replaced));
         let pending = self.with_evaluator(populations, &references, begin)?;
         self.pending.push_back((pending, references));
         Ok(())
@@ -273,8 +274,9 @@ mod tests {
                 left -= 1;
                 Ok(Box::new(Broken(2)))
             });
-            let opened = Opened { kind: "gpu", reopen: Some(reopen), ..Opened::given(Box::new(Broken(2))) };
-            let mut searches = Lockstep::on(opened, vec![problem.clone()]).on_loss(on_loss);
+            let opened =
+                SelectedDevice { kind: "gpu", reopen: Some(reopen), ..SelectedDevice::given(Box::new(Broken(2))) };
+            let mut searches = BatchSearchEvaluator::on(opened, vec![problem.clone()]).on_loss(on_loss);
             let mut costs = [0.0];
             searches.begin(&populations).unwrap();
             let mut served = 0;
@@ -305,8 +307,8 @@ mod tests {
         let mut costs = [0.0];
         for auto in [true, false] {
             let on_loss = if auto { OnLoss::Cpu } else { OnLoss::Fail };
-            let opened = Opened { kind: "gpu", on_loss, ..Opened::given(Box::new(Broken(0))) };
-            let mut searches = Lockstep::on(opened, vec![problem.clone()]);
+            let opened = SelectedDevice { kind: "gpu", on_loss, ..SelectedDevice::given(Box::new(Broken(0))) };
+            let mut searches = BatchSearchEvaluator::on(opened, vec![problem.clone()]);
             // Two are in flight when the device is lost.
             searches.begin(&populations).unwrap();
             searches.begin(&populations).unwrap();

@@ -5,7 +5,7 @@ mod select;
 mod threads;
 mod throughput_profile;
 
-pub use batch_search::Lockstep;
+pub use batch_search::BatchSearchEvaluator;
 pub use select::{DeviceSettings, DeviceSpec, OnLoss, PrecisionSpec};
 pub use threads::with_threads;
-pub use throughput_profile::{AdapterPace, Pace, Paces, Work};
+pub use throughput_profile::{AdapterThroughput, ThroughputCurve, ThroughputProfile, Work};

@@ -1,8 +1,8 @@
 //! What evaluates a search: the CPU, or a GPU where it is asked for or the work is large enough for one to win.
 
-use super::throughput_profile::Paces;
+use super::throughput_profile::ThroughputProfile;
 #[cfg(feature = "gpu")]
-use super::throughput_profile::{AdapterPace, Work};
+use super::throughput_profile::{AdapterThroughput, Work};
 use crate::evaluate::{Evaluator, Problem, Simd};
 use crate::named::named;
 use crate::setting::text;
@@ -72,7 +72,7 @@ pub struct DeviceSettings {
     /// With which numbers.
     pub precision: PrecisionSpec,
     /// The throughput that was measured on this machine, for `auto`; `None` takes conservative limits.
-    pub paces: Option<Paces>,
+    pub paces: Option<ThroughputProfile>,
     /// Threads; `None` takes the rayon pool of the caller.
     pub threads: Option<usize>,
     /// Candidates of a generation.
@@ -115,7 +115,7 @@ const LOSSES_MAX: usize = 3;
 const WAITS_S: [f64; LOSSES_MAX] = if cfg!(test) { [0.0; LOSSES_MAX] } else { [0.0, 1.0, 5.0] };
 
 /// An evaluator and what is said of it.
-pub(super) struct Opened {
+pub(super) struct SelectedDevice {
     pub evaluator: Box<dyn Evaluator>,
     /// cpu or gpu.
     pub kind: &'static str,
@@ -130,7 +130,7 @@ pub(super) struct Opened {
     pub simd: Simd,
 }
 
-impl Opened {
+impl SelectedDevice {
     pub(super) fn cpu(warnings: Vec<Warning>) -> Self {
         Self { warnings, ..Self::given(Box::new(Simd::default())) }
     }
@@ -204,26 +204,26 @@ impl Opened {
 }
 
 #[cfg(feature = "gpu")]
-fn open(settings: &DeviceSettings, problem: &Problem) -> Result<Opened> {
+fn open(settings: &DeviceSettings, problem: &Problem) -> Result<SelectedDevice> {
     let selector = match &settings.device {
         DeviceSpec::Gpu => gpu::Selector::Best,
         DeviceSpec::GpuIndex(index) => gpu::Selector::Index(*index),
         DeviceSpec::GpuName(name) => gpu::Selector::Name(name.clone()),
         DeviceSpec::Auto => {
-            let Some(index) = worth_opening(settings, problem) else { return Ok(Opened::cpu(Vec::new())) };
+            let Some(index) = worth_opening(settings, problem) else { return Ok(SelectedDevice::cpu(Vec::new())) };
             // One that fails is said, and the CPU takes over.
             return Ok(match open_gpu(&gpu::Selector::Index(index), settings.precision) {
-                Ok(opened) => Opened { on_loss: OnLoss::Cpu, ..opened },
-                Err(error) => Opened::cpu(vec![taken_over(&error)]),
+                Ok(opened) => SelectedDevice { on_loss: OnLoss::Cpu, ..opened },
+                Err(error) => SelectedDevice::cpu(vec![taken_over(&error)]),
             });
         }
-        DeviceSpec::Cpu => return Ok(Opened::cpu(Vec::new())),
+        DeviceSpec::Cpu => return Ok(SelectedDevice::cpu(Vec::new())),
     };
     open_gpu(&selector, settings.precision)
 }
 
 #[cfg(feature = "gpu")]
-fn open_gpu(selector: &gpu::Selector, precision: PrecisionSpec) -> Result<Opened> {
+fn open_gpu(selector: &gpu::Selector, precision: PrecisionSpec) -> Result<SelectedDevice> {
     let precision = match precision {
         PrecisionSpec::Auto => None,
         PrecisionSpec::F32 => Some(Precision::F32),
@@ -237,13 +237,19 @@ fn open_gpu(selector: &gpu::Selector, precision: PrecisionSpec) -> Result<Opened
     let warnings = warnings.into_iter().collect();
     let selector = selector.clone();
     let reopen: Reopen = Box::new(move || Ok(Box::new(Gpu::open(&selector, precision)?)));
-    Ok(Opened { kind: "gpu", slice_steps, warnings, reopen: Some(reopen), ..Opened::given(Box::new(gpu)) })
+    Ok(SelectedDevice {
+        kind: "gpu",
+        slice_steps,
+        warnings,
+        reopen: Some(reopen),
+        ..SelectedDevice::given(Box::new(gpu))
+    })
 }
 
 #[cfg(not(feature = "gpu"))]
-fn open(settings: &DeviceSettings, _: &Problem) -> Result<Opened> {
+fn open(settings: &DeviceSettings, _: &Problem) -> Result<SelectedDevice> {
     if matches!(settings.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
-        return Ok(Opened::cpu(Vec::new()));
+        return Ok(SelectedDevice::cpu(Vec::new()));
     }
     Err(Error::new(
         ErrorKind::Device,
@@ -272,7 +278,7 @@ fn worth_opening(settings: &DeviceSettings, problem: &Problem) -> Option<usize> 
     if faster.is_none() && !is_large(work) {
         return None;
     }
-    let is = |a: &gpu::AdapterFacts, known: &AdapterPace| {
+    let is = |a: &gpu::AdapterFacts, known: &AdapterThroughput| {
         a.name == known.name && a.driver == known.driver && a.backend == known.backend
     };
     let real: Vec<gpu::AdapterFacts> = gpu::list().into_iter().filter(|a| a.kind != "software").collect();

@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 
 /// Measured times of one evaluator.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Pace {
+pub struct ThroughputCurve {
     /// Samples of the recordings, candidates in a batch, and the seconds that a batch took.
     pub points: Vec<(u64, u64, f64)>,
 }
 
-impl Pace {
+impl ThroughputCurve {
     /// Seconds that a batch of so many candidates will take: between measurements on straight lines in logarithms, above
     /// them in proportion, below them the least that was measured. `None` without measurements.
     #[must_use]
@@ -47,7 +47,7 @@ fn interpolated(mut known: Vec<(u64, f64)>, x: u64) -> Option<f64> {
 
 /// An adapter that was measured. It is known again by its name, kind, interface and driver.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct AdapterPace {
+pub struct AdapterThroughput {
     /// Its name.
     pub name: String,
     /// discrete, integrated, virtual, software or other.
@@ -61,12 +61,12 @@ pub struct AdapterPace {
     /// Seconds until it is open and has been checked.
     pub opening_s: f64,
     /// What its batches took.
-    pub pace: Pace,
+    pub pace: ThroughputCurve,
 }
 
 /// What was measured of a machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Paces {
+pub struct ThroughputProfile {
     /// The version that measured; another one may be faster or slower.
     pub motorfit: String,
     /// The processor and its SIMD level.
@@ -74,9 +74,9 @@ pub struct Paces {
     /// Threads that its pace is of.
     pub threads: usize,
     /// The pace of the CPU on these threads.
-    pub pace: Pace,
+    pub pace: ThroughputCurve,
     /// The adapters.
-    pub adapters: Vec<AdapterPace>,
+    pub adapters: Vec<AdapterThroughput>,
 }
 
 /// A search to be placed.
@@ -92,7 +92,7 @@ pub struct Work {
     pub threads: usize,
 }
 
-impl Paces {
+impl ThroughputProfile {
     /// The name under which this machine's processor is kept.
     #[must_use]
     pub fn this_cpu() -> String {
@@ -108,15 +108,15 @@ impl Paces {
     /// The real adapter that takes least time for the work, opening included, with numbers of this `precision` (any, if
     /// `None`, with f64 where it was measured), if it takes less than the CPU.
     #[must_use]
-    pub fn faster(&self, work: Work, precision: Option<&str>) -> Option<&AdapterPace> {
+    pub fn faster(&self, work: Work, precision: Option<&str>) -> Option<&AdapterThroughput> {
         let Work { samples, population, generations, threads } = work;
         let (rounds, cores) = (count_u64(generations), count(threads.max(1)) / count(self.threads.max(1)));
         let cpu = rounds * self.pace.seconds(samples, population)? / cores;
-        let fits = |adapter: &&AdapterPace| {
+        let fits = |adapter: &&AdapterThroughput| {
             let wanted = precision.unwrap_or(if self.has_f64(adapter) { "f64" } else { "f32" });
             adapter.kind != "software" && adapter.precision == wanted
         };
-        let time = |adapter: &AdapterPace| {
+        let time = |adapter: &AdapterThroughput| {
             Some(adapter.opening_s + rounds * adapter.pace.seconds(samples, population)?).filter(|time| *time < cpu)
         };
         let timed = self.adapters.iter().filter(fits).filter_map(|adapter| Some((adapter, time(adapter)?)));
@@ -124,8 +124,8 @@ impl Paces {
     }
 
     /// Whether an adapter was measured in f64 too.
-    fn has_f64(&self, of: &AdapterPace) -> bool {
-        let same = |a: &AdapterPace| a.name == of.name && a.driver == of.driver && a.backend == of.backend;
+    fn has_f64(&self, of: &AdapterThroughput) -> bool {
+        let same = |a: &AdapterThroughput| a.name == of.name && a.driver == of.driver && a.backend == of.backend;
         self.adapters.iter().any(|a| same(a) && a.precision == "f64")
     }
 }
@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn times_are_between_and_beyond_the_measured_ones() {
-        let pace = Pace {
+        let pace = ThroughputCurve {
             points: vec![(300, 1, 1e-4), (300, 100, 1e-3), (3000, 1, 1e-4), (3000, 100, 1e-2), (9, 9, f64::NAN)],
         };
         assert!(close(pace.seconds(300, 1), 1e-4) && close(pace.seconds(300, 100), 1e-3));
@@ -149,20 +149,20 @@ mod tests {
         assert!(close(pace.seconds(10, 0), 1e-4), "below: the least");
         assert!(close(pace.seconds(30_000, 1000), 1.0), "both");
         assert!(close(pace.seconds(949, 100), 1e-3 * 10_f64.powf((949.0 / 300.0_f64).log10())), "between lengths");
-        assert_eq!(Pace::default().seconds(1, 1), None);
+        assert_eq!(ThroughputCurve::default().seconds(1, 1), None);
     }
 
     /// A CPU of 1e9 candidate-steps a second and an adapter a hundred times faster that takes 1 ms a batch and half a
     /// second to open.
-    fn paces() -> Paces {
+    fn paces() -> ThroughputProfile {
         let points = |rate: f64, least: f64| {
             let at = |population: u64| {
                 let seconds = (1000.0 * count_u64(population) / rate).max(least);
                 (1000, population, seconds)
             };
-            Pace { points: [1, 100, 10_000, 1_000_000].map(at).to_vec() }
+            ThroughputCurve { points: [1, 100, 10_000, 1_000_000].map(at).to_vec() }
         };
-        let adapter = |kind: &str, precision: &str, rate: f64| AdapterPace {
+        let adapter = |kind: &str, precision: &str, rate: f64| AdapterThroughput {
             name: kind.to_owned(),
             kind: kind.to_owned(),
             backend: "Vulkan".to_owned(),
@@ -171,9 +171,9 @@ mod tests {
             opening_s: 0.5,
             pace: points(rate, 1e-3),
         };
-        Paces {
+        ThroughputProfile {
             motorfit: env!("CARGO_PKG_VERSION").to_owned(),
-            cpu: Paces::this_cpu(),
+            cpu: ThroughputProfile::this_cpu(),
             threads: 2,
             pace: points(1e9, 1e-5),
             adapters: vec![
@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(paces.faster(Work { threads: 4, ..work(100_000, 6) }, None), None);
         assert_eq!(taken(work(1_000_000, 100), Some("f32")), Some(("discrete", "f32")));
         assert!(paces.are_current());
-        assert!(!Paces { motorfit: "0.0.0".to_owned(), ..paces.clone() }.are_current());
-        assert!(!Paces { cpu: "another".to_owned(), ..paces }.are_current());
+        assert!(!ThroughputProfile { motorfit: "0.0.0".to_owned(), ..paces.clone() }.are_current());
+        assert!(!ThroughputProfile { cpu: "another".to_owned(), ..paces }.are_current());
     }
 }

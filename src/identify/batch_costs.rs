@@ -4,7 +4,7 @@ use super::fit::search_space;
 use super::spec::IdentifySpec;
 use crate::Result;
 use crate::candidates::Candidates;
-use crate::device::Lockstep;
+use crate::device::BatchSearchEvaluator;
 use crate::evaluate::Problem;
 use crate::optimize::Evaluate as _;
 use crate::record::Record;
@@ -12,12 +12,12 @@ use crate::warning::Warning;
 use std::sync::Arc;
 
 /// Evaluates tables of candidates, one after the other.
-pub struct Costs {
+pub struct BatchCosts {
     problem: Arc<Problem>,
-    evaluation: Lockstep,
+    evaluation: BatchSearchEvaluator,
 }
 
-impl Costs {
+impl BatchCosts {
     /// Prepares recordings. Bounds that follow the Steiglitz–McBride estimate do so where there is one. The spec's
     /// population and generations say how many candidates will come, for the choice of a device.
     ///
@@ -26,7 +26,7 @@ impl Costs {
     pub fn new(records: &[Record], spec: &IdentifySpec) -> Result<Self> {
         let space = search_space(records, spec)?;
         let problem = Arc::new(Problem::new(records, spec.model, space, spec.criterion)?);
-        let evaluation = Lockstep::open(spec, vec![problem.clone()])?;
+        let evaluation = BatchSearchEvaluator::open(spec, vec![problem.clone()])?;
         Ok(Self { problem, evaluation })
     }
 
@@ -49,7 +49,7 @@ impl Costs {
     /// at a time are enough.
     ///
     /// # Errors
-    /// As for [`Costs::evaluate`].
+    /// As for [`BatchCosts::evaluate`].
     pub fn begin(&mut self, values: &[f64]) -> Result<()> {
         let candidates = self.candidates(values)?;
         self.evaluation.begin(&[candidates])
@@ -58,7 +58,7 @@ impl Costs {
     /// Waits for the costs of what was begun first.
     ///
     /// # Errors
-    /// As for [`Costs::evaluate`].
+    /// As for [`BatchCosts::evaluate`].
     pub fn finish(&mut self, values: &[f64], costs: &mut [f64]) -> Result<()> {
         let candidates = self.candidates(values)?;
         self.evaluation.finish(&[candidates], costs)

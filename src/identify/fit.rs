@@ -9,7 +9,7 @@ use super::model_selection::{ModelSelection, named_space, select};
 use super::pipeline::unidentified;
 use super::prepare::Prepared;
 use super::refine::from_search;
-use super::result::{Identification, Searched};
+use super::result::{Identification, SearchOutcome};
 use super::search::SearchResult;
 use super::spec::IdentifySpec;
 use super::start::{around, asked_space, start, steiglitz_mcbride};
@@ -185,7 +185,7 @@ fn reported(problem: &Problem, found: SearchResult, known: Known) -> Identificat
         input: problem.input(),
         parameters: problem.parameters(&known.values, 0),
         cost: Scalar::cost(problem, &known.values),
-        searched: Searched {
+        searched: SearchOutcome {
             method: found.method,
             is_fallback: false,
             parameters: problem.parameters(&found.values, 0),
@@ -212,7 +212,7 @@ fn reported(problem: &Problem, found: SearchResult, known: Known) -> Identificat
         cost_difference: None,
         validation: None,
         regressions: Vec::new(),
-        repeatability: None,
+        noise_floor: None,
         seconds: 0.0,
     };
     // A code once: the lines of a batch have no more of them.

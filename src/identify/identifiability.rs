@@ -4,7 +4,7 @@ use super::method::Method;
 use super::pipeline::identify;
 use super::result::Identification;
 use super::spec::IdentifySpec;
-use crate::analysis::{Characteristic, Characteristics, between_samples, record_warnings};
+use crate::analysis::{Characteristic, Characteristics, detect_intersample, record_warnings};
 use crate::device::DeviceSpec;
 use crate::motor::{Discretization, Parameter};
 use crate::record::{Quantity, Record};
@@ -20,12 +20,12 @@ pub struct Inspection<'a> {
     /// What is odd about it, what matters most first.
     pub warnings: Vec<Warning>,
     /// What it can identify.
-    pub outlook: Outlook,
+    pub identifiability: Identifiability,
 }
 
 /// What a recording can identify.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Outlook {
+pub enum Identifiability {
     /// All five parameters: their relative standard errors, as far as they are known.
     Identifies {
         /// In the order R, L, K, B, J.
@@ -40,7 +40,7 @@ pub enum Outlook {
     },
 }
 
-impl Outlook {
+impl Identifiability {
     /// The relative standard errors in words; `None` where not all five parameters are identified.
     #[must_use]
     pub fn errors(&self) -> Option<String> {
@@ -70,27 +70,27 @@ impl<'a> Inspection<'a> {
         }
         let mut warnings = record_warnings(record);
         let mut say = |warning: Option<Warning>| warnings.extend(warning);
-        let outlook = match identify(std::slice::from_ref(record), &spec) {
+        let identifiability = match identify(std::slice::from_ref(record), &spec) {
             Ok(found) if found.warnings.iter().any(|w| w.code == "channel_missing") => lacking(&found),
             Ok(found) => {
                 say(found.warnings.iter().find(|warning| warning.code == "between_samples").cloned());
                 let place = |p: Parameter| found.space.free().iter().position(|axis| axis.parameter == p);
                 let error = |p: Parameter| found.uncertainty.as_ref()?.std_error[place(p)?];
                 let relative = |p: Parameter| Some(error(p)? / found.parameters.get(p));
-                Outlook::Identifies { relative_error: Parameter::ALL.map(relative) }
+                Identifiability::Identifies { relative_error: Parameter::ALL.map(relative) }
             }
             Err(error) => {
-                let between = between_samples(record, None, spec.model.discretization);
+                let between = detect_intersample(record, None, spec.model.discretization);
                 say(between.ok().flatten().map(|between| between.warning()));
-                Outlook::Lacks { message: error.text(), remedy: error.hint().clone() }
+                Identifiability::Lacks { message: error.text(), remedy: error.hint().clone() }
             }
         };
-        Self { record, warnings, outlook }
+        Self { record, warnings, identifiability }
     }
 }
 
 /// What is told where a channel is missing: characteristics with their relative standard errors.
-fn lacking(found: &Identification) -> Outlook {
+fn lacking(found: &Identification) -> Identifiability {
     let warning = found.warnings.iter().find(|warning| warning.code == "channel_missing");
     let one = |(name, unit, c): (&str, &str, Option<Characteristic>)| {
         let c = c?;
@@ -99,7 +99,7 @@ fn lacking(found: &Identification) -> Outlook {
         Some(format!("{} {} {unit}{error}", name.replace('_', " "), significant(c.value, 4)))
     };
     let told: Vec<String> = Characteristics::named_of(found).into_iter().filter_map(one).collect();
-    Outlook::Lacks {
+    Identifiability::Lacks {
         message: warning.map_or_else(Text::default, |warning| warning.message.clone()),
         remedy: if told.is_empty() { Text::default() } else { format!("Told are {}.", told.join(", ")).into() },
     }

@@ -1,7 +1,7 @@
 //! How the optimum is found and refined.
 
 use crate::named::{Named, named};
-use crate::optimize::{Optimizer, SEARCHES, SearchOptions, Setup, Tuned, unknown_setting};
+use crate::optimize::{Optimizer, SEARCHES, SearchOptions, SearchSettings, Tuned, unknown_setting};
 use crate::text::alternatives;
 use crate::{Error, Result};
 use std::fmt;
@@ -96,7 +96,7 @@ impl Method {
     ///
     /// # Errors
     /// `Usage` for settings that cannot be, and for Steiglitz–McBride, which has no population.
-    pub fn optimizer(&self, setup: Setup) -> Result<Box<dyn Optimizer>> {
+    pub fn optimizer(&self, setup: SearchSettings) -> Result<Box<dyn Optimizer>> {
         let none = || {
             let searches = SEARCHES.map(|search| search.name);
             Error::usage("Steiglitz–McBride has no population", format!("Choose {}.", alternatives(&searches)))

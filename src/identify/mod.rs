@@ -28,24 +28,15 @@ mod unidentified;
 mod verify;
 mod warnings;
 
-pub use crate::analysis::{
-    Between, Characteristic, Characteristics, Constants, Covariance, HeldOut, InputTest, Named, Regression, Regressors,
-    Repeatability, ResidualTest, ResidualTests, Residuals, Validation, between_samples, characteristics,
-    characteristics_by_current, input_test, record_warnings, regression, regressions, repeatability, split, suspicions,
-    warnings_of_records,
-};
-pub use crate::device::{AdapterPace, DeviceSpec, Lockstep, OnLoss, Pace, Paces, PrecisionSpec, Work, with_threads};
-pub use crate::motor::{Extension, With};
-pub use crate::warning::{Place, Warning};
-pub use batch_costs::Costs;
+pub use batch_costs::BatchCosts;
 pub use current_driven::needs_voltage;
 pub(crate) use estimates::MAPS;
 pub use estimates::{Estimates, ParameterEstimate};
 pub use fit::{PreparedSearch, SearchRun, fit, fit_on, has_all_channels, search_space, with_cost_on};
-pub use identifiability::{Inspection, Outlook};
+pub use identifiability::{Identifiability, Inspection};
 pub use method::{Method, Polish};
 pub use model_selection::{ModelSelection, SelectionStep};
 pub use pipeline::{identify, identify_with};
-pub use result::{Identification, Searched, hold_out, validate};
+pub use result::{Identification, SearchOutcome, hold_out, validate};
 pub use spec::IdentifySpec;
 pub use verify::{Status, Verification, verify_at};

@@ -6,7 +6,7 @@ use super::model_selection::select;
 use super::normalized::NormalizedModel;
 use super::prepare::Prepared;
 use super::refine::{Fit, Observer, fit};
-use super::result::{Identification, Searched};
+use super::result::{Identification, SearchOutcome};
 use super::spec::IdentifySpec;
 use super::start::{asked_space, start};
 use super::unidentified::{fix_unidentified, not_told};
@@ -15,7 +15,7 @@ use super::warnings;
 use crate::Result;
 use crate::analysis::{
     Characteristics, FitMetrics, ResidualTests, coarse_rate, friction_differs, input_noise, intersample_of_current,
-    intersample_of_voltage, regressions, repeatability, residual_tests, residuals_follow_input,
+    intersample_of_voltage, noise_floor, regressions, residual_tests, residuals_follow_input,
 };
 use crate::device::with_threads;
 use crate::evaluate::Scalar;
@@ -133,7 +133,7 @@ fn analyse(prepared: &Prepared<'_>, result: &mut Identification) -> Result<()> {
     .collect();
     result.warnings.extend(found);
     result.regressions = regressions(records, time_constant);
-    result.repeatability = repeatability(&records.iter().collect::<Vec<_>>(), spec.model)?;
+    result.noise_floor = noise_floor(&records.iter().collect::<Vec<_>>(), spec.model)?;
     Ok(())
 }
 
@@ -141,7 +141,7 @@ fn analyse(prepared: &Prepared<'_>, result: &mut Identification) -> Result<()> {
 fn assembled(prepared: &Prepared<'_>, fit: Fit) -> Identification {
     let (records, spec) = (prepared.records, prepared.spec.as_ref());
     let Fit { found, problem, refined, space } = fit;
-    let searched = Searched {
+    let searched = SearchOutcome {
         method: found.method,
         is_fallback: spec.method == Method::Auto && !matches!(found.method, "sm" | "grid"),
         parameters: problem.parameters(&found.values, 0),
@@ -178,7 +178,7 @@ fn assembled(prepared: &Prepared<'_>, fit: Fit) -> Identification {
         cost_difference: found.cost_difference,
         validation: None,
         regressions: Vec::new(),
-        repeatability: None,
+        noise_floor: None,
         seconds: 0.0,
     }
 }

@@ -4,7 +4,7 @@ use super::model_selection::ModelSelection;
 use super::spec::IdentifySpec;
 use super::verify::Verification;
 use crate::Result;
-use crate::analysis::{self, FittedMotor, Regression, Repeatability, ResidualTests, Validation, repeatability};
+use crate::analysis::{self, FittedMotor, NoiseFloor, Regression, ResidualTests, Validation, noise_floor};
 use crate::estimate::Uncertainty;
 use crate::motor::{Axis, Input, Parameter, Parameters, Scope, Space};
 use crate::optimize::Stop;
@@ -14,7 +14,7 @@ use serde::Serialize;
 
 /// What a method found, before the polish.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Searched {
+pub struct SearchOutcome {
     /// The method that found it: the one asked for, or what `auto` took.
     pub method: &'static str,
     /// Whether it took over where Steiglitz–McBride cannot serve.
@@ -42,7 +42,7 @@ pub struct Identification {
     /// Their cost in the chosen criterion, by the scalar oracle.
     pub cost: f64,
     /// What the method found.
-    pub searched: Searched,
+    pub searched: SearchOutcome,
     /// The space, its bounds as they were used.
     pub space: Space,
     /// The state `[i, ω]` at the start of each recording.
@@ -80,7 +80,7 @@ pub struct Identification {
     /// Feedforward characteristics by regression, to hold against [`Characteristics::of`](crate::analysis::Characteristics::of).
     pub regressions: Vec<Regression>,
     /// How far recordings with the same input repeat, where there are such.
-    pub repeatability: Option<Repeatability>,
+    pub noise_floor: Option<NoiseFloor>,
     /// Seconds of the estimation alone.
     pub seconds: f64,
 }
@@ -154,7 +154,7 @@ pub fn hold_out(
 ) -> Result<()> {
     if !held_out.is_empty() {
         let all: Vec<&Record> = records.iter().chain(held_out).collect();
-        found.repeatability = repeatability(&all, spec.model)?;
+        found.noise_floor = noise_floor(&all, spec.model)?;
         found.validation = Some(validate(held_out, spec, found)?);
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! A first optimum: an estimate as it is, or what a population search finds.
 
 use super::spec::IdentifySpec;
-use crate::device::Lockstep;
+use crate::device::BatchSearchEvaluator;
 use crate::estimate::Estimate;
 use crate::evaluate::{Problem, Scalar};
 use crate::motor::Axis;
@@ -59,7 +59,7 @@ pub(super) fn taken(estimate: &Estimate, spec: &IdentifySpec, problem: &Arc<Prob
 
 /// Values as a first optimum of a problem, by nothing but its costs. A device that is asked for evaluates them too.
 pub(super) fn evaluated(problem: &Arc<Problem>, spec: &IdentifySpec, values: Vec<f64>) -> Result<SearchResult> {
-    let mut evaluation = Lockstep::for_check(spec, problem.clone())?;
+    let mut evaluation = BatchSearchEvaluator::for_check(spec, problem.clone())?;
     let cost_difference = evaluation.cost_difference(0, &values);
     let (device_kind, device, precision) = evaluation.device();
     Ok(SearchResult {
@@ -84,7 +84,7 @@ pub(super) fn population(
 ) -> Result<SearchResult> {
     let generations = spec.generations;
     let mut runs = [Run::new(spec.method.optimizer(spec.search(problem.space()))?)];
-    let mut evaluation = Lockstep::open(spec, vec![problem.clone()])?;
+    let mut evaluation = BatchSearchEvaluator::open(spec, vec![problem.clone()])?;
     let slice = evaluation.slice();
     let stop = minimize(&mut runs, Budget { generations, slice }, &mut evaluation, observe)?;
     let [run] = runs;

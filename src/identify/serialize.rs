@@ -35,7 +35,7 @@ impl Serialize for Identification {
             "condition": uncertainty.map(|u| u.condition),
             "residuals": uncertainty.map(|u| residuals_document(&self.residual_tests, u)),
             "characteristics": characteristics_document(self.into(), &self.regressions),
-            "repeatability": self.repeatability,
+            "repeatability": self.noise_floor,
             "verification": verification,
             "validation": self.validation,
             "warnings": warnings(Severity::Report),

@@ -2,10 +2,10 @@
 
 use super::method::{Method, Polish};
 use crate::criterion::Criterion;
-use crate::device::{DeviceSettings, DeviceSpec, Paces, PrecisionSpec};
+use crate::device::{DeviceSettings, DeviceSpec, PrecisionSpec, ThroughputProfile};
 use crate::evaluate::Model;
 use crate::motor::{Parameter, Space, With};
-use crate::optimize::Setup;
+use crate::optimize::SearchSettings;
 
 /// What is to be done.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,7 +37,7 @@ pub struct IdentifySpec {
     /// With which numbers.
     pub precision: PrecisionSpec,
     /// What was measured of this machine, for `auto`; `None` takes conservative limits.
-    pub paces: Option<Paces>,
+    pub paces: Option<ThroughputProfile>,
     /// Threads; `None` takes the rayon pool of the caller.
     pub threads: Option<usize>,
 }
@@ -78,9 +78,9 @@ impl IdentifySpec {
     }
 
     /// Returns the settings of a population search in a space.
-    pub(super) fn search(&self, space: &Space) -> Setup {
+    pub(super) fn search(&self, space: &Space) -> SearchSettings {
         let &Self { population, generations, seed, .. } = self;
-        Setup { bounds: space.bounds(), population, generations, seed, run: 0 }
+        SearchSettings { bounds: space.bounds(), population, generations, seed, run: 0 }
     }
 
     /// Returns the value that a parameter is fixed at.

@@ -4,7 +4,7 @@
 //! pressure. Two of them give a child by single-point crossover; each gene of a child then mutates, with the mutation
 //! rate as probability, to a uniform value of its range. The best ever seen survive unchanged (elites).
 
-use super::population::{Population, Setup, ordered};
+use super::population::{Population, SearchSettings, ordered};
 use super::table::{Hyperparameter, PROBABILITY, Range, Search, SettingValue, Values, search};
 use super::{Best, Optimizer, SearchOptions as _};
 use crate::Result;
@@ -40,7 +40,7 @@ impl Genetic {
     ///
     /// # Errors
     /// `Usage` for an empty box or population, a probability outside 0..1, or a pressure that is not in (0, 1].
-    pub fn new(setup: Setup, options: GeneticOptions) -> Result<Self> {
+    pub fn new(setup: SearchSettings, options: GeneticOptions) -> Result<Self> {
         options.check()?;
         Ok(Self { options, population: Population::new(setup)?, costs: Vec::new(), told: false })
     }
@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     fn run(options: GeneticOptions) -> (Vec<f64>, Vec<f64>) {
-        let setup = Setup { bounds: vec![(0.0, 1.0); 4], population: 1000, generations: 3, seed: 5, run: 0 };
+        let setup = SearchSettings { bounds: vec![(0.0, 1.0); 4], population: 1000, generations: 3, seed: 5, run: 0 };
         let mut ga = Genetic::new(setup, options).unwrap();
         let first = ga.ask().values().to_vec();
         // Agent 7 is ten times as fit as each of the others.

@@ -4,7 +4,7 @@
 //! the old alpha to beta and beta to delta. `A = 2a r₁ − a`, `C = 2 r₂`, with r₁, r₂ uniform in \[0, 1) for each leader,
 //! axis and agent; a falls in equal steps from `a_start` towards `a_end` over the generations. Agents stay in the box.
 
-use super::population::{Population, Setup, ordered, split};
+use super::population::{Population, SearchSettings, ordered, split};
 use super::table::{Hyperparameter, NOT_NEGATIVE, Search, SettingValue, Values, search};
 use super::{Best, Optimizer, SearchOptions as _};
 use crate::Result;
@@ -45,7 +45,7 @@ impl Gwo {
     ///
     /// # Errors
     /// `Usage` for an empty box or population, or a that is negative or not finite.
-    pub fn new(setup: Setup, options: GwoOptions) -> Result<Self> {
+    pub fn new(setup: SearchSettings, options: GwoOptions) -> Result<Self> {
         options.check()?;
         Ok(Self { options, population: Population::new(setup)?, leaders: Vec::new(), generation: 0, told: false })
     }
@@ -158,7 +158,7 @@ mod tests {
 
     #[test]
     fn leaders_demote() {
-        let setup = Setup { bounds: vec![(0.0, 1.0)], population: 4, generations: 2, seed: 1, run: 0 };
+        let setup = SearchSettings { bounds: vec![(0.0, 1.0)], population: 4, generations: 2, seed: 1, run: 0 };
         let mut gwo = Gwo::new(setup, GwoOptions::default()).unwrap();
         gwo.tell(&[4.0, 2.0, 3.0, 9.0]);
         let costs = |gwo: &Gwo| gwo.leaders.iter().map(|l| l.cost as i32).collect::<Vec<_>>();

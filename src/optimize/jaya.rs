@@ -3,7 +3,7 @@
 //! `x'_j = x_j + r₁ (best_j − |x_j|) − r₂ (worst_j − |x_j|)`, clamped to the box; the new agent replaces the old one
 //! only if its cost is not higher. Best and worst are those of the present population.
 
-use super::population::{Population, Setup, ordered};
+use super::population::{Population, SearchSettings, ordered};
 use super::table::{Hyperparameter, Range, SWITCH, Search, SettingValue, Values, search, setting_choice};
 use super::{Best, Optimizer, SearchOptions as _};
 use crate::Result;
@@ -50,7 +50,7 @@ impl Jaya {
     ///
     /// # Errors
     /// `Usage` for an empty box or population.
-    pub fn new(setup: Setup, options: JayaOptions) -> Result<Self> {
+    pub fn new(setup: SearchSettings, options: JayaOptions) -> Result<Self> {
         Ok(Self { options, trial: Population::new(setup)?, kept: Vec::new(), costs: Vec::new(), told: false })
     }
 
@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn one_move_is_equation_12_and_greedy() {
-        let setup = Setup { bounds: vec![(-100.0, 100.0)], population: 3, generations: 3, seed: 5, run: 0 };
+        let setup = SearchSettings { bounds: vec![(-100.0, 100.0)], population: 3, generations: 3, seed: 5, run: 0 };
         let mut jaya = Jaya::new(setup.clone(), JayaOptions::default()).unwrap();
         let first = jaya.ask().values().to_vec();
         jaya.tell(&[2.0, 1.0, 3.0]);

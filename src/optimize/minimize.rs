@@ -265,12 +265,12 @@ impl<'r> Search<'r> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optimize::{Jaya, JayaOptions, Setup};
+    use crate::optimize::{Jaya, JayaOptions, SearchSettings};
 
     fn runs() -> Vec<Run> {
         let run = |run: u64| {
             let population = 5 + usize::try_from(run).unwrap();
-            let setup = Setup { bounds: vec![(-1.0, 2.0); 3], population, generations: 12, seed: 1, run };
+            let setup = SearchSettings { bounds: vec![(-1.0, 2.0); 3], population, generations: 12, seed: 1, run };
             Run::new(Box::new(Jaya::new(setup, JayaOptions::default()).unwrap()))
         };
         (0..7).map(run).collect()

@@ -18,7 +18,7 @@ pub use genetic::{Genetic, GeneticOptions};
 pub use gwo::{Gwo, GwoOptions};
 pub use jaya::{Jaya, JayaOptions, Sharing};
 pub use minimize::{Budget, Evaluate, Observe, minimize};
-pub use population::Setup;
+pub use population::SearchSettings;
 pub use pso::{Pso, PsoOptions, Wall};
 pub use random::Random;
 pub use run::{Progress, Run, Stop};

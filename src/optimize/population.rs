@@ -14,7 +14,7 @@ const VALUES_MAX: usize = 1 << 27;
 
 /// What every search is given.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Setup {
+pub struct SearchSettings {
     /// `(min, max)` of each axis.
     pub bounds: Vec<(f64, f64)>,
     /// Agents.
@@ -27,7 +27,7 @@ pub struct Setup {
     pub run: u64,
 }
 
-impl Setup {
+impl SearchSettings {
     fn too_large(&self) -> Error {
         Error::usage(
             format!("a population of {} agents does not fit in memory", self.population),
@@ -111,7 +111,7 @@ pub(super) fn split(draw: u64) -> (f64, f64) {
 /// A population in its box with the best candidate that it ever held.
 #[derive(Debug, Clone)]
 pub(super) struct Population {
-    pub setup: Setup,
+    pub setup: SearchSettings,
     pub numbers: Numbers,
     /// Agents, row-major.
     pub values: Vec<f64>,
@@ -121,7 +121,7 @@ pub(super) struct Population {
 
 impl Population {
     /// Uniform in the box: `X_min + (X_max − X_min) r`.
-    pub(super) fn new(setup: Setup) -> Result<Self> {
+    pub(super) fn new(setup: SearchSettings) -> Result<Self> {
         setup.check()?;
         let mut numbers = Numbers::new(setup.seed, setup.run);
         let mut values = Vec::new();

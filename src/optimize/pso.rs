@@ -7,7 +7,7 @@
 //! axis (R. C. Eberhart, Y. Shi, IEEE CEC 2000). A particle that would leave the box ends on its wall, where the
 //! velocity is lost or turned around (J. Robinson, Y. Rahmat-Samii, IEEE Trans. Antennas Propag. 52 (2004)).
 
-use super::population::{Population, Setup, ordered, split};
+use super::population::{Population, SearchSettings, ordered, split};
 use super::table::{Hyperparameter, NOT_NEGATIVE, Range, Search, SettingValue, Values, search, setting_choice};
 use super::{Best, Optimizer, SearchOptions as _};
 use crate::candidates::Candidates;
@@ -59,7 +59,7 @@ impl Pso {
     ///
     /// # Errors
     /// `Usage` for an empty box or population, a setting out of its range, or c1 + c2 of 4 or less.
-    pub fn new(setup: Setup, options: PsoOptions) -> Result<Self> {
+    pub fn new(setup: SearchSettings, options: PsoOptions) -> Result<Self> {
         options.check()?;
         let phi = options.c1 + options.c2;
         if phi <= 4.0 {
@@ -136,8 +136,8 @@ impl Optimizer for Pso {
 mod tests {
     use super::*;
 
-    fn setup() -> Setup {
-        Setup { bounds: vec![(-1.0, 3.0), (10.0, 20.0)], population: 3, generations: 4, seed: 5, run: 2 }
+    fn setup() -> SearchSettings {
+        SearchSettings { bounds: vec![(-1.0, 3.0), (10.0, 20.0)], population: 3, generations: 4, seed: 5, run: 2 }
     }
 
     /// One generation after another by the formula alone, particle by particle, from the same random numbers.

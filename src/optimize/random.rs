@@ -1,6 +1,6 @@
 //! Random search: every population uniform in the box. What a search must beat.
 
-use super::population::{Population, Setup, ordered};
+use super::population::{Population, SearchSettings, ordered};
 use super::table::{Search, Values};
 use super::{Best, Optimizer};
 use crate::Result;
@@ -28,7 +28,7 @@ impl Random {
     ///
     /// # Errors
     /// `Usage` for an empty box or population.
-    pub fn new(setup: Setup) -> Result<Self> {
+    pub fn new(setup: SearchSettings) -> Result<Self> {
         Ok(Self { population: Population::new(setup)?, told: false })
     }
 }

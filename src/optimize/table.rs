@@ -1,6 +1,6 @@
 //! The table of population searches: what a row of [`SEARCHES`] says of a search and of its settings.
 
-use super::{Optimizer, SEARCHES, Setup};
+use super::{Optimizer, SEARCHES, SearchSettings};
 use crate::numeric::{count, whole};
 use crate::setting::text;
 use crate::text::{excerpt, listed};
@@ -17,7 +17,7 @@ pub struct Search {
     /// The settings of its own.
     pub settings: &'static [Hyperparameter],
     pub(super) usual: fn() -> Values,
-    pub(super) begin: fn(Setup, &Values) -> Result<Box<dyn Optimizer>>,
+    pub(super) begin: fn(SearchSettings, &Values) -> Result<Box<dyn Optimizer>>,
     pub(super) debug: fn(&Values) -> String,
 }
 
@@ -326,7 +326,7 @@ impl Tuned {
     ///
     /// # Errors
     /// `Usage` for a box or settings that cannot be.
-    pub fn begin(&self, setup: Setup) -> Result<Box<dyn Optimizer>> {
+    pub fn begin(&self, setup: SearchSettings) -> Result<Box<dyn Optimizer>> {
         (self.search.begin)(setup, &self.values)
     }
 }

@@ -2,7 +2,8 @@
 
 use super::Table;
 use super::identified::{window, with_error};
-use crate::identify::{Characteristic, Characteristics, Identification};
+use crate::analysis::{Characteristic, Characteristics};
+use crate::identify::Identification;
 use crate::motor::Input;
 
 /// The characteristics as a table.

@@ -2,10 +2,11 @@
 
 use super::spelling::command_line;
 use crate::evaluate::{Level, Problem, cpu_name};
-use crate::identify::{Costs, Identification, IdentifySpec, Warning};
+use crate::identify::{BatchCosts, Identification, IdentifySpec};
 use crate::motor::{Parameter, Scope};
 use crate::record::{Record, Severity};
 use crate::text::printable_json;
+use crate::warning::Warning;
 use serde_json::{Map, Value, json as value};
 
 /// A JSON document as text, one line end at its end; control characters that JSON allows raw are escaped too.
@@ -78,7 +79,12 @@ pub struct EvaluateDocument {
 impl EvaluateDocument {
     /// The best candidates (cost, values of the free parameters), with what they were evaluated on.
     #[must_use]
-    pub fn of<'a>(&self, records: &[Record], costs: &Costs, best: impl Iterator<Item = (f64, &'a [f64])>) -> Value {
+    pub fn of<'a>(
+        &self,
+        records: &[Record],
+        costs: &BatchCosts,
+        best: impl Iterator<Item = (f64, &'a [f64])>,
+    ) -> Value {
         let problem = costs.problem();
         let (kind, name, precision) = costs.device();
         let bounds = problem.space().free().iter().map(|a| (a.parameter.symbol().to_owned(), value!([a.min, a.max])));

@@ -9,7 +9,7 @@ use crate::motor::{Axis, Discretization, Parameter, Parameters, Scope, Space, si
 use crate::numeric::{count, sorted};
 use crate::record::{Quantity, Record};
 use crate::report::compare::quartiles;
-use crate::study::compare::{Block, Comparison, Contest, reached};
+use crate::study::compare::{Block, Comparison, MethodResult, reached};
 
 /// What a model does under the inputs of a recording: current and speed.
 #[must_use]
@@ -155,13 +155,13 @@ pub fn history(found: &Identification, spec: &IdentifySpec) -> Option<Figure> {
 /// The lowest cost by generation: median and quartiles over runs.
 #[must_use]
 pub fn convergence(id: &str, block: &Block) -> Figure {
-    let line = |contest: &Contest| {
-        let quartiles = quartiles(contest);
+    let line = |result: &MethodResult| {
+        let quartiles = quartiles(result);
         let points = quartiles.iter().enumerate().map(|(n, q)| (count(n) + 1.0, q[1])).collect();
         let band = Some((quartiles.iter().map(|q| q[0]).collect(), quartiles.iter().map(|q| q[2]).collect()));
-        Line { name: contest.method.name().to_owned(), points, band, steps: false }
+        Line { name: result.method.name().to_owned(), points, band, steps: false }
     };
-    let lines = block.contests.iter().map(line).collect();
+    let lines = block.results.iter().map(line).collect();
     let of = Chart { lines, ..Chart::new("Lowest cost so far", ["generation [1]", "cost [1]"]).log([false, true]) };
     Figure {
         id: format!("{id}-convergence"),
@@ -178,10 +178,10 @@ pub fn errors(id: &str, comparison: &Comparison, block: &Block) -> Option<Figure
     let expected = comparison.expected()?;
     let panel = |p: Parameter| {
         let error = |value: f64| 100.0 * (value / expected.get(p) - 1.0);
-        let group = |contest: &Contest| {
-            (contest.method.name().to_owned(), contest.values(p).into_iter().map(error).collect::<Vec<f64>>())
+        let group = |result: &MethodResult| {
+            (result.method.name().to_owned(), result.values(p).into_iter().map(error).collect::<Vec<f64>>())
         };
-        let mut groups: Vec<(String, Vec<f64>)> = block.contests.iter().map(group).collect();
+        let mut groups: Vec<(String, Vec<f64>)> = block.results.iter().map(group).collect();
         if let Some(sm) = comparison.steiglitz.as_ref().filter(|sm| !sm.spread.is_empty()) {
             groups.push(("sm".to_owned(), sm.spread.iter().map(|found| error(found.get(p))).collect()));
         }
@@ -202,24 +202,24 @@ pub fn errors(id: &str, comparison: &Comparison, block: &Block) -> Option<Figure
 #[must_use]
 pub fn distributions(id: &str, comparison: &Comparison, block: &Block) -> Figure {
     let (_, reached) = reached(block, comparison.spec.target);
-    let name = |contest: &Contest| contest.method.name().to_owned();
-    let costs = |contest: &Contest| {
-        let sorted = sorted(&contest.costs());
+    let name = |result: &MethodResult| result.method.name().to_owned();
+    let costs = |result: &MethodResult| {
+        let sorted = sorted(&result.costs());
         let points = sorted.iter().enumerate().map(|(n, cost)| (*cost, count(n + 1) / count(sorted.len()))).collect();
-        Line { name: name(contest), points, steps: true, ..Line::default() }
+        Line { name: name(result), points, steps: true, ..Line::default() }
     };
     let by = |axis: &dyn Fn(usize) -> Vec<f64>| -> Vec<Line> {
-        let line = |(n, contest): (usize, &Contest)| {
+        let line = |(n, result): (usize, &MethodResult)| {
             let points = axis(n).into_iter().zip(reached[n].share.iter().copied()).collect();
-            Line { name: name(contest), points, steps: true, ..Line::default() }
+            Line { name: name(result), points, steps: true, ..Line::default() }
         };
-        block.contests.iter().enumerate().map(line).collect()
+        block.results.iter().enumerate().map(line).collect()
     };
     let evaluations = by(&|n| reached[n].evaluations.clone());
     let seconds = by(&|n| reached[n].seconds.iter().map(|s| 1e3 * s).collect());
     let charts = [
         Chart {
-            lines: block.contests.iter().map(costs).collect(),
+            lines: block.results.iter().map(costs).collect(),
             ..Chart::new("Final costs", ["cost [1]", "share of runs [1]"]).log([true, false])
         },
         Chart {
@@ -242,11 +242,11 @@ pub fn distributions(id: &str, comparison: &Comparison, block: &Block) -> Figure
 /// Final costs, run by run, the best first.
 #[must_use]
 pub fn waterfall(id: &str, block: &Block) -> Figure {
-    let line = |contest: &Contest| {
-        let points = sorted(&contest.costs()).into_iter().enumerate().map(|(n, cost)| (count(n) + 1.0, cost)).collect();
-        Line { name: contest.method.name().to_owned(), points, ..Line::default() }
+    let line = |result: &MethodResult| {
+        let points = sorted(&result.costs()).into_iter().enumerate().map(|(n, cost)| (count(n) + 1.0, cost)).collect();
+        Line { name: result.method.name().to_owned(), points, ..Line::default() }
     };
-    let lines = block.contests.iter().map(line).collect();
+    let lines = block.results.iter().map(line).collect();
     let of = Chart { lines, ..Chart::new("Final costs, sorted", ["run [1]", "cost [1]"]).log([false, true]) };
     Figure {
         id: format!("{id}-waterfall"),

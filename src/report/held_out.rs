@@ -2,9 +2,10 @@
 
 use super::Table;
 use super::figures::{self, Modelled};
-use super::identified::{repeatability_text, verdicts};
+use super::identified::{noise_floor_text, verdicts};
 use super::page::Part;
-use crate::identify::{HeldOut, Identification, ResidualTests, Validation};
+use crate::analysis::{HeldOut, ResidualTests, Validation};
+use crate::identify::Identification;
 use crate::text::significant;
 
 const HEADS: [&str; 7] =
@@ -37,8 +38,8 @@ fn table(found: &Identification, validation: &Validation) -> Table {
             row(name_of(n, held), held.fit_percent, held.residual_sigma, &[held.residual_tests]);
         }
     }
-    if let Some(of) = &found.repeatability {
-        row("ceiling".to_owned(), of.ceiling_percent, of.sigma, &[]);
+    if let Some(of) = &found.noise_floor {
+        row("ceiling".to_owned(), of.best_achievable_percent, of.sigma, &[]);
     }
     let own = |held: &HeldOut| {
         let initial = held.initial_is_estimated.then(|| "initial state".to_owned());
@@ -54,8 +55,8 @@ fn table(found: &Identification, validation: &Validation) -> Table {
          it: its state where it begins in motion, and parameters that each recording has for itself. White and independent of the voltage: whether the residuals of current and \
          speed are, as those of a model that misses nothing.",
     );
-    if let Some(of) = &found.repeatability {
-        table.note(format!("Ceiling: {}.", repeatability_text(of)));
+    if let Some(of) = &found.noise_floor {
+        table.note(format!("Ceiling: {}.", noise_floor_text(of)));
     }
     table
 }

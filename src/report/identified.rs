@@ -1,9 +1,8 @@
 //! What an identification has beside its parameters in words: feedforward characteristics, tests of the residuals,
 //! repeatability.
 
-use crate::identify::{
-    Characteristic, Characteristics, Identification, Regression, Repeatability, ResidualTest, ResidualTests,
-};
+use crate::analysis::{Characteristic, Characteristics, NoiseFloor, Regression, ResidualTest, ResidualTests};
+use crate::identify::Identification;
 use crate::text::{engineering, significant};
 
 /// The characteristics in lines, and one for the widest difference of a regression.
@@ -57,8 +56,8 @@ pub fn verdicts(tests: &[ResidualTests]) -> [String; 2] {
 
 /// The repeatability in words.
 #[must_use]
-pub fn repeatability_text(found: &Repeatability) -> String {
-    let channels = ["current", "speed"].into_iter().zip(found.ceiling_percent);
+pub fn noise_floor_text(found: &NoiseFloor) -> String {
+    let channels = ["current", "speed"].into_iter().zip(found.best_achievable_percent);
     let to: Vec<String> = channels.filter_map(|(name, p)| Some(format!("{name} {:.2} %", p?))).collect();
     let count: usize = found.groups.iter().map(Vec::len).sum();
     format!("{count} recordings with the same input repeat to {}: no model is expected to fit better", to.join(", "))

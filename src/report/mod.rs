@@ -28,7 +28,7 @@ mod table;
 
 pub use bench::BenchDocument;
 pub use document::{Devices, EvaluateDocument, IdentifyDocument, Names, json};
-pub use identified::{characteristics_lines, repeatability_text, verdicts};
+pub use identified::{characteristics_lines, noise_floor_text, verdicts};
 #[cfg(feature = "report")]
 pub use inspect::inspect_page;
 pub use inspect::{InspectDocument, SignalFacts};

@@ -4,16 +4,18 @@ use super::characteristics::characteristics_table;
 use super::compare::{paper_tables, setting_name, tables};
 use super::figures::{self, Modelled};
 use super::held_out::held_out;
-use super::identified::{repeatability_text, with_error};
+use super::identified::{noise_floor_text, with_error};
 use super::page::{Figure, Page, Part, Section};
 use super::selection::selection_table;
 use super::spelling::command_line;
 use super::{Names, Table};
-use crate::identify::{Characteristics, Identification, IdentifySpec, Named, ParameterEstimate, Status, Warning};
+use crate::analysis::{Characteristics, Named};
+use crate::identify::{Identification, IdentifySpec, ParameterEstimate, Status};
 use crate::motor::{Parameters, Scope};
 use crate::record::{Record, Severity};
-use crate::study::compare::{Block, Comparison, Contest};
+use crate::study::compare::{Block, Comparison, MethodResult};
 use crate::text::{engineering, significant};
+use crate::warning::Warning;
 
 /// How a result was made.
 #[derive(Debug, Clone)]
@@ -87,8 +89,8 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     plots.extend(figures::history(found, spec).map(boxed));
     let mut sections = vec![section("How sure this is", sure), section("Measured and modelled", plots)];
     sections.extend(found.validation.as_ref().map(|held| section("Held out", held_out(found, held))));
-    if let (Some(of), None) = (&found.repeatability, &found.validation) {
-        sections.push(section("Repeatability", vec![Part::Text(format!("{}.", repeatability_text(of)))]));
+    if let (Some(of), None) = (&found.noise_floor, &found.validation) {
+        sections.push(section("Repeatability", vec![Part::Text(format!("{}.", noise_floor_text(of)))]));
     }
     sections.push(reproduce(records, how, Some((&found.device, found.precision))));
     let name =
@@ -205,7 +207,7 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
 fn answer(comparison: &Comparison) -> String {
     let one = |block: &Block| {
         if !block.has_results() {
-            let why = if block.contests.iter().all(|c| c.runs.is_empty()) {
+            let why = if block.results.iter().all(|c| c.runs.is_empty()) {
                 "was not run"
             } else {
                 "finds nothing that does not diverge"
@@ -213,12 +215,12 @@ fn answer(comparison: &Comparison) -> String {
             return format!("Under {}: {why}.", setting_name(&block.setting));
         }
         let ranking = block.ranking();
-        let name = |n: usize| block.contests[n].method.name();
+        let name = |n: usize| block.results[n].method.name();
         let first = ranking.order[0];
         let ahead = ranking.pairs.iter().find(|pair| pair.methods[0] == first);
-        let median = block.contests[first].summary(comparison.spec.seed).median;
+        let median = block.results[first].summary(comparison.spec.seed).median;
         let sure = match ahead {
-            Some(pair) if pair.corrected < 0.05 && pair.superiority > 0.5 => {
+            Some(pair) if pair.p_holm < 0.05 && pair.superiority > 0.5 => {
                 format!(", ahead of {} (significant at 5 %)", name(pair.methods[1]))
             }
             Some(pair) => format!(", though no lead over {} is shown", name(pair.methods[1])),
@@ -237,8 +239,8 @@ fn responses(comparison: &Comparison) -> Vec<Part> {
     let (Some(block), Some(record)) = (comparison.blocks.first(), comparison.subject.records.first()) else {
         return Vec::new();
     };
-    let best = |contest: &Contest| Some((contest.method.name().to_owned(), contest.best()?.parameters?));
-    let mut best: Vec<(String, Parameters)> = block.contests.iter().filter_map(best).collect();
+    let best = |result: &MethodResult| Some((result.method.name().to_owned(), result.best()?.parameters?));
+    let mut best: Vec<(String, Parameters)> = block.results.iter().filter_map(best).collect();
     let sm = comparison.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok());
     best.extend(sm.map(|p| ("sm".to_owned(), *p)));
     let how = comparison.spec.model.discretization;

@@ -1,7 +1,8 @@
 //! The selection of a model as a table.
 
 use super::Table;
-use crate::identify::{Extension, Identification, ModelSelection, SelectionStep};
+use crate::identify::{Identification, ModelSelection, SelectionStep};
+use crate::motor::Extension;
 use crate::text::significant;
 
 /// The models that were tried, in their order.

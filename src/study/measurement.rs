@@ -5,7 +5,7 @@
 //! intervals, those are too narrow for this machine.
 
 use super::contender::Contender;
-use crate::identify::{AdapterPace, Pace, Paces};
+use crate::device::{AdapterThroughput, ThroughputCurve, ThroughputProfile};
 use crate::numeric;
 
 /// A contender at one population and recording.
@@ -91,12 +91,12 @@ pub enum Crossover {
 /// How many of `n` sorted values lie outside an interval that covers the median with 95 % on each side: as many as n
 /// coins show heads at most with a chance of 2.5 %.
 fn outside(n: usize) -> usize {
-    let mut chance = 0.5_f64.powi(i32::try_from(n).unwrap_or(i32::MAX));
-    let (mut sum, mut count) = (chance, 0);
+    let mut probability = 0.5_f64.powi(i32::try_from(n).unwrap_or(i32::MAX));
+    let (mut sum, mut count) = (probability, 0);
     while sum <= 0.025 {
         count += 1;
-        chance *= numeric::count(n - count + 1) / numeric::count(count);
-        sum += chance;
+        probability *= numeric::count(n - count + 1) / numeric::count(count);
+        sum += probability;
     }
     count.saturating_sub(1).min((n - 1) / 2)
 }
@@ -190,14 +190,14 @@ impl Throughput {
 
     /// What `auto` chooses by; `None` where the CPU was not measured.
     #[must_use]
-    pub fn paces(&self) -> Option<Paces> {
+    pub fn paces(&self) -> Option<ThroughputProfile> {
         let pace = |n: usize| {
             let point = |m: &Measurement| Some((m.samples as u64, m.population as u64, m.seconds?));
-            Pace { points: self.of(n).filter_map(point).collect() }
+            ThroughputCurve { points: self.of(n).filter_map(point).collect() }
         };
         let adapter = |(n, contender): (usize, &Contender)| {
             let (backend, driver) = contender.driver.clone()?;
-            Some(AdapterPace {
+            Some(AdapterThroughput {
                 name: contender.device.clone(),
                 kind: contender.kind.to_owned(),
                 backend,
@@ -208,9 +208,9 @@ impl Throughput {
             })
         };
         let baseline = self.baseline()?;
-        Some(Paces {
+        Some(ThroughputProfile {
             motorfit: env!("CARGO_PKG_VERSION").to_owned(),
-            cpu: Paces::this_cpu(),
+            cpu: ThroughputProfile::this_cpu(),
             threads: self.contenders[baseline].threads,
             pace: pace(baseline),
             adapters: self.contenders.iter().enumerate().filter_map(adapter).collect(),

@@ -1,6 +1,6 @@
 //! The cost around an optimum, over two parameters.
 
-use crate::identify::{Costs, Identification, IdentifySpec, identify, needs_voltage};
+use crate::identify::{BatchCosts, Identification, IdentifySpec, identify, needs_voltage};
 use crate::motor::Parameter;
 use crate::numeric::count;
 use crate::record::Record;
@@ -96,7 +96,7 @@ pub fn cost_map(records: &[Record], spec: &IdentifySpec, parameters: [Parameter;
     let ranges = [range(parameters[0], places[0]), range(parameters[1], places[1])];
     let mut map = CostMap { parameters, ranges, costs: vec![vec![0.0; side]; side], found };
     let around = IdentifySpec { space: map.found.space.clone(), auto_bounds: Vec::new(), ..spec.clone() };
-    let mut costs = Costs::new(records, &around)?;
+    let mut costs = BatchCosts::new(records, &around)?;
     let optimum: Vec<f64> = axes.iter().map(|axis| map.found.parameters.get(axis.parameter)).collect();
     for row in 0..side {
         let mut values = Vec::with_capacity(side * optimum.len());

@@ -67,16 +67,16 @@ fn exact(n: usize, sum: f64) -> f64 {
 
 /// Chances corrected for their number by Holm's step-down method (S. Holm 1979), in their order.
 #[must_use]
-pub fn holm(chances: &[f64]) -> Vec<f64> {
-    let mut order: Vec<usize> = (0..chances.len()).collect();
-    order.sort_by(|a, b| chances[*a].total_cmp(&chances[*b]));
-    let mut corrected = vec![0.0; chances.len()];
+pub fn holm(p_values: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..p_values.len()).collect();
+    order.sort_by(|a, b| p_values[*a].total_cmp(&p_values[*b]));
+    let mut adjusted = vec![0.0; p_values.len()];
     let mut least: f64 = 0.0;
     for (place, &n) in order.iter().enumerate() {
-        least = least.max((count(chances.len() - place) * chances[n]).min(1.0));
-        corrected[n] = least;
+        least = least.max((count(p_values.len() - place) * p_values[n]).min(1.0));
+        adjusted[n] = least;
     }
-    corrected
+    adjusted
 }
 
 /// How often a value of `a` is smaller than one of `b`, ties half (A. Vargha, H. D. Delaney 2000); NaN without values.
@@ -141,9 +141,9 @@ mod tests {
 
     #[test]
     fn corrections_and_effects_are_those_of_the_textbook() {
-        let corrected = holm(&[0.01, 0.04, 0.03, 0.005]);
-        for (ours, theirs) in corrected.iter().zip([0.03, 0.06, 0.06, 0.02]) {
-            assert!((ours - theirs).abs() < 1e-15, "{corrected:?}");
+        let adjusted = holm(&[0.01, 0.04, 0.03, 0.005]);
+        for (ours, theirs) in adjusted.iter().zip([0.03, 0.06, 0.06, 0.02]) {
+            assert!((ours - theirs).abs() < 1e-15, "{adjusted:?}");
         }
         assert!((superiority(&[1.0, 2.0], &[2.0, 3.0]) - 0.875).abs() < 1e-15);
     }

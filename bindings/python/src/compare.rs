@@ -5,10 +5,11 @@ use crate::errors::Raise as _;
 use crate::progress::{Watch, watched};
 use crate::record::several;
 use crate::spec::{self, Keywords};
+use motorfit::device::with_threads;
 use motorfit::evaluate::{Initial, Model};
-use motorfit::identify::{Method, with_threads};
+use motorfit::identify::Method;
 use motorfit::named::Named as _;
-use motorfit::study::compare::{Asked, CompareSpec, Comparison as Compared, Preset, Subject};
+use motorfit::study::compare::{CompareSettings, CompareSpec, Comparison as Compared, Preset, Subject};
 use motorfit::{Error, Result};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -98,7 +99,7 @@ pub fn compare(
     Ok(Comparison::new(compared, paper))
 }
 
-fn run(subject: Subject, asked: &Asked, spec: CompareSpec, on: (Option<usize>, &Watch)) -> Result<Compared> {
+fn run(subject: Subject, asked: &CompareSettings, spec: CompareSpec, on: (Option<usize>, &Watch)) -> Result<Compared> {
     let (threads, watch) = on;
     with_threads(threads, || {
         let spec = CompareSpec { space: asked.space(&subject, spec.model)?, ..spec };
@@ -106,13 +107,13 @@ fn run(subject: Subject, asked: &Asked, spec: CompareSpec, on: (Option<usize>, &
     })
 }
 
-fn asked(py: Python<'_>, keys: &Keywords<'_, '_>) -> PyResult<Asked> {
+fn asked(py: Python<'_>, keys: &Keywords<'_, '_>) -> PyResult<CompareSettings> {
     let usual = |items: Vec<String>, usual: &[&str]| {
         if items.is_empty() { usual.iter().map(|&name| name.to_owned()).collect() } else { items }
     };
     let names = usual(keys.items("methods")?, &["gwo", "jaya", "ga", "sm"]);
     let method = |name: &String| Method::named("methods", name.trim()).raise(py);
-    Ok(Asked {
+    Ok(CompareSettings {
         methods: names.iter().map(method).collect::<PyResult<_>>()?,
         criteria: usual(keys.items("criteria")?, &["nrmse:std"]),
         population: keys.sizes("population", 100)?,

@@ -7,7 +7,7 @@ use crate::figure::Svg;
 use motorfit::motor::{Parameter, Parameters};
 use motorfit::report::compare::{CompareDocument, setting_name};
 use motorfit::report::{figures, json};
-use motorfit::study::compare::{Block, Comparison as Compared, Contest, Outcome};
+use motorfit::study::compare::{Block, Comparison as Compared, MethodResult, Outcome};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -66,19 +66,19 @@ result! {
         /// The setting in words.
         setting = |of, py| given(py, setting_name(&of.block().setting));
         /// The methods, in the order that they were named in.
-        methods = |of, py| given(py, of.block().contests.iter().map(|c| c.method.name()).collect::<Vec<_>>());
+        methods = |of, py| given(py, of.block().results.iter().map(|c| c.method.name()).collect::<Vec<_>>());
         /// The methods, the lowest median cost first.
         ranking = |of, py| given(py, ranking(of.block()));
         /// By method the final cost of each run, shape (runs,); inf where every candidate diverged.
-        costs = |of, py| of.by_method(py, |contest| given(py, array(py, contest.costs())));
+        costs = |of, py| of.by_method(py, |result| given(py, array(py, result.costs())));
         /// By method what each run found, shape (runs, 5): R, L, K, B, J in SI units; nan where every candidate diverged.
-        parameters = |of, py| of.by_method(py, |contest| parameters(py, contest));
+        parameters = |of, py| of.by_method(py, |result| parameters(py, result));
         /// By method the lowest cost after each generation of each run, shape (runs, generations); nan after an early end.
-        histories = |of, py| of.by_method(py, |contest| histories(py, contest));
+        histories = |of, py| of.by_method(py, |result| histories(py, result));
         /// By method the candidates that each run evaluated, shape (runs,).
-        evaluations = |of, py| of.by_method(py, |contest| evaluations(py, contest));
+        evaluations = |of, py| of.by_method(py, |result| evaluations(py, result));
         /// By method the seconds of one run by itself; `None` after an early end.
-        seconds = |of, py| of.by_method(py, |contest| given(py, contest.seconds));
+        seconds = |of, py| of.by_method(py, |result| given(py, result.seconds));
     }
     methods {
         /// Lowest cost by generation: median and quartiles over runs.
@@ -120,10 +120,10 @@ impl FoundBlock {
         &self.compared.blocks[self.number]
     }
 
-    fn by_method<'py>(&self, py: Python<'py>, of: impl Fn(&Contest) -> Answer<'py>) -> Answer<'py> {
+    fn by_method<'py>(&self, py: Python<'py>, of: impl Fn(&MethodResult) -> Answer<'py>) -> Answer<'py> {
         let all = PyDict::new(py);
-        for contest in &self.block().contests {
-            all.set_item(contest.method.name(), of(contest)?)?;
+        for result in &self.block().results {
+            all.set_item(result.method.name(), of(result)?)?;
         }
         Ok(all.into_any())
     }
@@ -138,25 +138,25 @@ impl FoundBlock {
 }
 
 fn ranking(block: &Block) -> Vec<&'static str> {
-    block.ranking().order.into_iter().map(|n| block.contests[n].method.name()).collect()
+    block.ranking().order.into_iter().map(|n| block.results[n].method.name()).collect()
 }
 
-fn parameters<'py>(py: Python<'py>, contest: &Contest) -> Answer<'py> {
+fn parameters<'py>(py: Python<'py>, result: &MethodResult) -> Answer<'py> {
     let of = |run: &Outcome| run.parameters.map_or([f64::NAN; 5], |p| p.to_array());
-    given(py, rows(py, contest.runs.iter().flat_map(of).collect(), 5)?)
+    given(py, rows(py, result.runs.iter().flat_map(of).collect(), 5)?)
 }
 
-fn evaluations<'py>(py: Python<'py>, contest: &Contest) -> Answer<'py> {
-    given(py, PyArray1::from_vec(py, contest.runs.iter().map(|run| run.evaluations).collect()))
+fn evaluations<'py>(py: Python<'py>, result: &MethodResult) -> Answer<'py> {
+    given(py, PyArray1::from_vec(py, result.runs.iter().map(|run| run.evaluations).collect()))
 }
 
-fn histories<'py>(py: Python<'py>, contest: &Contest) -> Answer<'py> {
-    let longest = contest.runs.iter().map(|run| run.history.len()).max().unwrap_or(0);
+fn histories<'py>(py: Python<'py>, result: &MethodResult) -> Answer<'py> {
+    let longest = result.runs.iter().map(|run| run.history.len()).max().unwrap_or(0);
     let padded = |run: &Outcome| {
         let missing = longest - run.history.len();
         run.history.iter().copied().chain(std::iter::repeat_n(f64::NAN, missing)).collect::<Vec<f64>>()
     };
-    given(py, rows(py, contest.runs.iter().flat_map(padded).collect(), longest)?)
+    given(py, rows(py, result.runs.iter().flat_map(padded).collect(), longest)?)
 }
 
 /// A motor by the symbols of its parameters.

@@ -6,8 +6,9 @@ use crate::exclusive_lock::ExclusiveLock;
 use crate::pool::{Pool, on_all};
 use crate::record::several;
 use crate::spec::{self, Keywords};
+use motorfit::device::with_threads;
 use motorfit::evaluate::Simd;
-use motorfit::identify::{Costs, IdentifySpec, with_threads};
+use motorfit::identify::{BatchCosts, IdentifySpec};
 use motorfit::settings::{DEVICE, PROBLEM};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -32,7 +33,7 @@ use std::sync::Mutex;
 /// One evaluator does one table at a time; threads that share it take turns. It pickles with its recordings.
 #[pyclass(frozen, module = "motorfit")]
 pub struct Evaluator {
-    costs: Mutex<Costs>,
+    costs: Mutex<BatchCosts>,
     lock: ExclusiveLock,
     /// Room for candidates, kept from one call to the next.
     room: Mutex<Vec<f64>>,
@@ -65,7 +66,7 @@ impl Evaluator {
         let keys = Keywords::new(py, settings, &spec::keywords(&[&PROBLEM, &DEVICE]))?;
         let records = several(records)?;
         let spec = IdentifySpec { population, generations: 1, ..spec::problem(&keys, spec::input_of(&records))? };
-        let costs = on_all(py, || with_threads(spec.threads, || Costs::new(&records, &spec)))?.raise(py)?;
+        let costs = on_all(py, || with_threads(spec.threads, || BatchCosts::new(&records, &spec)))?.raise(py)?;
         let free = costs.problem().space().free();
         let (kind, device, precision) = costs.device();
         let of = PyTuple::new(py, records.iter().cloned().map(crate::record::Record))?;

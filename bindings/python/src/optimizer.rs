@@ -3,7 +3,7 @@
 use crate::arrays::{Table, array, rows, signal, table};
 use crate::errors::Raise as _;
 use crate::spec;
-use motorfit::optimize::Setup;
+use motorfit::optimize::SearchSettings;
 use motorfit::settings;
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -71,7 +71,7 @@ impl Optimizer {
             )));
         };
         let bounds = values.chunks(2).map(|pair| (pair[0], pair[1])).collect();
-        let setup = Setup { bounds, population, generations, seed, run };
+        let setup = SearchSettings { bounds, population, generations, seed, run };
         let set = set.map_or_else(|| Ok(Vec::new()), |set| spec::items(set, "set"))?;
         let optimizer = settings::method(method, &set).and_then(|method| method.optimizer(setup)).raise(py)?;
         let search = Mutex::new(Search { optimizer, is_asked: false });

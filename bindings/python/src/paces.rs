@@ -1,11 +1,11 @@
 //! What `motorfit bench` measured of this machine, for the device `auto`.
 
 use etcetera::BaseStrategy as _;
-use motorfit::identify::Paces;
+use motorfit::device::ThroughputProfile;
 
 /// What was measured, if it is there, of this processor and of this version.
-pub fn paces() -> Option<Paces> {
+pub fn paces() -> Option<ThroughputProfile> {
     let folder = etcetera::choose_base_strategy().ok()?.cache_dir();
     let text = std::fs::read_to_string(folder.join("motorfit").join("bench.json")).ok()?;
-    serde_json::from_str::<Paces>(&text).ok().filter(Paces::are_current)
+    serde_json::from_str::<ThroughputProfile>(&text).ok().filter(ThroughputProfile::are_current)
 }

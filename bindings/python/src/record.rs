@@ -245,7 +245,7 @@ fn frozen<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Bound<'py, PyArray1<
 /// mask : str or sequence
 ///     What does not count: "auto", "FROM:TO", "current@FROM:TO" in s.
 /// decimate : int
-///     Keep every so-manieth sample, behind an anti-alias filter.
+///     Keep every Nth sample, behind an anti-alias filter.
 /// filter : str
 ///     A low-pass on all signals, "butterworth:HZ[:ORDER]" or "chebyshev:HZ[:ORDER[:RIPPLE_DB]]".
 /// discretization : {"zoh", "foh", "rk4", "euler"}

@@ -3,7 +3,8 @@
 use crate::errors::Raise as _;
 use crate::paces::paces;
 use motorfit::Error;
-use motorfit::identify::{DeviceSpec, IdentifySpec};
+use motorfit::device::DeviceSpec;
+use motorfit::identify::IdentifySpec;
 use motorfit::motor::{Discretization, Input};
 use motorfit::named::Named;
 use motorfit::record::{Quantity, Record};

@@ -5,7 +5,7 @@ use crate::paces::paces;
 use crate::pool::on_all;
 use crate::progress::{Watch, watched};
 use crate::spec;
-use motorfit::identify::with_threads;
+use motorfit::device::with_threads;
 use motorfit::report::json;
 use motorfit::report::sweep::{StatusDocument, SweepDocument, TallyDocument};
 use motorfit::setting::Setting;

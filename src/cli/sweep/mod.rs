@@ -7,7 +7,7 @@ use super::args::{Shown, SweepAction, SweepArgs};
 use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
 use super::{Outcome, cache, interrupt};
-use motorfit::identify::with_threads;
+use motorfit::device::with_threads;
 use motorfit::numeric::count_u64;
 use motorfit::report::json;
 use motorfit::report::sweep::{

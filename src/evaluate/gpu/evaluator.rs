@@ -5,7 +5,7 @@ use super::clock::Kernel;
 use super::constants::{is_beyond, is_served};
 use super::device::{AdapterFacts, Device, Selector, again};
 use super::features::ShaderFeatures;
-use super::layout::{Scene, Unit};
+use super::layout::{BatchLayout, Unit};
 use super::parts::{Part, split};
 use super::pipelines::Pipelines;
 use super::set::{Set, Sums, Ticket};
@@ -118,10 +118,10 @@ impl Gpu {
         let groups = [Group { problem: &problem, candidates, reference: None }];
         let mut set = Set::default();
         let ticket = set.submit(&self.device, &mut self.pipelines, &groups, variant)?;
-        let units = set.scene.take();
+        let units = set.batch.take();
         let mut costs = vec![0.0; groups[0].candidates.count()];
         set.collect(&self.device, ticket, &mut |sums| {
-            for unit in units.iter().flat_map(|scene| &scene.units) {
+            for unit in units.iter().flat_map(|layout| &layout.units) {
                 add(unit, &problem, sums, &mut costs);
             }
         })?;
@@ -164,7 +164,7 @@ impl Gpu {
 
     /// An idle set: the one that holds these groups' scene if there is one, else a new one, else the next in turn.
     fn idle_set(&mut self, groups: &[Group<'_>], variant: Variant) -> Result<usize> {
-        let serves = |set: &Set| set.scene.as_ref().is_some_and(|scene| scene.serves(groups, variant));
+        let serves = |set: &Set| set.batch.as_ref().is_some_and(|batch| batch.serves(groups, variant));
         if let Some(found) = self.sets.iter().position(|set| !set.busy && serves(set)) {
             return Ok(found);
         }
@@ -195,7 +195,7 @@ impl Gpu {
                 found => found?,
             };
             let ticket = self.sets[set].submit(&self.device, &mut self.pipelines, &groups, variant)?;
-            let used = self.sets[set].scene.as_ref().map_or(variant, |scene| scene.variant);
+            let used = self.sets[set].batch.as_ref().map_or(variant, |batch| batch.variant);
             if let Some(parts) = pending.waiting.pop_front() {
                 pending.flights.push_back(Flight { parts, ticket, set });
             }
@@ -216,8 +216,8 @@ impl Gpu {
                     "Run again.",
                 ));
             };
-            let scene = set.scene.take();
-            let units = scene.as_ref().map_or(&[][..], |scene: &Scene| &scene.units);
+            let layout = set.batch.take();
+            let units = layout.as_ref().map_or(&[][..], |layout: &BatchLayout| &layout.units);
             let collected = set.collect(&self.device, ticket, &mut |sums| {
                 for unit in units {
                     let part = parts[unit.place.group];
@@ -225,7 +225,7 @@ impl Gpu {
                     add(unit, batch.groups[part.group].problem, sums, &mut totals[from..from + part.count]);
                 }
             });
-            set.scene = scene;
+            set.batch = layout;
             if let Some(stamps) = collected? {
                 self.kernel.add(stamps);
             }

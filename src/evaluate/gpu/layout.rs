@@ -71,7 +71,7 @@ struct Key {
 }
 
 /// All of a batch but the candidates' maps: it stays on the device for as long as problems, references and counts do.
-pub(super) struct Scene {
+pub(super) struct BatchLayout {
     key: Vec<Key>,
     pub variant: Variant,
     pub jobs: Vec<u32>,
@@ -93,11 +93,11 @@ pub(super) struct Scene {
     pub units: Vec<Unit>,
 }
 
-impl Scene {
+impl BatchLayout {
     /// Packs groups that need the same shader.
     pub(super) fn new(groups: &[Group<'_>], variant: Variant) -> Self {
         let numbers = || Numbers::new(variant.precision);
-        let mut scene = Self {
+        let mut layout = Self {
             key: groups.iter().map(|group| key(group, variant.precision)).collect(),
             variant,
             jobs: Vec::new(),
@@ -122,25 +122,25 @@ impl Scene {
                 } else {
                     Reference::none(signals)
                 };
-                scene.add(Place { group: index, recording }, group, reference);
+                layout.add(Place { group: index, recording }, group, reference);
             }
         }
         let words = variant.job();
-        scene.job_count = word(scene.jobs.len() / words);
-        let (table, kept) = (word(scene.jobs.len()), word(scene.blocks * variant.states()));
-        for job in scene.jobs.chunks_exact_mut(words) {
+        layout.job_count = word(layout.jobs.len() / words);
+        let (table, kept) = (word(layout.jobs.len()), word(layout.blocks * variant.states()));
+        for job in layout.jobs.chunks_exact_mut(words) {
             job[6] += table;
             if variant.features.is_some() {
                 job[RING] += kept;
             }
         }
-        scene.states += scene.blocks * variant.states();
-        scene.jobs.append(&mut scene.bounds);
-        if scene.weights.bytes.is_empty() {
-            scene.weights.push(&[0.0; 2]);
+        layout.states += layout.blocks * variant.states();
+        layout.jobs.append(&mut layout.bounds);
+        if layout.weights.bytes.is_empty() {
+            layout.weights.push(&[0.0; 2]);
         }
-        scene.variant.uniform &= scene.samples.bytes.len() <= UNIFORM_BYTES;
-        scene
+        layout.variant.uniform &= layout.samples.bytes.len() <= UNIFORM_BYTES;
+        layout
     }
 
     /// Whether these groups differ from the scene's in their candidates alone.
@@ -166,7 +166,7 @@ fn word(n: usize) -> u32 {
     u32::try_from(n).unwrap_or(u32::MAX)
 }
 
-impl Scene {
+impl BatchLayout {
     fn add(&mut self, place: Place, group: &Group<'_>, reference: Reference) {
         let (problem, variant) = (group.problem, self.variant);
         let signals = &problem.signals()[place.recording];

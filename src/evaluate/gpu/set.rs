@@ -4,7 +4,7 @@
 use super::binding::Binding;
 use super::clock::{BYTES as STAMPS, Clock};
 use super::device::Device;
-use super::layout::Scene;
+use super::layout::BatchLayout;
 use super::maps::write_maps;
 use super::pipelines::Pipelines;
 use super::variant::{LANES, Precision, UNIFORM_BYTES, Variant};
@@ -22,7 +22,7 @@ const ROUND_BYTES: usize = 256;
 /// The buffers of one submission.
 #[derive(Default)]
 pub(super) struct Set {
-    pub scene: Option<Scene>,
+    pub batch: Option<BatchLayout>,
     /// Submitted and not collected.
     pub busy: bool,
     buffers: [Option<wgpu::Buffer>; Binding::ALL.len()],
@@ -73,18 +73,18 @@ impl Set {
         groups: &[Group<'_>],
         variant: Variant,
     ) -> Result<Ticket> {
-        let scene = match self.scene.take() {
-            Some(scene) if scene.serves(groups, variant) => scene,
+        let batch = match self.batch.take() {
+            Some(batch) if batch.serves(groups, variant) => batch,
             _ => {
-                let scene = Scene::new(groups, variant);
-                self.put_scene(device, &scene)?;
-                scene
+                let batch = BatchLayout::new(groups, variant);
+                self.put_batch(device, &batch)?;
+                batch
             }
         };
-        let precision = scene.variant.precision;
-        let maps = self.put_maps(device, groups, &scene)?;
-        let result = scene.blocks * 2 * LANES * precision.bytes();
-        self.ensure(device, Binding::States, scene.states * LANES * precision.bytes())?;
+        let precision = batch.variant.precision;
+        let maps = self.put_maps(device, groups, &batch)?;
+        let result = batch.blocks * 2 * LANES * precision.bytes();
+        self.ensure(device, Binding::States, batch.states * LANES * precision.bytes())?;
         self.ensure(device, Binding::Sums, result)?;
         if self.read_back.as_ref().is_none_or(|b| b.size() < (result + STAMPS) as u64) {
             let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
@@ -94,29 +94,29 @@ impl Set {
             self.clock = Clock::of(device);
         }
         let timed = device.timed && self.clock.is_some();
-        let (layout, pipeline) = pipelines.get(device, scene.variant)?;
-        self.bind(device, layout, scene.variant);
-        let submission = self.start(device, pipeline, &scene, [maps as u64, result as u64])?;
+        let (layout, pipeline) = pipelines.get(device, batch.variant)?;
+        self.bind(device, layout, batch.variant);
+        let submission = self.start(device, pipeline, &batch, [maps as u64, result as u64])?;
         device.check()?;
-        let steps = scene.steps;
-        (self.scene, self.busy) = (Some(scene), true);
+        let steps = batch.steps;
+        (self.batch, self.busy) = (Some(batch), true);
         Ok(Ticket { submission, bytes: result as u64, precision, steps, timed })
     }
 
-    fn put_scene(&mut self, device: &Device, scene: &Scene) -> Result<()> {
+    fn put_batch(&mut self, device: &Device, batch: &BatchLayout) -> Result<()> {
         let round = |index: u32| {
             let mut bytes = [0; ROUND_BYTES];
             bytes[..4].copy_from_slice(&index.to_ne_bytes());
-            bytes[4..8].copy_from_slice(&scene.job_count.to_ne_bytes());
+            bytes[4..8].copy_from_slice(&batch.job_count.to_ne_bytes());
             bytes
         };
-        let rounds: Vec<u8> = (0..scene.rounds).flat_map(round).collect();
+        let rounds: Vec<u8> = (0..batch.rounds).flat_map(round).collect();
         self.write(device, Binding::Round, &rounds)?;
-        self.write(device, Binding::Jobs, bytemuck::cast_slice(&scene.jobs))?;
-        self.write(device, Binding::Segments, bytemuck::cast_slice(&scene.segments))?;
-        self.write(device, Binding::Inputs, &scene.inputs.bytes)?;
-        self.write(device, Binding::Samples, &scene.samples.bytes)?;
-        self.write(device, Binding::Weights, &scene.weights.bytes)
+        self.write(device, Binding::Jobs, bytemuck::cast_slice(&batch.jobs))?;
+        self.write(device, Binding::Segments, bytemuck::cast_slice(&batch.segments))?;
+        self.write(device, Binding::Inputs, &batch.inputs.bytes)?;
+        self.write(device, Binding::Samples, &batch.samples.bytes)?;
+        self.write(device, Binding::Weights, &batch.weights.bytes)
     }
 
     /// Puts bytes into a buffer; a uniform one of samples has its full size.
@@ -130,9 +130,9 @@ impl Set {
     }
 
     /// Makes the step maps right where the device fetches them from. Returns their bytes.
-    fn put_maps(&mut self, device: &Device, groups: &[Group<'_>], scene: &Scene) -> Result<usize> {
-        let variant = scene.variant;
-        let bytes = scene.maps * variant.fields() * LANES * variant.precision.bytes();
+    fn put_maps(&mut self, device: &Device, groups: &[Group<'_>], batch: &BatchLayout) -> Result<usize> {
+        let variant = batch.variant;
+        let bytes = batch.maps * variant.fields() * LANES * variant.precision.bytes();
         self.ensure(device, Binding::Maps, bytes)?;
         if self.upload.as_ref().is_none_or(|b| b.size() < bytes as u64) {
             let made = buffer(device, bytes, wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC)?;
@@ -140,7 +140,7 @@ impl Set {
         }
         let upload = self.upload.as_ref().ok_or_else(lost)?;
         let mut view = (upload.slice(..bytes as u64).get_mapped_range_mut()).map_err(|e| unmapped(device, &e))?;
-        write_maps(groups, &scene.units, variant, view.slice(..));
+        write_maps(groups, &batch.units, variant, view.slice(..));
         drop(view);
         upload.unmap();
         Ok(bytes)
@@ -150,7 +150,7 @@ impl Set {
         &self,
         device: &Device,
         pipeline: &wgpu::ComputePipeline,
-        scene: &Scene,
+        batch: &BatchLayout,
         [maps_bytes, bytes]: [u64; 2],
     ) -> Result<wgpu::SubmissionIndex> {
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -162,14 +162,14 @@ impl Set {
         };
         let clock = self.clock.as_ref().filter(|_| device.timed);
         encoder.copy_buffer_to_buffer(upload, 0, maps, 0, maps_bytes);
-        for round in 0..scene.rounds {
-            let timestamp_writes = clock.and_then(|clock| clock.stamps(round, scene.rounds));
+        for round in 0..batch.rounds {
+            let timestamp_writes = clock.and_then(|clock| clock.stamps(round, batch.rounds));
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: None, timestamp_writes });
             pass.set_pipeline(pipeline);
             #[expect(clippy::cast_possible_truncation, reason = "256")]
             pass.set_bind_group(0, bind_group, &[round * ROUND_BYTES as u32]);
-            let x = scene.job_count.min(DISPATCH_MAX);
-            pass.dispatch_workgroups(x, scene.job_count.div_ceil(x.max(1)), 1);
+            let x = batch.job_count.min(DISPATCH_MAX);
+            pass.dispatch_workgroups(x, batch.job_count.div_ceil(x.max(1)), 1);
         }
         encoder.copy_buffer_to_buffer(sums, 0, read_back, 0, bytes);
         if let Some(clock) = clock {

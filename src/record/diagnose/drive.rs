@@ -1,7 +1,7 @@
 //! The drive: a current that is cut off or limited, a voltage that never reaches the motor.
 
 use super::Finding;
-use super::view::{Channel, Stretch, View};
+use super::view::{Channel, ConstantInput, View};
 use crate::numeric::{count, mean, order_statistic, runs};
 use crate::record::Quantity;
 use crate::setting::text;
@@ -61,7 +61,7 @@ fn enters_and_leaves(view: &View<'_>, current: &Channel<'_>, run: &Range<usize>,
     let (values, top) = (current.values, sign * current.values[run.start]);
     let before = run.start.checked_sub(2).map(|n| top - sign * values[n]);
     let jump = (0.1 * current.range).max(4.0 * if current.is_fine() { 0.0 } else { current.quantum });
-    let Some(stretch) = view.stretches.iter().find(|s| s.samples.contains(&(run.end - 1))) else { return false };
+    let Some(stretch) = view.constant_inputs.iter().find(|s| s.samples.contains(&(run.end - 1))) else { return false };
     let after = &values[run.end..stretch.samples.end.max(run.end)];
     let falls = after.iter().fold(0.0, |fall: f64, i| fall.max(top - sign * i));
     // A fall by steps of quantization right after the run is what a flat top looks like too: it must be steep.
@@ -74,7 +74,7 @@ fn enters_and_leaves(view: &View<'_>, current: &Channel<'_>, run: &Range<usize>,
 fn limited(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
     let speed = view.speed.as_ref().filter(|speed| speed.range > 0.0 && !view.loaded)?;
     let mut places = Vec::new();
-    for stretch in view.stretches.iter().filter(|s| s.samples.len() >= 20 && view.part(s.volts) > 0.2) {
+    for stretch in view.constant_inputs.iter().filter(|s| s.samples.len() >= 20 && view.part(s.volts) > 0.2) {
         places.extend(plateau(current, speed, stretch));
     }
     if places.is_empty() {
@@ -96,7 +96,7 @@ fn limited(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
     )
 }
 
-fn plateau(current: &Channel<'_>, speed: &Channel<'_>, stretch: &Stretch) -> Option<Range<usize>> {
+fn plateau(current: &Channel<'_>, speed: &Channel<'_>, stretch: &ConstantInput) -> Option<Range<usize>> {
     let sign = stretch.volts.signum();
     let i = |n: usize| sign * current.values[n];
     let samples = stretch.samples.clone();
@@ -144,7 +144,7 @@ fn without_current(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
     let least = (view.len() / 50).max(10);
     let from_the_edge = |run: &Range<usize>| {
         // Without a speed only a step from rest that never draws current is told from a motor without friction.
-        view.stretches.windows(2).any(|w| {
+        view.constant_inputs.windows(2).any(|w| {
             let (rest, on) = (&w[0], &w[1].samples);
             let was_at_rest = rest.volts.abs() < 0.05 * view.volts_peak && rest.samples.len() >= 10;
             was_at_rest && on.contains(&run.start) && run.start <= on.start + 1 && run.end + 1 >= on.end

@@ -27,7 +27,7 @@ fn undersampled(view: &View<'_>) -> Option<Finding> {
     if view.restless <= RESTLESS || view.volts_spread < 0.1 || view.len() < 10 {
         return None;
     }
-    let single = view.stretches.iter().filter(|s| s.samples.len() == 1).count();
+    let single = view.constant_inputs.iter().filter(|s| s.samples.len() == 1).count();
     // Of a binary sequence that may switch at every sample a quarter of the samples stand alone.
     let share = count(single) / count(view.len());
     (share > 0.2).then(|| {
@@ -44,8 +44,8 @@ fn undersampled(view: &View<'_>) -> Option<Finding> {
 /// One change of the voltage, and nothing else, before sample `end`.
 fn single_edge(view: &View<'_>, end: usize) -> Option<Finding> {
     let mut changes: Vec<usize> = Vec::new();
-    let mut level = view.stretches[0].volts;
-    for stretch in view.stretches.iter().skip(1).take_while(|s| s.samples.start < end) {
+    let mut level = view.constant_inputs[0].volts;
+    for stretch in view.constant_inputs.iter().skip(1).take_while(|s| s.samples.start < end) {
         if view.part(stretch.volts - level) > 0.05 {
             changes.push(stretch.samples.start);
         }
@@ -53,7 +53,7 @@ fn single_edge(view: &View<'_>, end: usize) -> Option<Finding> {
     }
     let (&first, &last) = (changes.first()?, changes.last()?);
     // A step that takes up to three samples is one change; a pulse is not.
-    let stays = view.part(level - view.stretches[0].volts) > 0.02;
+    let stays = view.part(level - view.constant_inputs[0].volts) > 0.02;
     (changes.len() <= 3 && last - first < 3 && stays).then(|| {
         Finding::new(
             "single_edge",
@@ -70,14 +70,14 @@ fn single_edge(view: &View<'_>, end: usize) -> Option<Finding> {
 /// experiment. Where it begins and what it is.
 fn reset(view: &View<'_>) -> Option<(usize, Finding)> {
     let count = view.len();
-    let last = view.stretches.last()?;
-    let (at, first) = (last.samples.start, &view.stretches[0]);
-    if count < 20 || count - at > LAST || view.stretches.len() < 3 || first.samples.len() <= LAST {
+    let last = view.constant_inputs.last()?;
+    let (at, first) = (last.samples.start, &view.constant_inputs[0]);
+    if count < 20 || count - at > LAST || view.constant_inputs.len() < 3 || first.samples.len() <= LAST {
         return None;
     }
     let idle = |volts: f64| view.part(volts - first.volts) < 0.02;
-    let before = view.stretches.iter().rev().find(|s| s.samples.end <= at && s.samples.len() > LAST)?;
-    let again = view.stretches[1..view.stretches.len() - 1].iter().any(|s| idle(s.volts));
+    let before = view.constant_inputs.iter().rev().find(|s| s.samples.end <= at && s.samples.len() > LAST)?;
+    let again = view.constant_inputs[1..view.constant_inputs.len() - 1].iter().any(|s| idle(s.volts));
     if !idle(last.volts) || again || view.part(before.volts - last.volts) < 0.25 || before.samples.len() < 10 {
         return None;
     }

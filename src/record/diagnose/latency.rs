@@ -25,19 +25,19 @@ struct Edge {
 }
 
 fn late(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
-    let long: Vec<usize> = (1..view.stretches.len())
+    let long: Vec<usize> = (1..view.constant_inputs.len())
         .filter(|&k| {
-            let [before, after] = [&view.stretches[k - 1], &view.stretches[k]];
+            let [before, after] = [&view.constant_inputs[k - 1], &view.constant_inputs[k]];
             view.part(after.volts - before.volts) >= 0.2
                 && before.samples.len() >= SAMPLES_MIN.min(before.samples.end)
                 && after.samples.len() >= SAMPLES_MIN
         })
         .collect();
     // Responses are compared over one length, so that those of a linear motor are alike.
-    let mut lengths: Vec<f64> = long.iter().map(|&k| count(view.stretches[k].samples.len())).collect();
+    let mut lengths: Vec<f64> = long.iter().map(|&k| count(view.constant_inputs[k].samples.len())).collect();
     let length = whole(upper_median(&mut lengths));
     let edges: Vec<Edge> = long.into_iter().filter_map(|k| edge(view, channel, k, length)).collect();
-    if edges.len() < 3 || edges[0].at != view.stretches[0].samples.end {
+    if edges.len() < 3 || edges[0].at != view.constant_inputs[0].samples.end {
         return None;
     }
     let least = edges.iter().fold(f64::INFINITY, |least: f64, edge| least.min(edge.change.abs()));
@@ -69,7 +69,7 @@ fn late(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
 
 /// The edge at the start of stretch `k`, if the channel stood before it and has changed `length` samples behind it.
 fn edge(view: &View<'_>, channel: &Channel<'_>, k: usize, length: usize) -> Option<Edge> {
-    let (before, after) = (&view.stretches[k - 1].samples, &view.stretches[k].samples);
+    let (before, after) = (&view.constant_inputs[k - 1].samples, &view.constant_inputs[k].samples);
     let at = after.start;
     let end = at + length;
     if end > after.end + length / 10 || end > channel.values.len() {

@@ -17,7 +17,7 @@ const PARTS: [f64; 2] = [0.005, 0.03];
 
 pub(super) fn speed_ripple(view: &View<'_>, findings: &mut Vec<Finding>) {
     let Some(speed) = view.speed.as_ref().filter(|speed| speed.range > 0.0) else { return };
-    let driven = view.stretches.iter().filter(|s| s.volts.abs() > 0.02 * view.volts_peak);
+    let driven = view.constant_inputs.iter().filter(|s| s.volts.abs() > 0.02 * view.volts_peak);
     let Some(longest) = driven.max_by_key(|s| s.samples.len()) else { return };
     // The second half: the first may still be on its way.
     let count = longest.samples.len() / 2;
@@ -28,7 +28,7 @@ pub(super) fn speed_ripple(view: &View<'_>, findings: &mut Vec<Finding>) {
 }
 
 fn ripple(view: &View<'_>, speed: &Channel<'_>, start: usize) -> Option<Finding> {
-    let end = view.stretches.iter().find(|s| s.samples.contains(&start))?.samples.end;
+    let end = view.constant_inputs.iter().find(|s| s.samples.contains(&start))?.samples.end;
     let values = &speed.values[start..end];
     let line: Vec<(f64, f64)> = (0..).map(|n: u32| f64::from(n)).zip(values.iter().copied()).collect();
     let (slope, level, middle) = (slope(&line), mean(values), 0.5 * count(values.len() - 1));

@@ -37,7 +37,7 @@ impl<'a> Channel<'a> {
 
 /// Samples under one voltage.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Stretch {
+pub(super) struct ConstantInput {
     pub samples: Range<usize>,
     pub volts: f64,
 }
@@ -57,7 +57,7 @@ pub(super) struct View<'a> {
     /// Standard deviation of the voltage over its largest value.
     pub volts_spread: f64,
     /// The recording in parts of constant voltage, up to noise and a tenth of the range.
-    pub stretches: Vec<Stretch>,
+    pub constant_inputs: Vec<ConstantInput>,
     pub current: Option<Channel<'a>>,
     pub speed: Option<Channel<'a>>,
     /// Whether a load torque was recorded: then motion and currents without voltage are no surprise.
@@ -86,7 +86,7 @@ impl<'a> View<'a> {
             volts_noise,
             volts_spread: if own > 0.0 { own / peak(voltage) } else { 0.0 },
             restless: if own > 0.0 { standard_deviation(&steps) / own } else { 0.0 },
-            stretches: stretches(voltage, tolerance),
+            constant_inputs: constant_inputs(voltage, tolerance),
             current: samples.current.as_deref().map(|values| Channel::new(Quantity::Current, values)),
             speed: samples.speed.as_deref().map(|values| Channel::new(Quantity::Speed, values)),
             loaded: samples.torque.as_ref().is_some_and(|torque| torque.iter().any(|t| *t != 0.0)),
@@ -137,17 +137,17 @@ impl<'a> View<'a> {
     }
 }
 
-fn stretches(voltage: &[f64], tolerance: f64) -> Vec<Stretch> {
+fn constant_inputs(voltage: &[f64], tolerance: f64) -> Vec<ConstantInput> {
     let mut found = Vec::new();
     let mut start = 0;
     let mut sum = 0.0;
     for (n, v) in voltage.iter().enumerate() {
         if (v - voltage[start]).abs() > tolerance {
-            found.push(Stretch { samples: start..n, volts: sum / count(n - start) });
+            found.push(ConstantInput { samples: start..n, volts: sum / count(n - start) });
             (start, sum) = (n, 0.0);
         }
         sum += v;
     }
-    found.push(Stretch { samples: start..voltage.len(), volts: sum / count(voltage.len() - start) });
+    found.push(ConstantInput { samples: start..voltage.len(), volts: sum / count(voltage.len() - start) });
     found
 }

@@ -28,7 +28,7 @@ pub struct Preparation {
     pub mask: Vec<Mask>,
     /// Samples per second \[Hz\] that the recording is brought to.
     pub rate_hz: Option<f64>,
-    /// Every so-manieth sample is kept.
+    /// Every Nth sample is kept.
     pub decimate: Option<usize>,
     /// A filter on all signals.
     pub filter: Option<LowPass>,
@@ -117,7 +117,7 @@ impl Preparation {
     }
 
     fn resampled(&self, record: Record) -> Result<Record> {
-        let Some(rate) = self.rate_hz else { return every_so_manieth(record.lined(self), self.decimate.unwrap_or(1)) };
+        let Some(rate) = self.rate_hz else { return every_nth(record.lined(self), self.decimate.unwrap_or(1)) };
         if !(rate.is_finite() && rate > 0.0) {
             let message = text!([Rate] " is {rate}");
             return Err(Error::usage(message, "Give samples per second, more than 0."));
@@ -131,7 +131,7 @@ impl Preparation {
         let every = whole((ratio - 0.01).ceil().clamp(1.0, 1e9));
         let fine = 1.0 / (rate * count(every));
         if record.steps().step_index.is_empty() && (fine / record.period_s() - 1.0).abs() < 1e-6 {
-            return every_so_manieth(record.lined(self), every);
+            return every_nth(record.lined(self), every);
         }
         if !time::gaps(&record.samples().time_s).is_empty() {
             return Err(Error::usage(
@@ -143,7 +143,7 @@ impl Preparation {
         let note = format!("brought to a regular clock of {}", engineering(1.0 / fine, "Hz", 5));
         let made = regular(record.samples(), &record.slope, fine);
         let record = Record { interpolated: true, ..record.resampled(made, note)? };
-        every_so_manieth(record, every)
+        every_nth(record, every)
     }
 
     fn filtered(&self, record: Record) -> Result<Record> {
@@ -182,7 +182,7 @@ impl Preparation {
     }
 }
 
-fn every_so_manieth(record: Record, every: usize) -> Result<Record> {
+fn every_nth(record: Record, every: usize) -> Result<Record> {
     if every <= 1 {
         return Ok(record);
     }

@@ -1,4 +1,4 @@
-//! A recording at another rate: onto a regular clock, then every so-manieth sample behind an anti-alias filter.
+//! A recording at another rate: onto a regular clock, then every Nth sample behind an anti-alias filter.
 //!
 //! Every signal, the voltage too, passes the same filter, so that the motor relates the filtered signals as it relates
 //! the others. Over each new period the voltage becomes the line with the same mean and the same first moment: what the

@@ -7,7 +7,7 @@ use crate::record::Severity;
 use crate::report::Table;
 use crate::report::document::warnings;
 use crate::report::spelling::command_line;
-use crate::study::compare::{Block, Comparison, Contest, Outcome, reached};
+use crate::study::compare::{Block, Comparison, MethodResult, Outcome, reached};
 use serde_json::{Map, Value, json as value};
 
 /// The JSON document of a comparison.
@@ -72,17 +72,17 @@ fn by_symbol(values: [f64; 5]) -> Value {
 
 fn block(comparison: &Comparison, block: &Block) -> Value {
     let ranking = block.ranking();
-    let name = |n: usize| block.contests[n].method.name();
-    let pair = |p: &crate::study::compare::Comparable| {
+    let name = |n: usize| block.results[n].method.name();
+    let pair = |p: &crate::study::compare::PairwiseTest| {
         value!({
             "first": name(p.methods[0]), "second": name(p.methods[1]), "superiority": p.superiority,
-            "p": p.chance, "p_holm": p.corrected,
+            "p": p.p_value, "p_holm": p.p_holm,
         })
     };
     let (targets, reached) = reached(block, comparison.spec.target);
-    let reached = block.contests.iter().zip(reached).map(|(contest, r)| {
+    let reached = block.results.iter().zip(reached).map(|(result, r)| {
         let curve = value!({"evaluations": r.evaluations, "seconds": r.seconds, "share": r.share});
-        (contest.method.name().to_owned(), curve)
+        (result.method.name().to_owned(), curve)
     });
     value!({
         "setting": setting_name(&block.setting),
@@ -90,7 +90,7 @@ fn block(comparison: &Comparison, block: &Block) -> Value {
         "scale": block.setting.criterion.scale.name(),
         "population": block.setting.population,
         "generations": block.setting.generations,
-        "methods": block.contests.iter().map(|c| contest(comparison, c)).collect::<Value>(),
+        "methods": block.results.iter().map(|c| result(comparison, c)).collect::<Value>(),
         "ranking": ranking.order.iter().map(|n| name(*n)).collect::<Value>(),
         "pairs": ranking.pairs.iter().map(pair).collect::<Value>(),
         "tables": tables(comparison, block).iter().map(shown).collect::<Value>(),
@@ -101,9 +101,9 @@ fn block(comparison: &Comparison, block: &Block) -> Value {
     })
 }
 
-fn contest(comparison: &Comparison, contest: &Contest) -> Value {
-    let s = contest.summary(comparison.spec.seed);
-    let errors = comparison.expected().map(|expected| contest.errors(&expected));
+fn result(comparison: &Comparison, result: &MethodResult) -> Value {
+    let s = result.summary(comparison.spec.seed);
+    let errors = comparison.expected().map(|expected| result.errors(&expected));
     let run = |(n, run): (usize, &Outcome)| {
         value!({
             "run": n, "cost": run.cost, "parameters": run.parameters,
@@ -111,16 +111,16 @@ fn contest(comparison: &Comparison, contest: &Contest) -> Value {
         })
     };
     value!({
-        "method": contest.method.name(),
-        "settings": format!("{:?}", contest.method),
+        "method": result.method.name(),
+        "settings": format!("{:?}", result.method),
         "cost": {
             "best": s.best, "median": s.median, "median_ci95": s.interval, "worst": s.worst, "average": s.average,
             "failed": s.failed,
         },
         "best_relative_errors_percent": errors.map(|e| by_symbol(e.map(|pair| pair[0]))),
         "mean_relative_errors_percent": errors.map(|e| by_symbol(e.map(|pair| pair[1]))),
-        "standard_deviations": by_symbol(contest.deviations()),
-        "seconds_one_run": contest.seconds,
-        "runs": contest.runs.iter().enumerate().map(run).collect::<Value>(),
+        "standard_deviations": by_symbol(result.deviations()),
+        "seconds_one_run": result.seconds,
+        "runs": result.runs.iter().enumerate().map(run).collect::<Value>(),
     })
 }

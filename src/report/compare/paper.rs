@@ -4,7 +4,7 @@ use super::tables::{cell, current_of, fixed, percent, setting_name, steiglitz_no
 use crate::motor::{Parameter, Parameters};
 use crate::report::Table;
 use crate::study::compare::paper::{NOTES, PRINTED, Printed, REAL};
-use crate::study::compare::{Block, Comparison, Contest};
+use crate::study::compare::{Block, Comparison, MethodResult};
 use crate::text::significant;
 
 /// Footnotes by their marks.
@@ -14,8 +14,8 @@ fn noted(table: &mut Table, marks: &str) {
     }
 }
 
-fn contest<'a>(block: &'a Block, method: &str) -> Option<&'a Contest> {
-    block.contests.iter().find(|contest| contest.method.name() == method)
+fn result<'a>(block: &'a Block, method: &str) -> Option<&'a MethodResult> {
+    block.results.iter().find(|result| result.method.name() == method)
 }
 
 /// Tables 4 to 8 and the figures of the discussion; the first block is the one that the paper's tables show.
@@ -37,12 +37,12 @@ fn costs(comparison: &Comparison) -> Table {
     let mut table = Table::new("table4", "Table 4: cost over runs (a)", &heads);
     for (n, block) in comparison.blocks.iter().enumerate() {
         let scale = block.setting.criterion.scale.name();
-        for contest in &block.contests {
-            let name = contest.method.name();
+        for result in &block.results {
+            let name = result.method.name();
             let printed = PRINTED.iter().find(|p| p.method == name).and_then(|p| p.cost).filter(|_| n == 0);
             let mark = if name == "ga" && n == 0 { " (b)" } else { "" };
             let theirs = |k: usize| printed.map_or("\u{2013}".to_owned(), |cost| cost[k].to_string());
-            let s = contest.summary(comparison.spec.seed);
+            let s = result.summary(comparison.spec.seed);
             let ours = [s.best, s.worst, s.average, s.median].map(|cost| cell(cost, 3));
             let head = format!("{name}, {scale}{mark}");
             table.row([head].into_iter().chain([0, 1, 2].map(theirs)).chain(ours).collect());
@@ -100,8 +100,8 @@ fn ours(comparison: &Comparison, block: &Block, method: &str) -> (Option<Paramet
         let Some(sm) = &comparison.steiglitz else { return none };
         return (sm.estimate.as_ref().ok().copied(), sm.all_errors(&Parameters::M2));
     }
-    let Some(contest) = contest(block, method) else { return none };
-    (contest.best().and_then(|run| run.parameters), contest.errors(&Parameters::M2))
+    let Some(result) = result(block, method) else { return none };
+    (result.best().and_then(|run| run.parameters), result.errors(&Parameters::M2))
 }
 
 /// Eq. 14 of both channels of the first recording.
@@ -142,7 +142,7 @@ fn times(comparison: &Comparison, block: &Block) -> Table {
     for printed in &PRINTED {
         let seconds = match printed.method {
             "sm" => comparison.steiglitz.as_ref().map(|sm| sm.seconds),
-            method => contest(block, method).and_then(|contest| contest.seconds),
+            method => result(block, method).and_then(|result| result.seconds),
         };
         table.row(vec![
             printed.method.to_owned(),
@@ -163,7 +163,7 @@ fn deviations(comparison: &Comparison, block: &Block) -> Table {
     for printed in &PRINTED {
         let ours = match printed.method {
             "sm" => comparison.steiglitz.as_ref().map(crate::study::compare::Steiglitz::deviations),
-            method => contest(block, method).map(Contest::deviations),
+            method => result(block, method).map(MethodResult::deviations),
         };
         for (whose, values) in [("paper", Some(printed.deviation)), ("ours", ours)] {
             let cells = values.unwrap_or([f64::NAN; 5]).map(|v| cell(v, 3));

@@ -5,7 +5,7 @@ use crate::motor::{Parameter, Parameters, Response, response, simulate};
 use crate::numeric::{mean, quantile, sorted};
 use crate::report::Table;
 use crate::report::spelling::command_line;
-use crate::study::compare::{Block, Comparison, Contest, FEW, Setting, reached};
+use crate::study::compare::{Block, Comparison, FEW, MethodResult, Setting, reached};
 use crate::text::significant;
 
 /// The heading of a block: criterion, scale and budget.
@@ -59,7 +59,7 @@ pub fn tables(comparison: &Comparison, block: &Block) -> Vec<Table> {
     if !block.has_results() {
         return tables;
     }
-    if block.contests.len() > 1 {
+    if block.results.len() > 1 {
         tables.push(ranking(block));
     }
     tables.push(parameters(comparison, block));
@@ -77,15 +77,15 @@ fn costs(comparison: &Comparison, block: &Block) -> Table {
     let title = format!("Cost ({})", setting_name(&block.setting));
     let mut table =
         Table::new("cost", title, &["method", "best", "median", "95 % interval", "worst", "average", "a run"]);
-    for contest in &block.contests {
-        let s = contest.summary(comparison.spec.seed);
+    for result in &block.results {
+        let s = result.summary(comparison.spec.seed);
         let interval = if s.interval[0].is_nan() {
             "\u{2013}".to_owned()
         } else {
             format!("{}\u{2026}{}", cell(s.interval[0], 3), cell(s.interval[1], 3))
         };
-        let seconds = contest.seconds.map_or("\u{2013}".to_owned(), |s| crate::text::engineering(s, "s", 3));
-        let name = contest.method.name().to_owned();
+        let seconds = result.seconds.map_or("\u{2013}".to_owned(), |s| crate::text::engineering(s, "s", 3));
+        let name = result.method.name().to_owned();
         table.row(vec![
             name,
             cell(s.best, 3),
@@ -98,7 +98,7 @@ fn costs(comparison: &Comparison, block: &Block) -> Table {
         if s.failed > 0 {
             table.note(format!(
                 "{}: {} runs found no candidate that does not diverge.",
-                contest.method.name(),
+                result.method.name(),
                 s.failed
             ));
         }
@@ -113,7 +113,7 @@ fn costs(comparison: &Comparison, block: &Block) -> Table {
     if let Some(cost) = block.reference_cost {
         table.row(single("refined", cost, "\u{2013}".to_owned()));
     }
-    let runs = block.contests.iter().map(|c| c.runs.len()).max().unwrap_or(0);
+    let runs = block.results.iter().map(|c| c.runs.len()).max().unwrap_or(0);
     if runs == 0 {
         table.note("Interrupted before it was run.");
         return table;
@@ -133,8 +133,8 @@ fn costs(comparison: &Comparison, block: &Block) -> Table {
 
 fn ranking(block: &Block) -> Table {
     let ranking = block.ranking();
-    let name = |n: usize| block.contests[n].method.name();
-    let runs = block.contests.iter().map(|c| c.runs.len()).max().unwrap_or(0);
+    let name = |n: usize| block.results[n].method.name();
+    let runs = block.results.iter().map(|c| c.runs.len()).max().unwrap_or(0);
     let order: Vec<&str> = ranking.order.iter().map(|n| name(*n)).collect();
     let title = format!("Ranking by median cost: {}", order.join(", "));
     let mut table = Table::new("ranking", title, &["pair", "first is lower in", "p", "p corrected", "at 5 %"]);
@@ -142,7 +142,7 @@ fn ranking(block: &Block) -> Table {
         let [a, b] = pair.methods;
         let verdict = if runs < FEW {
             "too few runs"
-        } else if pair.corrected < 0.05 {
+        } else if pair.p_holm < 0.05 {
             "differ"
         } else {
             "no difference shown"
@@ -150,8 +150,8 @@ fn ranking(block: &Block) -> Table {
         table.row(vec![
             format!("{} before {}", name(a), name(b)),
             format!("{:.0} % of pairs", 100.0 * pair.superiority),
-            cell(pair.chance, 2),
-            cell(pair.corrected, 2),
+            cell(pair.p_value, 2),
+            cell(pair.p_holm, 2),
             verdict.to_owned(),
         ]);
     }
@@ -176,9 +176,9 @@ fn parameters(comparison: &Comparison, block: &Block) -> Table {
     if let Some(truth) = comparison.subject.truth {
         row("true", truth);
     }
-    for contest in &block.contests {
-        if let Some(p) = contest.best().and_then(|run| run.parameters) {
-            row(contest.method.name(), p);
+    for result in &block.results {
+        if let Some(p) = result.best().and_then(|run| run.parameters) {
+            row(result.method.name(), p);
         }
     }
     if let Some(Ok(p)) = comparison.steiglitz.as_ref().map(|sm| sm.estimate.as_ref()) {
@@ -212,8 +212,8 @@ fn errors(comparison: &Comparison, block: &Block) -> Table {
         let cells = cells.map(|(p, e)| if free(p) { pair(e) } else { "held".to_owned() }).chain([pair(average)]);
         table.row(std::iter::once(name.to_owned()).chain(cells).collect());
     };
-    for contest in &block.contests {
-        row(contest.method.name(), contest.errors(&expected), &|p| comparison.is_free(p));
+    for result in &block.results {
+        row(result.method.name(), result.errors(&expected), &|p| comparison.is_free(p));
     }
     if let Some(sm) = comparison.steiglitz.as_ref().filter(|sm| sm.estimate.is_ok() || !sm.spread.is_empty()) {
         row("sm", sm.all_errors(&expected), &|_| true);
@@ -248,9 +248,9 @@ pub(super) fn steiglitz_note(comparison: &Comparison) -> String {
 fn deviations(comparison: &Comparison, block: &Block) -> Table {
     let heads = ["method", "R [ohm]", "L [H]", "K [V s/rad]", "B [N m s/rad]", "J [kg m²]"];
     let mut table = Table::new("deviations", "Standard deviations of the parameters over runs", &heads);
-    for contest in &block.contests {
-        let cells = contest.deviations().map(|d| cell(d, 3));
-        table.row(std::iter::once(contest.method.name().to_owned()).chain(cells).collect());
+    for result in &block.results {
+        let cells = result.deviations().map(|d| cell(d, 3));
+        table.row(std::iter::once(result.method.name().to_owned()).chain(cells).collect());
     }
     if let Some(sm) = comparison.steiglitz.as_ref().filter(|sm| !sm.spread.is_empty()) {
         let cells = sm.deviations().map(|d| cell(d, 3));
@@ -272,13 +272,13 @@ fn targets(comparison: &Comparison, block: &Block) -> Table {
     };
     let heads = ["method", "25 % after", "50 % after", "75 % after", "at the end", "50 % after [s]"];
     let mut table = Table::new("targets", title, &heads);
-    for (contest, reached) in block.contests.iter().zip(&reached) {
+    for (result, reached) in block.results.iter().zip(&reached) {
         let place = |share: f64| reached.share.iter().position(|s| *s >= share);
         let at = |share: f64| place(share).map_or("never".to_owned(), |n| format!("{}", reached.evaluations[n]));
         let seconds = place(0.5).and_then(|n| reached.seconds.get(n));
         let seconds = seconds.map_or("\u{2013}".to_owned(), |s| crate::text::engineering(*s, "s", 3));
         let last = percent(100.0 * reached.share.last().copied().unwrap_or(0.0));
-        let name = contest.method.name().to_owned();
+        let name = result.method.name().to_owned();
         table.row(vec![name, at(0.25), at(0.5), at(0.75), format!("{last} %"), seconds]);
     }
     table.note("Share of all pairs of a run and a target, after how many evaluations of a run; targets are even in the logarithm.");
@@ -317,7 +317,7 @@ fn responses(comparison: &Comparison, block: &Block) -> Option<Table> {
         ]);
     };
     row("measured", [real, wide]);
-    let mut best: Vec<(&str, Parameters)> = block.contests.iter().filter_map(named_best).collect();
+    let mut best: Vec<(&str, Parameters)> = block.results.iter().filter_map(named_best).collect();
     best.extend(comparison.steiglitz.as_ref().and_then(|sm| Some(("sm", *sm.estimate.as_ref().ok()?))));
     for (name, p) in best {
         if let (Some(two), Some(five)) = (current_of(comparison, &p, 0.02), current_of(comparison, &p, 0.05)) {
@@ -330,16 +330,16 @@ fn responses(comparison: &Comparison, block: &Block) -> Option<Table> {
     Some(table)
 }
 
-fn named_best(contest: &Contest) -> Option<(&'static str, Parameters)> {
-    Some((contest.method.name(), contest.best()?.parameters?))
+fn named_best(result: &MethodResult) -> Option<(&'static str, Parameters)> {
+    Some((result.method.name(), result.best()?.parameters?))
 }
 
 /// Quartiles of the lowest cost after each generation.
 #[must_use]
-pub fn quartiles(contest: &Contest) -> Vec<[f64; 3]> {
-    let generations = contest.runs.iter().map(|run| run.history.len()).max().unwrap_or(0);
+pub fn quartiles(result: &MethodResult) -> Vec<[f64; 3]> {
+    let generations = result.runs.iter().map(|run| run.history.len()).max().unwrap_or(0);
     let at = |generation: usize| {
-        let costs: Vec<f64> = contest.runs.iter().filter_map(|run| run.history.get(generation).copied()).collect();
+        let costs: Vec<f64> = result.runs.iter().filter_map(|run| run.history.get(generation).copied()).collect();
         let sorted = sorted(&costs);
         [0.25, 0.5, 0.75].map(|p| quantile(&sorted, p))
     };

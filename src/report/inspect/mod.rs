@@ -8,7 +8,7 @@ pub use page::inspect_page;
 
 use super::document::warnings;
 use super::spelling::command_line;
-use crate::identify::{Inspection, Outlook};
+use crate::identify::{Identifiability, Inspection};
 use crate::motor::{Parameter, response};
 use crate::numeric::{mean, noise_sigma, rms, standard_deviation};
 use crate::record::{Quantity, Record, Severity};
@@ -106,13 +106,13 @@ impl InspectDocument {
         document["duration_s"] = (record.samples().time_s[record.len() - 1] - record.samples().time_s[0]).into();
         document["ignored_columns"] = record.source().ignored.clone().into();
         document["signals"] = signals.collect::<Map<_, _>>().into();
-        document["identifiability"] = match &inspection.outlook {
-            Outlook::Identifies { relative_error } => {
+        document["identifiability"] = match &inspection.identifiability {
+            Identifiability::Identifies { relative_error } => {
                 let errors = Parameter::ALL.iter().zip(relative_error);
                 let errors: Map<String, Value> = errors.map(|(p, e)| (p.symbol().to_owned(), (*e).into())).collect();
                 value!({"identifies": true, "relative_std_error": errors, "message": null, "remedy": null})
             }
-            Outlook::Lacks { message, remedy } => {
+            Identifiability::Lacks { message, remedy } => {
                 let (message, remedy) = (message.spelled(command_line), remedy.spelled(command_line));
                 value!({"identifies": false, "relative_std_error": null, "message": message, "remedy": remedy})
             }

@@ -1,7 +1,7 @@
 //! The page of an inspection: what was understood, what is odd and where, the signals with its places marked.
 
 use super::SignalFacts;
-use crate::identify::{Inspection, Outlook, Warning};
+use crate::identify::{Identifiability, Inspection};
 use crate::record::{Quantity, Record, Severity};
 use crate::report::page::{Figure, Item, Page, Part, Section};
 use crate::report::pages::{Reproduced, reproduce, section};
@@ -9,6 +9,7 @@ use crate::report::plot::{Chart, Line, Mark, panels};
 use crate::report::spelling::command_line;
 use crate::report::table::Table;
 use crate::text::{engineering, significant};
+use crate::warning::Warning;
 
 /// The page of some recordings; `band` is that of the settling time.
 #[must_use]
@@ -17,7 +18,7 @@ pub fn inspect_page(inspections: &[Inspection<'_>], band: f64, how: &Reproduced)
     let answer = match (inspections, count(Severity::Report), count(Severity::Mention)) {
         ([one], reports, mentions) => {
             let (what, odd) = (holds(one.record), counted(reports, mentions));
-            format!("{what}. {odd} {}", outlook(&one.outlook))
+            format!("{what}. {odd} {}", identifiability(&one.identifiability))
         }
         (many, reports, mentions) => format!("{} recordings. {}", many.len(), counted(reports, mentions)),
     };
@@ -69,13 +70,13 @@ fn counted(reports: usize, mentions: usize) -> String {
     }
 }
 
-fn outlook(outlook: &Outlook) -> String {
-    match outlook {
-        Outlook::Identifies { .. } => {
-            let errors = outlook.errors().unwrap_or_default();
+fn identifiability(identifiability: &Identifiability) -> String {
+    match identifiability {
+        Identifiability::Identifies { .. } => {
+            let errors = identifiability.errors().unwrap_or_default();
             format!("It identifies {errors} (standard errors, if the model holds).")
         }
-        Outlook::Lacks { message, remedy } => {
+        Identifiability::Lacks { message, remedy } => {
             let message = message.spelled(command_line);
             let message = message.rsplit_once(".csv: ").map_or(message.as_str(), |(_, message)| message);
             format!("It does not identify all five parameters: {message}. {}", capital(&remedy.spelled(command_line)))
@@ -87,7 +88,7 @@ fn outlook(outlook: &Outlook) -> String {
 fn odd(inspection: &Inspection<'_>, several: bool) -> Vec<Part> {
     let mut parts = Vec::new();
     if several {
-        let text = format!("{}. {}", holds(inspection.record), outlook(&inspection.outlook));
+        let text = format!("{}. {}", holds(inspection.record), identifiability(&inspection.identifiability));
         parts.push(Part::Text(text));
     }
     if inspection.warnings.is_empty() {

@@ -1,8 +1,8 @@
 //! The JSON documents of the state of a sweep.
 
-use crate::identify::Warning;
 use crate::report::spelling::command_line;
 use crate::study::sweep::{FailedRun, Shard, ShardStatus, SweepStatus, Tally};
+use crate::warning::Warning;
 use serde_json::{Value, json as value};
 
 /// The JSON document of what a run of a shard did.

@@ -3,27 +3,28 @@
 //! Runs of the same number start from the same random numbers, whatever the method: their populations are the same, which
 //! is what makes comparisons between methods paired.
 
-mod asked;
-mod judged;
+mod ranking;
+mod settings;
 
 pub mod paper;
 mod spec;
 mod steiglitz;
 mod targets;
 
-pub use asked::Asked;
-pub use judged::{Comparable, FEW, Ranking, Summary};
+pub use ranking::{FEW, PairwiseTest, Ranking, Summary};
+pub use settings::CompareSettings;
 pub use spec::{CompareSpec, Preset, Setting, Subject};
 pub use steiglitz::Steiglitz;
 pub use targets::{Reached, reached};
 
+use crate::analysis::warnings_of_records;
+use crate::device::BatchSearchEvaluator;
 use crate::evaluate::{Problem, Scalar};
-use crate::identify::{
-    Identification, IdentifySpec, Lockstep, Method, Warning, identify, needs_voltage, warnings_of_records,
-};
+use crate::identify::{Identification, IdentifySpec, Method, identify, needs_voltage};
 use crate::motor::{Parameter, Parameters, Space};
-use crate::optimize::{Budget, Progress, Run, Setup, Stop, minimize};
+use crate::optimize::{Budget, Progress, Run, SearchSettings, Stop, minimize};
 use crate::setting::{Text, text};
+use crate::warning::Warning;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -45,7 +46,7 @@ pub struct Outcome {
 
 /// A method under a setting.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Contest {
+pub struct MethodResult {
     /// The method.
     pub method: Method,
     /// Its runs, by number.
@@ -60,7 +61,7 @@ pub struct Block {
     /// The setting.
     pub setting: Setting,
     /// The methods, in the order of the setting.
-    pub contests: Vec<Contest>,
+    pub results: Vec<MethodResult>,
     /// The cost of the reference in this criterion.
     pub reference_cost: Option<f64>,
     /// The cost of the Steiglitz–McBride estimate in this criterion.
@@ -114,7 +115,7 @@ impl Block {
     /// Whether any run found a candidate that does not diverge.
     #[must_use]
     pub fn has_results(&self) -> bool {
-        self.contests.iter().flat_map(|contest| &contest.runs).any(|run| run.parameters.is_some())
+        self.results.iter().flat_map(|result| &result.runs).any(|run| run.parameters.is_some())
     }
 }
 
@@ -149,8 +150,8 @@ pub fn compare(
     }
     let agents: usize = batches.values().flatten().map(|e| spec.settings[e.place[0]].population).sum();
     let generations = spec.settings.iter().map(|s| s.generations).max().unwrap_or(1);
-    let searches = Lockstep::open(&spec.search(agents, generations), problems.clone())?;
-    let mut arena = Arena { spec, problems, searches };
+    let searches = BatchSearchEvaluator::open(&spec.search(agents, generations), problems.clone())?;
+    let mut comparison_run = ComparisonRun { spec, problems, searches };
     let mut blocks: Vec<Block> = spec.settings.iter().map(empty).collect();
     let (mut interrupted, mut batch_seconds, mut before) = (false, 0.0, 0);
     let mut last = Progress { generation: 0, generations: 0, evaluations: 0, cost: f64::INFINITY };
@@ -160,31 +161,31 @@ pub fn compare(
             last = Progress { evaluations: before + p.evaluations, ..*p };
             observe(&last)
         };
-        let (runs, stop) = arena.batch(generations, &entries, &mut watch)?;
+        let (runs, stop) = comparison_run.batch(generations, &entries, &mut watch)?;
         batch_seconds += begun.elapsed().as_secs_f64();
         interrupted |= stop == Stop::Interrupted;
         before += runs.iter().map(|run| run.evaluations).sum::<u64>();
         for (entry, run) in entries.iter().zip(runs) {
             let [setting, method] = entry.place;
-            blocks[setting].contests[method].runs.push(outcome(&arena.problems[setting], run));
+            blocks[setting].results[method].runs.push(outcome(&comparison_run.problems[setting], run));
         }
         if interrupted {
             break;
         }
     }
     if !interrupted {
-        interrupted = arena.alone(&mut blocks, &mut || observe(&last))?.is_break();
+        interrupted = comparison_run.alone(&mut blocks, &mut || observe(&last))?.is_break();
     }
     let reference = reference(&subject, spec);
     let steiglitz = spec
         .steiglitz_mcbride
         .then(|| Steiglitz::of(&subject, spec, reference.as_ref().ok().map(AsRef::as_ref)))
         .transpose()?;
-    let initial: Vec<[f64; 2]> = arena.problems[0].signals().iter().map(|signals| signals.initial()).collect();
+    let initial: Vec<[f64; 2]> = comparison_run.problems[0].signals().iter().map(|signals| signals.initial()).collect();
     let estimate = steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok());
     let estimated = Estimated { refined: reference.as_deref().ok(), steiglitz: estimate, initial: &initial };
     add_costs(&mut blocks, &subject, spec, &estimated)?;
-    let (device, mut warnings) = (arena.searches.device(), arena.searches.warnings().to_vec());
+    let (device, mut warnings) = (comparison_run.searches.device(), comparison_run.searches.warnings().to_vec());
     if subject.truth.is_none() {
         warnings.extend(warnings_of_records(&subject.records));
     }
@@ -240,20 +241,20 @@ fn add_costs(blocks: &mut [Block], subject: &Subject, spec: &CompareSpec, estima
 }
 
 fn empty(setting: &Setting) -> Block {
-    let contest = |method: &Method| Contest { method: *method, runs: Vec::new(), seconds: None };
-    let contests = setting.methods.iter().map(contest).collect();
-    Block { setting: setting.clone(), contests, reference_cost: None, steiglitz_cost: None }
+    let result = |method: &Method| MethodResult { method: *method, runs: Vec::new(), seconds: None };
+    let results = setting.methods.iter().map(result).collect();
+    Block { setting: setting.clone(), results, reference_cost: None, steiglitz_cost: None }
 }
 
 /// Where runs are run.
-struct Arena<'a> {
+struct ComparisonRun<'a> {
     spec: &'a CompareSpec,
     /// One for each setting.
     problems: Vec<Arc<Problem>>,
-    searches: Lockstep,
+    searches: BatchSearchEvaluator,
 }
 
-impl Arena<'_> {
+impl ComparisonRun<'_> {
     /// All runs that have so many generations, in lock step.
     fn batch(
         &mut self,
@@ -265,7 +266,7 @@ impl Arena<'_> {
             let [s, m] = entry.place;
             let setting = &self.spec.settings[s];
             let (bounds, population) = (self.problems[s].space().bounds(), setting.population);
-            let setup = Setup { bounds, population, generations, seed: self.spec.seed, run: entry.run };
+            let setup = SearchSettings { bounds, population, generations, seed: self.spec.seed, run: entry.run };
             Ok(Run::new(setting.methods[m].optimizer(setup)?))
         };
         let mut runs: Vec<Run> = entries.iter().map(run).collect::<Result<_>>()?;
@@ -278,7 +279,7 @@ impl Arena<'_> {
     /// Seconds of one run of each method by itself: the median of three.
     fn alone(&mut self, blocks: &mut [Block], observe: &mut dyn FnMut() -> ControlFlow<()>) -> Result<ControlFlow<()>> {
         for (s, block) in blocks.iter_mut().enumerate() {
-            for (m, contest) in block.contests.iter_mut().enumerate() {
+            for (m, result) in block.results.iter_mut().enumerate() {
                 let mut seconds = Vec::new();
                 for run in 0..3 {
                     let entry = [Entry { place: [s, m], run }];
@@ -290,7 +291,7 @@ impl Arena<'_> {
                     seconds.push(begun.elapsed().as_secs_f64());
                 }
                 seconds.sort_by(f64::total_cmp);
-                contest.seconds = seconds.get(1).copied();
+                result.seconds = seconds.get(1).copied();
             }
         }
         Ok(ControlFlow::Continue(()))
@@ -311,7 +312,7 @@ fn reference(subject: &Subject, spec: &CompareSpec) -> std::result::Result<Box<I
         model: spec.model,
         space: spec.space.clone(),
         auto_bounds: Vec::new(),
-        device: crate::identify::DeviceSpec::Cpu,
+        device: crate::device::DeviceSpec::Cpu,
         ..IdentifySpec::default()
     };
     identify(&subject.records, &auto).map(Box::new).map_err(|error| error.text())

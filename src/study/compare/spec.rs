@@ -2,9 +2,10 @@
 
 use crate::Result;
 use crate::criterion::{Criterion, Norm, Scale};
+use crate::device::{DeviceSpec, PrecisionSpec, ThroughputProfile};
 use crate::evaluate::{Initial, Model};
 use crate::experiment::{Excitation, simulated};
-use crate::identify::{DeviceSpec, IdentifySpec, Method, Paces, PrecisionSpec};
+use crate::identify::{IdentifySpec, Method};
 use crate::motor::{Discretization, Parameters, Space};
 use crate::named::named;
 use crate::optimize::{GeneticOptions, GwoOptions, JayaOptions};
@@ -95,7 +96,7 @@ pub struct CompareSpec {
     /// With which numbers.
     pub precision: PrecisionSpec,
     /// What was measured of this machine, for `auto`.
-    pub paces: Option<Paces>,
+    pub paces: Option<ThroughputProfile>,
 }
 
 impl Default for CompareSpec {

@@ -1,6 +1,6 @@
 //! Steiglitz–McBride beside the searches. It has no seeds: its spread is over records with new noise.
 
-use super::judged::relative;
+use super::ranking::relative;
 use super::{CompareSpec, Subject};
 use crate::Result;
 use crate::criterion::Noise;

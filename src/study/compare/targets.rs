@@ -3,7 +3,7 @@
 //! As in the COCO platform (N. Hansen, A. Auger, R. Ros, O. Mersmann, T. Tušar, D. Brockhoff 2021): the share of all pairs of
 //! a run and a target that have been reached, over targets even in the logarithm.
 
-use super::{Block, Contest};
+use super::{Block, MethodResult};
 use crate::numeric::{count, quantile, sorted};
 
 /// Targets between the first generations and the best.
@@ -24,31 +24,31 @@ pub struct Reached {
 #[must_use]
 pub fn reached(block: &Block, target: Option<f64>) -> (Vec<f64>, Vec<Reached>) {
     let targets = target.map_or_else(|| range(block), |target| vec![target]);
-    let share = |contest: &Contest| {
-        let generations = contest.runs.iter().map(|run| run.history.len()).max().unwrap_or(0);
+    let share = |result: &MethodResult| {
+        let generations = result.runs.iter().map(|run| run.history.len()).max().unwrap_or(0);
         let (pairs, agents, all) = (
-            count((contest.runs.len() * targets.len()).max(1)),
+            count((result.runs.len() * targets.len()).max(1)),
             count(block.setting.population),
             count(block.setting.generations),
         );
         let by = |generation: usize| {
             let cost = |run: &super::Outcome| run.history.get(generation).or(run.history.last()).copied();
             let met = |cost: f64| targets.iter().filter(|target| cost <= **target).count();
-            count(contest.runs.iter().filter_map(cost).map(met).sum()) / pairs
+            count(result.runs.iter().filter_map(cost).map(met).sum()) / pairs
         };
         let evaluations: Vec<f64> = (1..=generations).map(|g| count(g) * agents).collect();
-        let seconds = contest
+        let seconds = result
             .seconds
             .map_or(Vec::new(), |whole| evaluations.iter().map(|count| whole * count / (agents * all)).collect());
         Reached { evaluations, seconds, share: (0..generations).map(by).collect() }
     };
-    let reached = block.contests.iter().map(share).collect();
+    let reached = block.results.iter().map(share).collect();
     (targets, reached)
 }
 
 /// Targets from the median cost after the first generation down to the lowest of all, the easiest first.
 fn range(block: &Block) -> Vec<f64> {
-    let runs = || block.contests.iter().flat_map(|contest| &contest.runs);
+    let runs = || block.results.iter().flat_map(|result| &result.runs);
     let firsts = sorted(&runs().filter_map(|run| run.history.first().copied()).collect::<Vec<_>>());
     let easiest = quantile(&firsts, 0.5);
     let hardest = runs().filter_map(|run| run.history.last().copied()).fold(f64::INFINITY, f64::min);

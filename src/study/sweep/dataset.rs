@@ -3,9 +3,10 @@
 
 use super::Sweep;
 use super::manifest::{File, Motor};
+use crate::analysis::split;
 use crate::criterion::Noise;
 use crate::experiment::{noise_of, with_noise};
-use crate::identify::{Identification, IdentifySpec, needs_voltage, split, validate};
+use crate::identify::{Identification, IdentifySpec, needs_voltage, validate};
 use crate::record::Record;
 use crate::{Error, Result};
 use sha2::{Digest as _, Sha256};

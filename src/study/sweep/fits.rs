@@ -5,11 +5,10 @@ use super::dataset::{Read, Recordings};
 use super::line::Outcome;
 use super::runs::Job;
 use crate::Result;
+use crate::device::DeviceSpec;
 use crate::estimate::fit_problem;
 use crate::evaluate::Problem;
-use crate::identify::{
-    DeviceSpec, Identification, IdentifySpec, Method, fit_on, has_all_channels, identify, with_cost_on,
-};
+use crate::identify::{Identification, IdentifySpec, Method, fit_on, has_all_channels, identify, with_cost_on};
 use std::collections::BTreeMap;
 
 /// Method, polish, criterion and scale by their names, and the place of the extensions.

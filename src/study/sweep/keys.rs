@@ -2,7 +2,9 @@
 
 use super::study::{AddedNoise, Entry, Level, Seeds};
 use super::toml::{Document, Value};
-use crate::identify::{DeviceSpec, IdentifySpec, Method, OnLoss, With};
+use crate::device::{DeviceSpec, OnLoss};
+use crate::identify::{IdentifySpec, Method};
+use crate::motor::With;
 use crate::motor::{Discretization, Parameter, Space};
 use crate::named::{Named, named};
 use crate::optimize::SEARCHES;

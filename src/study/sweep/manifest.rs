@@ -157,7 +157,7 @@ impl Manifest {
 }
 
 /// A motor whose files are found.
-struct Found {
+struct MotorFiles {
     /// Its name, where the study gives one.
     name: Option<String>,
     files: Vec<String>,
@@ -174,12 +174,12 @@ fn motors(study: &Study, folder: &Path, path: &Path) -> Result<Vec<Motor>> {
     let mut found = Vec::new();
     for entry in &study.recordings {
         match entry {
-            Entry::Files(pattern) => found.extend(files(pattern, folder, path)?.into_iter().map(|file| Found {
+            Entry::Files(pattern) => found.extend(files(pattern, folder, path)?.into_iter().map(|file| MotorFiles {
                 name: None,
                 files: vec![file],
                 validate: held_out.clone(),
             })),
-            Entry::Motor { name, files, validate } => found.push(Found {
+            Entry::Motor { name, files, validate } => found.push(MotorFiles {
                 name: Some(name.clone()),
                 files: all(files)?,
                 validate: if validate.is_empty() { held_out.clone() } else { all(validate)? },
@@ -201,16 +201,17 @@ fn motors(study: &Study, folder: &Path, path: &Path) -> Result<Vec<Motor>> {
         return Err(Error::usage(message, "Give each motor a name of its own.").in_file(path));
     }
     let pinned = |files: &[String]| files.iter().map(|file| pinned(folder, file)).collect();
-    let pin = |(motor, of): (String, &Found)| Motor { motor, files: pinned(&of.files), validate: pinned(&of.validate) };
+    let pin =
+        |(motor, of): (String, &MotorFiles)| Motor { motor, files: pinned(&of.files), validate: pinned(&of.validate) };
     Ok(names.into_par_iter().zip(&found).map(pin).collect())
 }
 
 /// Names of motors: as given, else the file's name without its ending where that is unique, else its path.
-fn names(found: &[Found]) -> Vec<String> {
+fn names(found: &[MotorFiles]) -> Vec<String> {
     let stem = |file: &str| Path::new(file).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let stems: Vec<String> = found.iter().map(|of| of.name.clone().unwrap_or_else(|| stem(&of.files[0]))).collect();
     let unique = stems.iter().collect::<BTreeSet<_>>().len() == stems.len();
-    let whole = |of: &Found| of.name.clone().unwrap_or_else(|| of.files[0].clone());
+    let whole = |of: &MotorFiles| of.name.clone().unwrap_or_else(|| of.files[0].clone());
     if unique { stems } else { found.iter().map(whole).collect() }
 }
 

@@ -3,7 +3,7 @@
 use super::line::{Outcome, split};
 use super::run::Bits;
 use super::shard::Shard;
-use super::store::{Found, Place, files, scan, unreadable, unwritable};
+use super::store::{Place, ResultsFile, files, scan, unreadable, unwritable};
 use super::summary::SweepSummary;
 use super::{Sweep, replace};
 use crate::{Error, Result};
@@ -68,7 +68,7 @@ struct Index {
 }
 
 impl Index {
-    fn new(sweep: &Sweep, found: &[Found]) -> Result<Self> {
+    fn new(sweep: &Sweep, found: &[ResultsFile]) -> Result<Self> {
         let runs = usize::try_from(sweep.manifest.runs).unwrap_or(usize::MAX);
         let mut index = Self { places: vec![(0, 0, 0); runs], good: Bits::new(sweep.manifest.runs), damaged: 0 };
         for (file, found) in (1..).zip(found) {

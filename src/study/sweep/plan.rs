@@ -5,7 +5,8 @@ use super::runs::Runs;
 use super::store::unreadable;
 use super::study::Study;
 use super::{Sweep, replace};
-use crate::identify::{DeviceSpec, IdentifySpec, Lockstep, Paces, Polish, PrecisionSpec, PreparedSearch};
+use crate::device::{BatchSearchEvaluator, DeviceSpec, PrecisionSpec, ThroughputProfile};
+use crate::identify::{IdentifySpec, Polish, PreparedSearch};
 use crate::setting::text;
 use crate::text::{hexadecimal, printable};
 use crate::{Error, ErrorKind, Result};
@@ -25,7 +26,7 @@ impl Sweep {
     /// # Errors
     /// `Usage` for a study that cannot be, or a folder with another one; `Data` for recordings that are not there or have
     /// changed since, and a folder that cannot be written; `Device` for a device that is not there.
-    pub fn plan(path: &Path, folder: &Path, paces: Option<Paces>) -> Result<(Self, bool)> {
+    pub fn plan(path: &Path, folder: &Path, paces: Option<ThroughputProfile>) -> Result<(Self, bool)> {
         let text = read(path, BYTES_MAX)?;
         let study = Study::parse(&text, path)?;
         let mut manifest = Manifest::of(&study, &text, path)?;
@@ -149,7 +150,7 @@ fn check_empty(folder: &Path) -> Result<()> {
 }
 
 /// The device of a study, `auto` resolved on this machine.
-fn pinned(study: &Study, manifest: &Manifest, paces: Option<Paces>) -> Result<PinnedDevice> {
+fn pinned(study: &Study, manifest: &Manifest, paces: Option<ThroughputProfile>) -> Result<PinnedDevice> {
     let cpu = manifest.device.clone();
     let spec = &study.spec;
     let searches = study.methods.iter().any(crate::identify::Method::is_search);
@@ -178,7 +179,11 @@ fn pinned(study: &Study, manifest: &Manifest, paces: Option<Paces>) -> Result<Pi
 }
 
 /// Opens the device of a study, and tells its kind and numbers.
-fn opened(study: &Study, manifest: &Manifest, paces: Option<Paces>) -> Result<(&'static str, &'static str)> {
+fn opened(
+    study: &Study,
+    manifest: &Manifest,
+    paces: Option<ThroughputProfile>,
+) -> Result<(&'static str, &'static str)> {
     let runs = Runs::new(study.clone(), manifest.motors.len());
     let sweep = Sweep { folder: Path::new("").to_path_buf(), manifest: manifest.clone(), digest: String::new(), runs };
     // By the first recording that can serve.
@@ -195,6 +200,6 @@ fn opened(study: &Study, manifest: &Manifest, paces: Option<Paces>) -> Result<(&
         paces,
         ..study.spec.clone()
     };
-    let (kind, _, precision) = Lockstep::open(&spec, vec![search.problem().clone()])?.device();
+    let (kind, _, precision) = BatchSearchEvaluator::open(&spec, vec![search.problem().clone()])?.device();
     Ok((kind, precision))
 }

@@ -7,11 +7,13 @@ use super::run::{End, Finished, Running};
 use super::runs::Job;
 use super::streaming::{RUNS, Unit, Units};
 use super::study::Factors;
+use crate::device::BatchSearchEvaluator;
 use crate::evaluate::{Problem, Scalar};
-use crate::identify::{IdentifySpec, Lockstep, PreparedSearch, SearchRun, With, has_all_channels};
+use crate::identify::{IdentifySpec, PreparedSearch, SearchRun, has_all_channels};
 use crate::motor::Parameter;
+use crate::motor::With;
 use crate::numeric;
-use crate::optimize::{Budget, Run, Setup, Stop, minimize};
+use crate::optimize::{Budget, Run, SearchSettings, Stop, minimize};
 use crate::{Error, ErrorKind, Result};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -51,7 +53,7 @@ type Key = (usize, [&'static str; 2], usize, Option<&'static str>);
 impl Running<'_> {
     /// Runs of population searches, those of as many generations together.
     pub(super) fn search(&mut self) -> Result<Option<End>> {
-        let mut device: Option<Lockstep> = None;
+        let mut device: Option<BatchSearchEvaluator> = None;
         let mut generations = self.sweep.study().generations.clone();
         generations.sort_unstable();
         for generations in generations {
@@ -148,7 +150,7 @@ impl Running<'_> {
         generations: usize,
         ready: Vec<Ready>,
         mut finished: Vec<Finished>,
-        device: &mut Option<Lockstep>,
+        device: &mut Option<BatchSearchEvaluator>,
     ) -> Result<Option<End>> {
         let begun = Instant::now();
         let sweep = self.sweep;
@@ -248,17 +250,17 @@ impl Sweep {
         datasets.par_iter().map(|of| self.with_noise(&read[&of.motor], of.noise, of.seed)).collect()
     }
 
-    fn open_device(&self, problems: Vec<Arc<Problem>>) -> Result<Lockstep> {
+    fn open_device(&self, problems: Vec<Arc<Problem>>) -> Result<BatchSearchEvaluator> {
         let on_loss = self.study().on_loss;
         let spec = self.device()?;
-        match Lockstep::open(&spec, problems.clone()) {
-            Err(error) if error.kind() == ErrorKind::Device && on_loss == crate::identify::OnLoss::ReopenOrCpu => {
+        match BatchSearchEvaluator::open(&spec, problems.clone()) {
+            Err(error) if error.kind() == ErrorKind::Device && on_loss == crate::device::OnLoss::ReopenOrCpu => {
                 let cpu = IdentifySpec {
-                    device: crate::identify::DeviceSpec::Cpu,
-                    precision: crate::identify::PrecisionSpec::Auto,
+                    device: crate::device::DeviceSpec::Cpu,
+                    precision: crate::device::PrecisionSpec::Auto,
                     ..spec
                 };
-                Ok(Lockstep::open(&cpu, problems)?.in_place_of_one_that_failed(&error))
+                Ok(BatchSearchEvaluator::open(&cpu, problems)?.in_place_of_one_that_failed(&error))
             }
             opened => Ok(opened?.on_loss(on_loss)),
         }
@@ -292,7 +294,7 @@ fn set_up(ready: &[Ready], generations: usize) -> Result<Vec<Run>> {
     let run = |one: &Ready| {
         let f = &one.jobs[0].factors;
         let bounds = one.prepared.problem().space().bounds();
-        let setup = Setup { bounds, population: f.population, generations, seed: f.seed, run: 0 };
+        let setup = SearchSettings { bounds, population: f.population, generations, seed: f.seed, run: 0 };
         Ok(Run::new(f.method.optimizer(setup)?))
     };
     ready.par_iter().map(run).collect()

@@ -219,14 +219,14 @@ pub(super) fn unreadable(path: &Path, error: &std::io::Error) -> Error {
 }
 
 /// A results file as it was found.
-pub(super) struct Found {
+pub(super) struct ResultsFile {
     pub path: PathBuf,
     pub shard: Shard,
     pub head: Head,
 }
 
 /// The results files of a folder.
-pub(super) fn files(folder: &Path, manifest: &str) -> Result<Vec<Found>> {
+pub(super) fn files(folder: &Path, manifest: &str) -> Result<Vec<ResultsFile>> {
     let entries = std::fs::read_dir(folder).map_err(|error| unreadable(folder, &error))?;
     let mut found = Vec::new();
     for entry in entries.flatten() {
@@ -235,7 +235,7 @@ pub(super) fn files(folder: &Path, manifest: &str) -> Result<Vec<Found>> {
         // One that was only just made has no head yet.
         let whole = File::open(&path).and_then(|file| whole_lines(&file)).map_err(|error| unreadable(&path, &error))?;
         if whole > 0 {
-            found.push(Found { head: check_head(&path, manifest)?, path, shard });
+            found.push(ResultsFile { head: check_head(&path, manifest)?, path, shard });
         }
     }
     found.sort_by_key(|found| (found.shard.count, found.shard.index));

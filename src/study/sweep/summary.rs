@@ -12,7 +12,7 @@ use crate::setting::text;
 use crate::text::excerpt;
 use crate::{Error, Result};
 
-/// Runs whose values are kept for quantiles; of more, every so-manieth.
+/// Runs whose values are kept for quantiles; of more, every Nth.
 const SAMPLE: u64 = 1 << 20;
 /// Worst runs of a block that are named.
 const NAMED: usize = 10;
@@ -123,7 +123,7 @@ pub struct SweepSummary {
     pub failures: Failures,
     /// Runs that the CPU did in place of the device.
     pub taken_over: u64,
-    /// Every so-manieth run of a cell is in the quantiles.
+    /// Every Nth run of a cell is in the quantiles.
     pub stride: u64,
     /// One for each criterion and scale.
     pub blocks: Vec<SweepBlock>,

@@ -1,6 +1,6 @@
 //! What the runs of a block say: summaries, errors of parameters, a ranking that stands up.
 
-use super::{Block, Contest};
+use super::{Block, MethodResult};
 use crate::motor::{Parameter, Parameters};
 use crate::numeric::{mean, quantile, sample_deviation, sorted};
 use crate::study::statistics::{holm, median_interval, superiority, wilcoxon};
@@ -27,15 +27,15 @@ pub struct Summary {
 
 /// A method against another.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Comparable {
+pub struct PairwiseTest {
     /// Both, by their places in the block.
     pub methods: [usize; 2],
     /// How often a run of the first ends lower than one of the second.
     pub superiority: f64,
     /// Wilcoxon's signed-rank test of the logarithms of the costs of runs with the same number.
-    pub chance: f64,
+    pub p_value: f64,
     /// The same after Holm's correction for all pairs of the block.
-    pub corrected: f64,
+    pub p_holm: f64,
 }
 
 /// The methods of a block in order.
@@ -44,10 +44,10 @@ pub struct Ranking {
     /// Their places in the block, the lowest median cost first.
     pub order: Vec<usize>,
     /// Every pair, in the order of the ranking.
-    pub pairs: Vec<Comparable>,
+    pub pairs: Vec<PairwiseTest>,
 }
 
-impl Contest {
+impl MethodResult {
     /// Final costs by run.
     #[must_use]
     pub fn costs(&self) -> Vec<f64> {
@@ -108,7 +108,7 @@ impl Block {
     /// Ranks the methods.
     #[must_use]
     pub fn ranking(&self) -> Ranking {
-        let costs: Vec<Vec<f64>> = self.contests.iter().map(Contest::costs).collect();
+        let costs: Vec<Vec<f64>> = self.results.iter().map(MethodResult::costs).collect();
         let median = |n: usize| quantile(&sorted(&costs[n]), 0.5);
         let mut order: Vec<usize> = (0..costs.len()).collect();
         order.sort_by(|a, b| median(*a).total_cmp(&median(*b)));
@@ -118,12 +118,12 @@ impl Block {
                 let pair = costs[first].iter().zip(&costs[second]);
                 let differences: Vec<f64> = pair.map(|(a, b)| logarithm(*b) - logarithm(*a)).collect();
                 let superiority = superiority(&costs[first], &costs[second]);
-                let chance = wilcoxon(&differences);
-                pairs.push(Comparable { methods: [first, second], superiority, chance, corrected: chance });
+                let p_value = wilcoxon(&differences);
+                pairs.push(PairwiseTest { methods: [first, second], superiority, p_value, p_holm: p_value });
             }
         }
-        let corrected = holm(&pairs.iter().map(|pair| pair.chance).collect::<Vec<_>>());
-        pairs.iter_mut().zip(corrected).for_each(|(pair, corrected)| pair.corrected = corrected);
+        let p_holm = holm(&pairs.iter().map(|pair| pair.p_value).collect::<Vec<_>>());
+        pairs.iter_mut().zip(p_holm).for_each(|(pair, p_holm)| pair.p_holm = p_holm);
         Ranking { order, pairs }
     }
 }

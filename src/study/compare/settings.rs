@@ -2,8 +2,9 @@
 
 use super::{Setting, Subject};
 use crate::criterion::Criterion;
+use crate::device::DeviceSpec;
 use crate::evaluate::Model;
-use crate::identify::{Costs, DeviceSpec, IdentifySpec, Method};
+use crate::identify::{BatchCosts, IdentifySpec, Method};
 use crate::motor::Space;
 use crate::optimize::SEARCHES;
 use crate::setting::{Setting as Named, text};
@@ -13,7 +14,7 @@ use crate::{Error, Result};
 
 /// Factors of a comparison: each of their combinations is a setting.
 #[derive(Debug, Clone)]
-pub struct Asked {
+pub struct CompareSettings {
     /// Searches, and Steiglitz–McBride where it is to stand beside them.
     pub methods: Vec<Method>,
     /// `CRITERION:SCALE`.
@@ -30,7 +31,7 @@ pub struct Asked {
     pub fix: Vec<String>,
 }
 
-impl Asked {
+impl CompareSettings {
     /// A setting for each combination.
     ///
     /// # Errors
@@ -114,7 +115,7 @@ impl Asked {
         let space = Space::table2_with(&values::bounds(bounds)?, &fixed)?;
         let (auto_bounds, device) = (values::auto_bounds(bounds)?, DeviceSpec::Cpu);
         let identify = IdentifySpec { space, auto_bounds, device, model, ..IdentifySpec::default() };
-        Ok(Costs::new(&subject.records, &identify)?.problem().space().clone())
+        Ok(BatchCosts::new(&subject.records, &identify)?.problem().space().clone())
     }
 }
 
