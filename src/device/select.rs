@@ -149,7 +149,7 @@ impl SelectedDevice {
         }
     }
 
-    /// Takes another evaluator after one failed for the so-manieth time on the same work; false where none may.
+    /// Takes another evaluator after one failed for the Nth time on the same work; false where none may.
     pub(super) fn replace(&mut self, error: &Error, failures: usize) -> bool {
         let reopens = matches!(self.on_loss, OnLoss::Reopen | OnLoss::ReopenOrCpu) && error.kind() == ErrorKind::Device;
         if let (true, Some(wait), Some(reopen)) = (reopens, WAITS_S.get(failures), self.reopen.as_mut()) {
