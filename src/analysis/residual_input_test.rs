@@ -8,9 +8,10 @@
 //! of X where nothing is missed. `H = Xᵀ D` is what the standard errors of the parameters explain: the columns of D are
 //! how the output moves with each of their principal errors.
 
+use crate::estimate::products_about_means;
 use crate::numeric::{chi_square_limit, count, dot, sum};
 use multiversion::multiversion;
-use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// The test of residuals against the voltage.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -59,8 +60,8 @@ pub struct Residuals<'a> {
 pub struct Regressors {
     /// From the first sample on.
     voltage: Vec<f64>,
-    /// Its columns, each less its mean.
-    columns: Vec<Vec<f64>>,
+    columns: Columns,
+    /// Of the columns about their means.
     normal: Normal,
 }
 
@@ -70,9 +71,9 @@ impl Regressors {
     pub fn new(voltage: &[f64]) -> Self {
         let size = voltage.len().min(SAMPLES_MAX);
         let voltage: Vec<f64> = voltage[..size].iter().map(|v| v - voltage[0]).collect();
+        let columns = Columns::new(&voltage);
         let all: Vec<usize> = (0..size).collect();
-        let columns: Vec<Vec<f64>> = columns(&voltage).iter().map(|column| centred(column, &all)).collect();
-        Self { voltage, normal: Normal::new(&products(&columns)), columns }
+        Self { voltage, normal: Normal::new(&products_about_means(&columns.all(), &all)), columns }
     }
 }
 
@@ -80,7 +81,7 @@ impl Regressors {
 /// change, or residuals so correlated that nothing shows whether the voltage or noise made them.
 #[must_use]
 pub fn residual_input_test(residuals: &Residuals<'_>) -> Option<ResidualInputTest> {
-    let Regressors { voltage, columns: unfiltered, .. } = residuals.regressors;
+    let Regressors { voltage, .. } = residuals.regressors;
     let size = residuals.values.len().min(SAMPLES_MAX);
     if size < 2 || voltage.len() != size || residuals.sensitivities.iter().any(|signal| signal.len() < size) {
         return None;
@@ -90,62 +91,73 @@ pub fn residual_input_test(residuals: &Residuals<'_>) -> Option<ResidualInputTes
     let Noise { filter, is_told } = noise(&values, residuals.regressors);
     let reach = filter.len();
     let mut run = 0;
-    let rows: Vec<usize> = (0..size)
-        .filter(|&n| {
-            run = if counts(n) { run + 1 } else { 0 };
-            n >= LAGS + reach && run > reach
-        })
-        .collect();
-    if count(rows.len()) < SAMPLES_PER_COLUMN * count(unfiltered.len()) {
+    let rows = (0..size).filter(|&n| {
+        run = if counts(n) { run + 1 } else { 0 };
+        n >= LAGS + reach && run > reach
+    });
+    let rows: Vec<usize> = rows.collect();
+    // The columns of what is filtered are the filtered columns.
+    let columns = Columns::new(&filtered(voltage, &filter));
+    let mut all = columns.all();
+    let regressors = all.len();
+    if count(rows.len()) < SAMPLES_PER_COLUMN * count(regressors) {
         return None;
     }
-    let ready = |signal: &[f64]| centred(&filtered(&signal[..size], &filter), &rows);
-    let error = ready(&values);
-    // The columns of what is filtered are the filtered columns.
-    let voltage: Vec<Vec<f64>> =
-        columns(&filtered(&voltage[..size], &filter)).iter().map(|column| centred(column, &rows)).collect();
-    let sensitivities: Vec<Vec<f64>> = residuals.sensitivities.iter().map(|signal| ready(signal)).collect();
-    let variance = dot(&error, &error) / count(rows.len());
-    let allowed = DMatrix::from_fn(voltage.len(), sensitivities.len(), |a, m| dot(&voltage[a], &sensitivities[m]));
-    let matrix = products(&voltage) * variance + &allowed * allowed.transpose();
-    let z = against(&voltage, &error);
+    let explained = std::iter::once(values.as_slice()).chain(residuals.sensitivities.iter().map(|s| &s[..size]));
+    let explained: Vec<Vec<f64>> = explained.map(|signal| centred(filtered(signal, &filter))).collect();
+    all.extend(explained.iter().map(Vec::as_slice));
+    let products = products_about_means(&all, &rows);
+    let variance = products[(regressors, regressors)] / count(rows.len());
+    let allowed = products.view((0, regressors + 1), (regressors, explained.len() - 1));
+    let matrix = products.view((0, 0), (regressors, regressors)) * variance + allowed * allowed.transpose();
+    let z = products.view((0, regressors), (regressors, 1)).column(0).into_owned();
     let (solution, rank) = Normal::new(&matrix).solve(&z)?;
     let (statistic, threshold) = (z.dot(&solution), chi_square_limit(rank));
-    let explained = 100.0 * ((statistic - count(rank)) / count(rows.len())).clamp(0.0, 1.0);
+    let explained_percent = 100.0 * ((statistic - count(rank)) / count(rows.len())).clamp(0.0, 1.0);
     let is_independent = statistic <= threshold;
-    (statistic.is_finite() && (is_told || !is_independent)).then_some(ResidualInputTest {
-        statistic,
-        threshold,
-        explained_percent: explained,
-        is_independent,
-    })
+    let found = ResidualInputTest { statistic, threshold, explained_percent, is_independent };
+    (statistic.is_finite() && (is_told || !is_independent)).then_some(found)
 }
 
-/// A signal at each lag, and its means over longer and longer stretches before; before the start it was zero.
-fn columns(signal: &[f64]) -> Vec<Vec<f64>> {
-    let size = signal.len();
-    let lag = |lag: usize| {
-        let mut column = vec![0.0; lag.min(size)];
-        column.extend_from_slice(&signal[..size - column.len()]);
-        column
-    };
-    let mut columns: Vec<Vec<f64>> = (0..=LAGS).map(lag).collect();
-    // sums[n] is that of the first n.
-    let mut sums = vec![0.0];
-    for value in signal {
-        sums.push(sums[sums.len() - 1] + value);
+/// A signal at each lag, and its means over longer and longer windows before; before the start it was zero.
+#[derive(Debug, Clone)]
+struct Columns {
+    size: usize,
+    /// The signal from its longest lag before the start on.
+    signal: Vec<f64>,
+    /// Its means over each window.
+    means: Vec<Vec<f64>>,
+}
+
+impl Columns {
+    fn new(signal: &[f64]) -> Self {
+        let size = signal.len();
+        // About their mean, so that sums lose no digits.
+        let mean = sum(signal) / count(size);
+        let early = std::iter::repeat_n(&0.0, LAG_MAX);
+        let signal: Vec<f64> = early.chain(signal).map(|value| value - mean).collect();
+        let mut sums = vec![0.0];
+        let mut sum = 0.0;
+        sums.extend(signal.iter().map(|value| {
+            sum += value;
+            sum
+        }));
+        let longest = LAG_MAX.min(size / PART_MAX);
+        let edges = std::iter::successors(Some(LAGS + 1), |edge| Some(edge * 5 / 4));
+        let edges: Vec<usize> = edges.take_while(|edge| *edge == LAGS + 1 || *edge <= longest).collect();
+        let mean = |window: &[usize]| {
+            let at = |lag: usize| &sums[LAG_MAX + 1 - lag..][..size];
+            let share = 1.0 / count(window[1] - window[0]);
+            at(window[0]).iter().zip(at(window[1])).map(|(to, from)| (to - from) * share).collect()
+        };
+        Self { size, means: edges.windows(2).map(mean).collect(), signal }
     }
-    let mut from = LAGS + 1;
-    while from * 5 / 4 <= LAG_MAX.min(size / PART_MAX) {
-        let to = from * 5 / 4;
-        let early = sums[1..=to - from].iter().map(|sum| sum / count(to - from));
-        let late = sums[to - from + 1..].iter().zip(&sums[1..]);
-        let mut column = vec![0.0; from];
-        column.extend(early.chain(late.map(|(sum, before)| (sum - before) / count(to - from))).take(size - from));
-        columns.push(column);
-        from = to;
+
+    /// Every column from the first sample on.
+    fn all(&self) -> Vec<&[f64]> {
+        let lags = (0..=LAGS).map(|lag| &self.signal[LAG_MAX - lag..][..self.size]);
+        lags.chain(self.means.iter().map(Vec::as_slice)).collect()
     }
-    columns
 }
 
 /// What makes the noise white.
@@ -159,14 +171,16 @@ struct Noise {
 /// columns would explain noise, of all.
 fn noise(values: &[f64], regressors: &Regressors) -> Noise {
     let Regressors { columns, normal, .. } = regressors;
-    let all: Vec<usize> = (0..values.len()).collect();
-    let mut rest = centred(values, &all);
-    let Some((solution, _)) = normal.solve(&against(columns, &rest)) else {
+    let columns = columns.all();
+    let mut rest = centred(values.to_vec());
+    let z = DVector::from_iterator(columns.len(), columns.iter().map(|column| dot(column, &rest)));
+    let Some((solution, _)) = normal.solve(&z) else {
         return Noise { filter: autoregression(values), is_told: false };
     };
     for (column, factor) in columns.iter().zip(solution.iter()) {
-        rest.iter_mut().zip(column).for_each(|(rest, x)| *rest -= factor * x);
+        rest.iter_mut().zip(*column).for_each(|(rest, x)| *rest -= factor * x);
     }
+    let rest = centred(rest);
     let lag1 = (dot(&rest[1..], &rest) / dot(&rest, &rest)).clamp(0.0, 1.0);
     let independent = count(rest.len()) * (1.0 - lag1) / (1.0 + lag1);
     let enough = independent >= SAMPLES_PER_COLUMN * count(columns.len());
@@ -178,8 +192,10 @@ fn noise(values: &[f64], regressors: &Regressors) -> Noise {
 struct Normal {
     /// What makes its diagonal ones.
     scale: DVector<f64>,
-    /// Of the scaled matrix.
-    eigen: SymmetricEigen<f64, Dyn>,
+    /// The inverse of the scaled matrix over its directions.
+    inverse: DMatrix<f64>,
+    /// How many these are.
+    rank: usize,
 }
 
 impl Normal {
@@ -187,40 +203,46 @@ impl Normal {
         let scale = matrix.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 0.0 });
         let size = scale.len();
         let scaled = DMatrix::from_fn(size, size, |a, b| matrix[(a, b)] * scale[a] * scale[b]);
-        Self { eigen: SymmetricEigen::new(scaled), scale }
+        // No eigenvalue is below one over the trace of the inverse, and none above the trace of the matrix.
+        let inverse = scaled.clone().cholesky().map(|root| root.inverse());
+        if let Some(inverse) = inverse.filter(|i| 1.0 / i.trace() > EIGENVALUE_MIN * scaled.trace()) {
+            return Self { scale, inverse, rank: size };
+        }
+        let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(scaled);
+        let least = EIGENVALUE_MIN * eigenvalues.max();
+        let (mut inverse, mut rank) = (DMatrix::zeros(size, size), 0);
+        for (direction, value) in eigenvectors.column_iter().zip(eigenvalues.iter()).filter(|(_, v)| **v > least) {
+            inverse += direction * direction.transpose() / *value;
+            rank += 1;
+        }
+        Self { scale, inverse, rank }
     }
 
     /// `M⁻¹ z` over the directions that `M` has, and how many these are; `None` without any.
     fn solve(&self, z: &DVector<f64>) -> Option<(DVector<f64>, usize)> {
-        let SymmetricEigen { eigenvalues, eigenvectors } = &self.eigen;
-        let z = z.component_mul(&self.scale);
-        let least = EIGENVALUE_MIN * eigenvalues.max();
-        let (mut solution, mut rank) = (DVector::zeros(z.len()), 0);
-        for (direction, value) in eigenvectors.column_iter().zip(eigenvalues.iter()).filter(|(_, v)| **v > least) {
-            solution += direction * (direction.dot(&z) / value);
-            rank += 1;
-        }
-        (rank > 0).then(|| (solution.component_mul(&self.scale), rank))
+        let solution = (&self.inverse * z.component_mul(&self.scale)).component_mul(&self.scale);
+        (self.rank > 0).then_some((solution, self.rank))
     }
 }
 
 /// The coefficients `a` of `e[n] ≈ Σ a[k] e[n−1−k]`, by J. P. Burg (1967), which is exact also for what dies away slowly,
 /// their number by Schwarz's criterion.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
 fn autoregression(values: &[f64]) -> Vec<f64> {
     let size = values.len();
+    // The backward errors stand a place earlier with every order, so that the pairs of an order stand side by side.
     let (mut forward, mut backward) = (values.to_vec(), values.to_vec());
     let (mut best, mut coefficients) = (Vec::new(), Vec::<f64>::new());
     let (mut left, mut least) = (1.0_f64, 0.0);
     for order in 1..=ORDER_MAX.min(size / SAMPLES_PER_ORDER) {
-        let (ahead, behind) = (&forward[order..], &backward[order - 1..size - 1]);
+        let (ahead, behind) = (&mut forward[order..], &mut backward[..size - order]);
         let reflection = 2.0 * dot(ahead, behind) / (dot(ahead, ahead) + dot(behind, behind));
         left *= 1.0 - reflection * reflection;
         if !(reflection.is_finite() && left > 0.0) {
             break;
         }
-        for n in (order..size).rev() {
-            let (ahead, behind) = (forward[n], backward[n - 1]);
-            (forward[n], backward[n]) = (ahead - reflection * behind, behind - reflection * ahead);
+        for (ahead, behind) in ahead.iter_mut().zip(behind) {
+            (*ahead, *behind) = (*ahead - reflection * *behind, *behind - reflection * *ahead);
         }
         let reversed: Vec<f64> = coefficients.iter().rev().copied().collect();
         coefficients.iter_mut().zip(reversed).for_each(|(a, b)| *a -= reflection * b);
@@ -234,38 +256,24 @@ fn autoregression(values: &[f64]) -> Vec<f64> {
 }
 
 /// What a signal is less what the autoregression expects of it; before the start it was as at the start.
-fn filtered(signal: &[f64], filter: &[f64]) -> Vec<f64> {
-    let expected =
-        |n: usize| -> f64 { filter.iter().enumerate().map(|(k, a)| a * signal[n.saturating_sub(k + 1)]).sum() };
-    (0..signal.len()).map(|n| signal[n] - expected(n)).collect()
-}
-
-/// The rows of a signal less their mean.
-fn centred(signal: &[f64], rows: &[usize]) -> Vec<f64> {
-    let mut values: Vec<f64> = match (rows.first(), rows.last()) {
-        // Without a gap, as nearly always.
-        (Some(&first), Some(&last)) if last - first + 1 == rows.len() => signal[first..=last].to_vec(),
-        _ => rows.iter().map(|n| signal[*n]).collect(),
-    };
-    let mean = sum(&values) / count(values.len());
-    values.iter_mut().for_each(|value| *value -= mean);
-    values
-}
-
-/// `XᵀX`: a multiplication and an addition for each pair of columns and row.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
-fn products(columns: &[Vec<f64>]) -> DMatrix<f64> {
-    let mut matrix = DMatrix::zeros(columns.len(), columns.len());
-    for (a, column) in columns.iter().enumerate() {
-        for (b, other) in columns[..=a].iter().enumerate() {
-            matrix[(a, b)] = dot(column, other);
-            matrix[(b, a)] = matrix[(a, b)];
+fn filtered(signal: &[f64], filter: &[f64]) -> Vec<f64> {
+    let mut left = signal.to_vec();
+    for (lag, a) in (1..).zip(filter) {
+        let (early, late) = left.split_at_mut(lag.min(signal.len()));
+        for left in early {
+            *left -= a * signal[0];
+        }
+        for (left, before) in late.iter_mut().zip(signal) {
+            *left -= a * before;
         }
     }
-    matrix
+    left
 }
 
-/// `Xᵀe`.
-fn against(columns: &[Vec<f64>], error: &[f64]) -> DVector<f64> {
-    DVector::from_fn(columns.len(), |a, _| dot(&columns[a], error))
+/// A signal less its mean.
+fn centred(mut signal: Vec<f64>) -> Vec<f64> {
+    let mean = sum(&signal) / count(signal.len());
+    signal.iter_mut().for_each(|value| *value -= mean);
+    signal
 }

@@ -188,7 +188,8 @@ impl<'a> Search<'a> {
         })
     }
 
-    pub(super) fn finish(self, converged: bool) -> Refined {
+    /// Returns where the descent has come; the residuals are tested where `is_tested`.
+    pub(super) fn finish(self, converged: bool, is_tested: bool) -> Refined {
         let Self { fit, at, normal, evaluations, .. } = &self;
         let axes = fit.problem.space().free();
         // Samples behind a filter are not independent: fewer of them inform.
@@ -209,7 +210,7 @@ impl<'a> Search<'a> {
             sigmas: self.residual_sigma(),
             squares: (0..recordings).map(|n| [normal.squares(n, 0), normal.squares(n, 1)]).collect(),
             at_bound: at_bound.collect(),
-            uncertainty: uncertainty(fit, &values, &initial, &matrix, &free),
+            uncertainty: uncertainty(fit, &values, &initial, &matrix, &free, is_tested),
             values,
             initial,
             converged,

@@ -3,6 +3,7 @@
 mod descent;
 mod deviation;
 mod failure;
+mod gram;
 mod initial;
 mod normal;
 mod output_error;
@@ -19,6 +20,7 @@ mod uncertainty;
 
 pub use deviation::signal_deviations;
 pub use failure::SmFailure;
+pub(crate) use gram::products_about_means;
 pub use initial::initial_states;
 pub use reference::{Reference, ReferenceKind, global_reference, global_reference_on, squares_on};
 pub use refine::{RefineOptions, fit_problem, refine, refine_on, refine_roughly};

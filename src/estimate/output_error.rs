@@ -8,6 +8,7 @@
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
+use super::gram::{BLOCK, HALF, Panel, Square, own_products};
 use crate::evaluate::{Level, Signals};
 use crate::motor::{Method, Parameters, StepMap, multiply_add};
 use multiversion::multiversion;
@@ -19,7 +20,7 @@ pub(super) const INITIAL: usize = 5;
 const ERROR: usize = 7;
 
 /// Sums of the products of rows: symmetric.
-type Products = [[f64; ROW]; ROW];
+type Products = Square;
 
 /// A step with its derivatives, a lane for each entry of a row.
 struct Step {
@@ -51,31 +52,28 @@ pub(super) fn products(signals: &Signals, parameters: &Parameters, initial: [f64
     match Level::best() {
         Level::Avx512 => avx512(signals, &steps, initial),
         Level::Avx2 => avx2(signals, &steps, initial),
-        Level::Portable => run::<false>(signals, &steps, initial),
+        Level::Portable => run::<HALF, false>(signals, &steps, initial),
     }
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
 fn avx512(signals: &Signals, steps: &[Step], initial: [f64; 2]) -> [Products; 2] {
-    run::<true>(signals, steps, initial)
+    run::<ROW, true>(signals, steps, initial)
 }
 
 #[multiversion(targets("x86_64+avx2+fma"))]
 fn avx2(signals: &Signals, steps: &[Step], initial: [f64; 2]) -> [Products; 2] {
-    run::<true>(signals, steps, initial)
+    run::<HALF, true>(signals, steps, initial)
 }
 
-/// Samples whose products are summed before they go to the total.
-const BLOCK: usize = 64;
-
 #[inline(always)]
-fn run<const FMA: bool>(signals: &Signals, steps: &[Step], initial: [f64; 2]) -> [Products; 2] {
+fn run<const TILE: usize, const FMA: bool>(signals: &Signals, steps: &[Step], initial: [f64; 2]) -> [Products; 2] {
     let mut x = initial;
     let mut s = [[0.0; ROW]; 2];
     s[0][INITIAL] = 1.0;
     s[1][INITIAL + 1] = 1.0;
     let mut totals = [[[0.0; ROW]; ROW]; 2];
-    let mut rows = [[[0.0; ROW]; BLOCK]; 2];
+    let mut rows = [Panel::EMPTY; 2];
     let mut waiting = 0;
     // Masks are rare: a row that does not count is nothing.
     let masked = !signals.weight.is_empty();
@@ -93,15 +91,15 @@ fn run<const FMA: bool>(signals: &Signals, steps: &[Step], initial: [f64; 2]) ->
         let phi = [map.d[0] + 1.0, map.d[1], map.d[2], map.d[3] + 1.0];
         for (n, y) in (run.start..run.end).zip(&signals.measured[run.start..run.end]) {
             for channel in 0..2 {
-                rows[channel][waiting] = s[channel];
-                rows[channel][waiting][ERROR] = y[channel] - x[channel];
+                rows[channel].0[waiting] = s[channel];
+                rows[channel].0[waiting][ERROR] = y[channel] - x[channel];
                 if masked && signals.weight[n][channel] == 0.0 {
-                    rows[channel][waiting] = [0.0; ROW];
+                    rows[channel].0[waiting] = [0.0; ROW];
                 }
             }
             waiting += 1;
             if waiting == BLOCK {
-                add::<FMA>(&mut totals, &rows, waiting);
+                add::<TILE, FMA>(&rows, waiting, &mut totals);
                 waiting = 0;
             }
             let (s_i, s_w) = (s[0], s[1]);
@@ -117,7 +115,7 @@ fn run<const FMA: bool>(signals: &Signals, steps: &[Step], initial: [f64; 2]) ->
             x = [i + (map.d[0] * i + map.d[1] * w + gain[0]), w + (map.d[2] * i + map.d[3] * w + gain[1])];
         }
     }
-    add::<FMA>(&mut totals, &rows, waiting);
+    add::<TILE, FMA>(&rows, waiting, &mut totals);
     for sums in &mut totals {
         for a in HALF..ROW {
             for b in 0..HALF {
@@ -128,36 +126,10 @@ fn run<const FMA: bool>(signals: &Signals, steps: &[Step], initial: [f64; 2]) ->
     totals
 }
 
-/// Half a row: what fits the registers beside its sums.
-const HALF: usize = ROW / 2;
-
 /// Adds the products of the first `count` rows of both channels; those below the diagonal's halves are left to symmetry.
 #[inline(always)]
-fn add<const FMA: bool>(totals: &mut [Products; 2], rows: &[[[f64; ROW]; BLOCK]; 2], count: usize) {
-    for (totals, rows) in totals.iter_mut().zip(rows) {
-        let mut upper = [[0.0; ROW]; HALF];
-        let mut lower = [[0.0; HALF]; HALF];
-        for row in &rows[..count] {
-            for a in 0..HALF {
-                for b in 0..ROW {
-                    upper[a][b] = multiply_add::<FMA>(row[a], row[b], upper[a][b]);
-                }
-            }
-        }
-        for row in &rows[..count] {
-            for a in 0..HALF {
-                for b in 0..HALF {
-                    lower[a][b] = multiply_add::<FMA>(row[HALF + a], row[HALF + b], lower[a][b]);
-                }
-            }
-        }
-        for a in 0..HALF {
-            for b in 0..ROW {
-                totals[a][b] += upper[a][b];
-            }
-            for b in 0..HALF {
-                totals[HALF + a][HALF + b] += lower[a][b];
-            }
-        }
+fn add<const TILE: usize, const FMA: bool>(rows: &[Panel; 2], count: usize, totals: &mut [Products; 2]) {
+    for (rows, totals) in rows.iter().zip(totals) {
+        own_products::<TILE, FMA>(rows, count, totals);
     }
 }

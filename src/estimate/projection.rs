@@ -18,8 +18,8 @@ use rayon::prelude::*;
 
 /// Points of the grid in each direction.
 const GRID: usize = 24;
-/// Points that are evaluated side by side.
-const LANES: usize = 8;
+/// Points that are evaluated side by side: two vectors of AVX-512, because a step waits for the one before.
+const LANES: usize = 16;
 /// Sums of a point: φ₁², φ₁φ₀, φ₀², iφ₁, iφ₀, ωφ₀.
 const SUMS: usize = 6;
 

@@ -48,7 +48,8 @@ pub fn refine_on(problem: &Problem, start: &[f64], sigma: Option<&[[f64; 2]]>) -
     refine_problem(problem, start, sigma, Effort::Thorough)
 }
 
-/// Like [`refine_on`] to a hundredth of a standard error under the weights `sigma`: to compare starts.
+/// Like [`refine_on`] to a hundredth of a standard error under the weights `sigma`, without a test of the residuals: to
+/// compare starts.
 ///
 /// # Errors
 /// As [`refine_on`].
@@ -131,5 +132,5 @@ pub(super) fn refine_problem(
             }
         }
     }
-    Ok(search.finish(converged))
+    Ok(search.finish(converged, thorough))
 }

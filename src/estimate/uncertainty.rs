@@ -72,6 +72,7 @@ pub(super) fn uncertainty(
     initial: &[[f64; 2]],
     matrix: &DMatrix<f64>,
     free: &[usize],
+    is_tested: bool,
 ) -> Uncertainty {
     let space = fit.problem.space().free();
     let axes = space.len();
@@ -95,7 +96,7 @@ pub(super) fn uncertainty(
         condition,
         rank: moving.len() - unknown.len(),
         unknown: unknown.iter().map(spread).collect(),
-        whiteness: whiteness(fit, values, initial),
+        whiteness: if is_tested { whiteness(fit, values, initial) } else { [None; 2] },
     }
 }
 

@@ -1,5 +1,7 @@
 //! What the processor can do: its feature levels and its name.
 
+use std::sync::LazyLock;
+
 /// A feature level that the kernels are compiled for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
@@ -70,6 +72,12 @@ impl Level {
 /// The processor's name as it gives it, or its architecture.
 #[must_use]
 pub fn cpu_name() -> String {
+    // Virtual machines take tens of microseconds to give it.
+    static NAME: LazyLock<String> = LazyLock::new(brand);
+    NAME.clone()
+}
+
+fn brand() -> String {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     if let Some(brand) = raw_cpuid::CpuId::new().get_processor_brand_string() {
         return crate::text::printable(brand.as_str().trim());

@@ -4,7 +4,7 @@ use super::problem::Problem;
 use super::signals::Signals;
 use super::step::{Pair, Step, loaded};
 use crate::motor::{
-    CHUNK, Commanded, DelayTaps, DelayedVoltage, DriveNonlinearity, Extended, Parameter, SimulationSettings,
+    Aligned, CHUNK, Commanded, DelayTaps, DelayedVoltage, DriveNonlinearity, Extended, Parameter, SimulationSettings,
     multiply_add, sample_times, tap_times,
 };
 
@@ -63,7 +63,8 @@ impl<'a, const L: usize> DelayedInputs<'a, L> {
                 taps.fill::<FMA>(commanded, &torques, start, gains);
             }
             Clock::Uneven(lanes) => {
-                let mut voltages = [[[0.0; L]; 2]; CHUNK];
+                let mut voltages = Aligned([[[0.0; L]; 2]; CHUNK]);
+                let voltages = &mut voltages.0;
                 for (lane, (delayed, cursor)) in lanes.iter_mut().enumerate() {
                     for n in start..end {
                         let [first, last] = settings.ends(delayed.line(n, cursor));
@@ -71,7 +72,7 @@ impl<'a, const L: usize> DelayedInputs<'a, L> {
                         voltages[n - start][1][lane] = last;
                     }
                 }
-                for (n, (gain, voltages)) in (start..).zip(gains.iter_mut().zip(&voltages)) {
+                for (n, (gain, voltages)) in (start..).zip(gains.iter_mut().zip(voltages)) {
                     *gain = steps[usize::from(signals.step_of(n))].gain::<FMA>(voltages, &torques.at(n));
                 }
             }
@@ -112,7 +113,8 @@ impl<const L: usize> Taps<L> {
         start: usize,
         gains: &mut [Pair<L>],
     ) {
-        let mut given = [[0.0; L]; CHUNK + 2];
+        let mut given = Aligned([[0.0; L]; CHUNK + 2]);
+        let given = &mut given.0;
         let mut row = [0.0; CHUNK + 2];
         for (lane, delay) in self.delays.iter().enumerate() {
             delay.fill(commanded, self.drives.lane(lane), start, &mut row[..gains.len() + 2]);

@@ -8,7 +8,7 @@ use super::kernel::{Block, LANES, LANES_AVX512, SUM_BLOCK, Samples, add_loss};
 use super::problem::Problem;
 use super::signals::Signals;
 use super::step::{Input, Pair, Step};
-use crate::motor::{CHUNK, Extended, MovingAverages, Parameter};
+use crate::motor::{Aligned, CHUNK, Extended, MovingAverages, Parameter};
 use multiversion::multiversion;
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
@@ -137,8 +137,8 @@ impl<'a, const L: usize> Simulation<'a, L> {
                 (true, true) => lanes.follow::<FMA, BRUSHES, true, true>(step, samples, inputs),
             };
         }
-        let mut seen = [[[0.0; L]; 2]; CHUNK];
-        let seen = &mut seen[..end - start];
+        let mut seen = Aligned([[[0.0; L]; 2]; CHUNK]);
+        let seen = &mut seen.0[..end - start];
         lanes.observe::<FMA, BRUSHES>(step, inputs, seen);
         for (channel, sensor) in sensors.iter_mut().enumerate() {
             if let Some(sensor) = sensor {

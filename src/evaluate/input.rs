@@ -6,7 +6,7 @@ use super::problem::Problem;
 use super::segment::Segment;
 use super::signals::Signals;
 use super::step::{Pair, Step, loaded};
-use crate::motor::{CHUNK, DriveNonlinearity, Extended, Parameter};
+use crate::motor::{Aligned, CHUNK, DriveNonlinearity, Extended, Parameter};
 
 /// Samples under one step.
 pub(super) struct Piece<'g, const L: usize> {
@@ -34,7 +34,7 @@ pub(super) struct Inputs<'a, const L: usize> {
     signals: &'a Signals,
     kind: Kind<'a, L>,
     /// The gains of a piece, where they are computed before.
-    gains: [Pair<L>; CHUNK],
+    gains: Aligned<[Pair<L>; CHUNK]>,
     /// The next sample.
     at: usize,
 }
@@ -54,13 +54,13 @@ impl<'a, const L: usize> Inputs<'a, L> {
         } else {
             Kind::OnTime(OnTime::new(problem, signals, motors))
         };
-        Self { signals, kind, gains: [[[0.0; L]; 2]; CHUNK], at }
+        Self { signals, kind, gains: Aligned([[[0.0; L]; 2]; CHUNK]), at }
     }
 
     /// Returns the next piece.
     #[inline(always)]
     pub(super) fn next<const FMA: bool>(&mut self, steps: &[Step<L>]) -> Option<Piece<'_, L>> {
-        let Self { signals, kind, gains, at } = self;
+        let Self { signals, kind, gains: Aligned(gains), at } = self;
         let start = *at;
         let (step, end, input) = match kind {
             Kind::Delayed(delayed, ready) => {

@@ -14,6 +14,7 @@ use crate::motor::{Extended, Method, ModelFeatures, Parameter, Reactions, StepMa
 pub(super) type Pair<const L: usize> = [[f64; L]; 2];
 
 /// The step of a block of candidates.
+#[repr(align(64))]
 pub(super) struct Step<const L: usize> {
     pub maps: StepMaps<L>,
     phi: [[f64; L]; 4],

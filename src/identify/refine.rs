@@ -8,7 +8,7 @@ use super::search::{SearchResult, evaluated, population, taken};
 use super::spec::IdentifySpec;
 use super::start::Start;
 use crate::Result;
-use crate::analysis::FitMetrics;
+use crate::analysis::fit_percent;
 use crate::estimate::{Estimate, Refined, SmFailure, best_start, explained, led, refine_on};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Space};
@@ -32,8 +32,7 @@ pub(super) struct Fit {
 impl Fit {
     /// Returns whether it stands at a bound, or its simulation explains less than half of what some channel does.
     fn is_poor(&self, prepared: &Prepared<'_>) -> bool {
-        let problem = self.problem.with_space(self.space.clone()).starting_from(&self.refined.initial);
-        let fit = FitMetrics::of(prepared.records, &problem, &self.refined.values).fit_percent();
+        let fit = fit_percent(prepared.records, &self.refined);
         // An extension that does nothing is no sign of a wrong optimum.
         let sides = self.space.free().iter().zip(&self.refined.at_bound);
         let stuck = sides.filter(|(axis, _)| !axis.parameter.is_extension()).any(|(_, side)| side.is_some());

@@ -10,6 +10,7 @@ use crate::estimate::{Estimate, Reference, ReferenceKind, Refined, global_refere
 use crate::motor::{Axis, Parameters, Space};
 use crate::numeric::{count, rms};
 use crate::record::Record;
+use std::cell::LazyCell;
 
 /// The verdict of a verification.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -151,10 +152,13 @@ fn judged(prepared: &Prepared<'_>, claim: &Claim<'_>) -> Verified {
     let (records, plain) = (prepared.records, prepared.fitted(space));
     let sigma = sigmas(records, refined);
     let own = refined.weighted(&sigma);
-    let from_sm = || {
-        let inside = |axis: &Axis| Some(estimate?.parameters.get(axis.parameter).clamp(axis.min, axis.max));
-        let start: Option<Vec<f64>> = space.free().iter().map(inside).collect();
-        refine_on(&plain, &start?, Some(&sigma)).ok()
+    let inside = |axis: &Axis| Some(estimate?.parameters.get(axis.parameter).clamp(axis.min, axis.max));
+    let start: Option<Vec<f64>> = space.free().iter().map(inside).collect();
+    let from_sm = || match &start {
+        // What was found is the refinement of this estimate.
+        Some(start) if start == searched => Some(refined.clone()),
+        Some(start) => refine_on(&plain, start, Some(&sigma)).ok(),
+        None => None,
     };
     let (reference, from_sm) = rayon::join(|| global_reference_on(&plain, &sigma).ok(), from_sm);
     let kind = reference.as_ref().map(|reference: &Reference| reference.kind);
@@ -166,14 +170,13 @@ fn judged(prepared: &Prepared<'_>, claim: &Claim<'_>) -> Verified {
     };
     let lowest = best.weighted(&sigma);
     let relative = |cost: f64| (cost - lowest) / lowest.max(1.0);
-    let start = squares_on(&plain, searched);
-    let start_gap = relative(weighted(&start, &sigma));
+    let start = LazyCell::new(|| squares_on(&plain, searched));
     let deviations = prepared.deviations();
     let misfit = |squares: &[[f64; 2]]| weighted(squares, deviations).sqrt();
     let count = misfit_of_nothing(records);
-    let is_far = misfit(&start) > MISFIT_TIMES * misfit(&best.squares) + MISFIT_MORE * count;
+    let is_far = || misfit(&start) > MISFIT_TIMES * misfit(&best.squares) + MISFIT_MORE * count;
     let status = match relative(own) {
-        gap if gap > EQUAL || (is_judged && is_far) => Status::SearchStuck,
+        gap if gap > EQUAL || (is_judged && is_far()) => Status::SearchStuck,
         gap if gap < -EQUAL => Status::ReferenceFailed,
         _ => Status::Agrees,
     };
@@ -183,7 +186,7 @@ fn judged(prepared: &Prepared<'_>, claim: &Claim<'_>) -> Verified {
         steiglitz_mcbride: estimate.map(|e| e.parameters),
         levenberg_marquardt: Some(if status == Status::ReferenceFailed { refined.parameters } else { best.parameters }),
         reference: kind,
-        cost_gap: Some(if of_search { start_gap } else { relative(own) }),
+        cost_gap: Some(if of_search { relative(weighted(&start, &sigma)) } else { relative(own) }),
         refined_agrees: relative(own) <= EQUAL,
     };
     Verified { verification, better: (relative(own) > EQUAL).then_some(best) }

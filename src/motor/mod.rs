@@ -41,7 +41,7 @@ pub use logarithm::{LogarithmError, matrix_logarithm};
 pub use matrix::{Matrix2, inverse, product, times};
 pub use parameter::{Extensions, Parameter, UsualBounds};
 pub use response::{Response, response};
-pub(crate) use sensor::{CHUNK, MovingAverages};
+pub(crate) use sensor::{Aligned, CHUNK, MovingAverages};
 #[cfg(feature = "gpu")]
 pub(crate) use sensor::{MovingAverage, WINDOW_MAX};
 pub use settings::{InputHistory, SimulationSettings};

@@ -16,6 +16,10 @@ pub(crate) const WINDOW_MAX: f64 = 1e6;
 /// Samples that the kernel computes at a time.
 pub(crate) const CHUNK: usize = 64;
 
+/// Numbers that vectors are loaded from: a vector of AVX-512 is a cache line, and each load off its boundary takes two.
+#[repr(align(64))]
+pub(crate) struct Aligned<T>(pub T);
+
 /// The weights of a moving average. With arrays as values it is those of several sensors, a lane each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct MovingAverage<T> {
@@ -100,8 +104,8 @@ impl<const L: usize> MovingAverages<L> {
         for (n, seen) in (start..).zip(seen.iter()) {
             self.ring[n & mask] = seen[channel];
         }
-        let mut oldest = [[0.0; L]; CHUNK];
-        let oldest = &mut oldest[..seen.len()];
+        let mut oldest = Aligned([[0.0; L]; CHUNK]);
+        let oldest = &mut oldest.0[..seen.len()];
         for lane in 0..L {
             let (wrapped, last) = self.ring.split_at(start.wrapping_sub(self.whole[lane]) & mask);
             for (oldest, value) in oldest.iter_mut().zip(last.iter().chain(wrapped)) {

@@ -118,21 +118,24 @@ impl Logs {
         if before.min(after) < self.floor { 0.0 } else { 0.5 * (before + after) - notch() }
     }
 
-    /// The dips at the first multiples of 1/N, or at every second; and how many there are below half the rate.
-    fn dips(&self, window: f64, every: usize) -> ([f64; MULTIPLES], usize) {
+    /// The dips at the first multiples of 1/N, or at every second, and how many there are below half the rate; `None`
+    /// where more than half of them are below `least`.
+    fn dips(&self, window: f64, every: usize, least: f64) -> Option<([f64; MULTIPLES], usize)> {
         let mut dips = [0.0; MULTIPLES];
-        let mut multiples = 0;
         let mut humps = [f64::NAN, self.hump(0, window)];
-        for (k, dip) in (1..).step_by(every).zip(&mut dips) {
-            if (count(k) + 0.8) / window > 0.5 {
-                break;
-            }
+        let below_half = |k: &usize| (count(*k) + 0.8) / window <= 0.5;
+        let multiples = (1..).step_by(every).take(MULTIPLES).take_while(below_half).count();
+        let mut low = 0;
+        for (k, dip) in (1..).step_by(every).zip(&mut dips[..multiples]) {
             let before = if every == 1 { humps[1] } else { self.hump(k - 1, window) };
             humps = [before, self.hump(k, window)];
             *dip = self.dip(k, window, humps);
-            multiples += 1;
+            low += usize::from(*dip < least);
+            if 2 * low > multiples {
+                return None;
+            }
         }
-        (dips, multiples)
+        Some((dips, multiples))
     }
 }
 
@@ -147,34 +150,34 @@ fn best(spectrum: &Logs, inputs: &[Logs]) -> Option<Best> {
     let longest = (spectrum.segment / WINDOWS_IN_SEGMENT).min(*WINDOWS.end());
     let mut best: Option<Best> = None;
     for window in *WINDOWS.start()..=longest {
-        let is_better = |found: &Best| found.score >= SCORES[0] && best.is_none_or(|best| found.score > best.score);
+        let is_better = |found: &Best| best.is_none_or(|best| found.score > best.score);
         // What the voltage explains is only asked where there is something to explain.
-        let plain = scored(spectrum, &[], window, 1).filter(is_better);
-        if let Some(found) = plain.and_then(|_| scored(spectrum, inputs, window, 1)).filter(is_better) {
+        let plain = scored(spectrum, &[], window, (1, SCORES[0])).filter(is_better);
+        if let Some(found) = plain.and_then(|_| scored(spectrum, inputs, window, (1, SCORES[0]))).filter(is_better) {
             best = Some(found);
         }
     }
     // Half of the window has its notches at every other notch: then the odd multiples of the whole are notches too.
     while let Some(found) = best {
         let twice = (2 * found.window - 1..=2 * found.window + 1).filter(|window| *window <= longest);
-        let longer = twice.filter_map(|window| scored(spectrum, inputs, window, 2));
-        let longer = longer.filter(|longer| longer.score > 0.5 * found.score);
+        let longer = twice.filter_map(|window| scored(spectrum, inputs, window, (2, 0.5 * found.score)));
         let Some(longer) = longer.max_by(|a, b| a.score.total_cmp(&b.score)) else { break };
         best = Some(Best { score: found.score, ..longer });
     }
     best
 }
 
-/// The score of a window, if it is sure, by every multiple of 1/N or every second.
-fn scored(spectrum: &Logs, inputs: &[Logs], window: usize, every: usize) -> Option<Best> {
+/// The score of a window, if it is sure and at least `least`, by every multiple of 1/N or every second.
+fn scored(spectrum: &Logs, inputs: &[Logs], window: usize, (every, least): (usize, f64)) -> Option<Best> {
     let length = count(window);
-    let (mut dips, multiples) = spectrum.dips(length, every);
+    let (mut dips, multiples) = spectrum.dips(length, every, least)?;
     if multiples == 0 {
         return None;
     }
     let mut explained = [0.0_f64; MULTIPLES];
     for input in inputs {
-        explained.iter_mut().zip(input.dips(length, every).0).for_each(|(most, dip)| *most = most.max(dip));
+        let (dips, _) = input.dips(length, every, f64::NEG_INFINITY)?;
+        explained.iter_mut().zip(dips).for_each(|(most, dip)| *most = most.max(dip));
     }
     let dips = &mut dips[..multiples];
     dips.iter_mut().zip(explained).for_each(|(dip, explained)| *dip -= explained);
@@ -184,5 +187,5 @@ fn scored(spectrum: &Logs, inputs: &[Logs], window: usize, every: usize) -> Opti
     // what it is compared with adds a quarter to its variance. A median of n is worth n/1.57 of them.
     let bins = spectrum.mean(0.95 / length, 1.05 / length).1 * spectrum.worth;
     let error = 0.56 * 1.25_f64.sqrt() / bins.max(0.7).sqrt() / (count(multiples) / 1.57).max(1.0).sqrt();
-    (score >= SURE * error).then_some(Best { window, score })
+    (score >= least && score >= SURE * error).then_some(Best { window, score })
 }

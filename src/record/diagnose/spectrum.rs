@@ -9,14 +9,17 @@ use std::sync::Arc;
 /// Points of every transform; shorter segments are padded with zeros.
 pub(super) const POINTS: usize = 4096;
 
+/// Lengths whose windows are kept.
+const WINDOWS: usize = 4;
+
 /// A plan with its buffers, made once a thread.
 struct Plan {
     transform: Arc<dyn RealToComplex<f64>>,
     input: Vec<f64>,
     output: Vec<Complex<f64>>,
     scratch: Vec<Complex<f64>>,
-    /// A Hann window and the length it is for.
-    window: Vec<f64>,
+    /// The Hann windows of the last lengths: a signal and its differences take turns.
+    windows: Vec<Vec<f64>>,
 }
 
 thread_local! {
@@ -28,16 +31,18 @@ impl Plan {
         let transform = RealFftPlanner::new().plan_fft_forward(POINTS);
         let (input, output) = (transform.make_input_vec(), transform.make_output_vec());
         let scratch = transform.make_scratch_vec();
-        Self { transform, input, output, scratch, window: Vec::new() }
+        Self { transform, input, output, scratch, windows: Vec::new() }
     }
 
     /// Adds |transform|² of one windowed segment to `power`.
     fn add(&mut self, segment: &[f64], power: &mut [f64]) {
-        if self.window.len() != segment.len() {
+        let place = self.windows.iter().position(|window| window.len() == segment.len()).unwrap_or_else(|| {
             let turn = std::f64::consts::TAU / count(segment.len());
-            self.window = (0..segment.len()).map(|n| 0.5 - 0.5 * ((count(n) + 0.5) * turn).cos()).collect();
-        }
-        for ((place, value), weight) in self.input.iter_mut().zip(segment).zip(&self.window) {
+            self.windows.truncate(WINDOWS - 1);
+            self.windows.insert(0, (0..segment.len()).map(|n| 0.5 - 0.5 * ((count(n) + 0.5) * turn).cos()).collect());
+            0
+        });
+        for ((place, value), weight) in self.input.iter_mut().zip(segment).zip(&self.windows[place]) {
             *place = value * weight;
         }
         self.input[segment.len()..].fill(0.0);
