@@ -1,9 +1,9 @@
 //! Fitted and held-out recordings side by side.
 
-use super::Table;
 use super::figures::{self, Modelled};
 use super::identified::{noise_floor_text, verdicts};
 use super::page::Part;
+use super::table::{Table, dash};
 use crate::analysis::{HeldOut, ResidualTests, Validation};
 use crate::identify::Identification;
 use crate::text::significant;
@@ -15,17 +15,17 @@ const HEADS: [&str; 7] =
 pub(super) fn held_out(found: &Identification, validation: &Validation) -> Vec<Part> {
     let plot = |(n, held): (usize, &HeldOut)| {
         let models = [Modelled { name: "model".to_owned(), signals: held.simulated.clone() }];
-        Part::Figure(Box::new(figures::responses(&format!("held-out-{}", n + 1), &held.record, &models)))
+        Part::Figure(figures::responses(&format!("held-out-{n}"), &held.record, &models))
     };
-    let plots = validation.held_out.iter().enumerate().map(plot);
+    let plots = (1..).zip(&validation.held_out).map(plot);
     std::iter::once(Part::Table(table(found, validation))).chain(plots).collect()
 }
 
 fn table(found: &Identification, validation: &Validation) -> Table {
     let mut table = Table::new("held-out", "Fit of what was fitted and of what was held out [%]", &HEADS);
     let mut row = |name: String, fit: [Option<f64>; 2], sigma: [Option<f64>; 2], tests: &[ResidualTests]| {
-        let [current, speed] = fit.map(|f| f.map_or("\u{2013}".to_owned(), |f| format!("{f:.2}")));
-        let left = sigma.map(|s| s.map_or("\u{2013}".to_owned(), |s| significant(s, 3))).join(", ");
+        let [current, speed] = fit.map(|f| f.map_or_else(dash, |f| format!("{f:.2}")));
+        let left = sigma.map(|s| s.map_or_else(dash, |s| significant(s, 3))).join(", ");
         let [white, independent] = if tests.is_empty() { Default::default() } else { verdicts(tests) };
         table.row(vec![name, current, speed, left, white, independent, String::new()]);
     };

@@ -26,12 +26,12 @@ pub mod sweep;
 #[cfg(feature = "report")]
 mod table;
 
-pub use bench::BenchDocument;
-pub use document::{Devices, EvaluateDocument, IdentifyDocument, Names, json};
+pub use bench::bench_document;
+pub use document::{EvaluateDocument, devices_document, identify_document, json};
 pub use identified::{characteristics_lines, noise_floor_text, verdicts};
 #[cfg(feature = "report")]
 pub use inspect::inspect_page;
-pub use inspect::{InspectDocument, SignalFacts};
+pub use inspect::{SignalFacts, inspect_document};
 #[cfg(feature = "report")]
 pub use page::{Figure, Item, Page, Part, Section};
 #[cfg(feature = "report")]

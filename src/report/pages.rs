@@ -1,19 +1,19 @@
 //! The pages of `identify` and `compare`: the answer first, then how sure, then the plots, then how to reproduce it.
 
 use super::characteristics::characteristics_table;
-use super::compare::{paper_tables, setting_name, tables};
+use super::compare::{best, paper_tables, setting_name, tables};
 use super::figures::{self, Modelled};
 use super::held_out::held_out;
 use super::identified::{noise_floor_text, with_error};
-use super::page::{Figure, Page, Part, Section};
+use super::page::{Page, Part, Section};
 use super::selection::selection_table;
 use super::spelling::command_line;
-use super::{Names, Table};
+use super::table::{Table, dash};
 use crate::analysis::{Characteristics, Named};
 use crate::identify::{Identification, IdentifySpec, ParameterEstimate, Status};
 use crate::motor::{Parameters, Scope};
 use crate::record::{Record, Severity};
-use crate::study::compare::{Block, Comparison, MethodResult};
+use crate::study::compare::{Block, Comparison};
 use crate::text::{engineering, significant};
 use crate::warning::Warning;
 
@@ -24,10 +24,6 @@ pub struct Reproduced {
     pub command: String,
     /// All options, by name.
     pub options: Vec<(String, String)>,
-}
-
-fn boxed(figure: Figure) -> Part {
-    Part::Figure(Box::new(figure))
 }
 
 pub(super) fn section(heading: &str, parts: Vec<Part>) -> Section {
@@ -79,14 +75,14 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     sure.push(Part::Table(fit(found, spec)));
     sure.push(Part::Table(characteristics_table(found)));
     sure.extend(found.selection.as_ref().map(|selection| Part::Table(selection_table(selection))));
-    sure.extend(figures::correlations(found).map(boxed));
+    sure.extend(figures::correlations(found).map(Part::Figure));
     let mut plots: Vec<Part> = Vec::new();
     let modelled = found.modelled(records, spec).unwrap_or_default();
-    for (n, (record, signals)) in records.iter().zip(modelled).enumerate() {
+    for (n, (record, signals)) in (1..).zip(records.iter().zip(modelled)) {
         let models = [Modelled { name: "model".to_owned(), signals }];
-        plots.push(boxed(figures::responses(&format!("response-{}", n + 1), record, &models)));
+        plots.push(Part::Figure(figures::responses(&format!("response-{n}"), record, &models)));
     }
-    plots.extend(figures::history(found, spec).map(boxed));
+    plots.extend(figures::history(found, spec).map(Part::Figure));
     let mut sections = vec![section("How sure this is", sure), section("Measured and modelled", plots)];
     sections.extend(found.validation.as_ref().map(|held| section("Held out", held_out(found, held))));
     if let (Some(of), None) = (&found.noise_floor, &found.validation) {
@@ -119,7 +115,6 @@ fn verdict(found: &Identification) -> String {
 fn parameters(found: &Identification) -> Table {
     let heads = ["parameter", "value", "unit", "standard error", "95 % interval", "remark"];
     let mut table = Table::new("parameters", "Parameters", &heads);
-    let dash = || "\u{2013}".to_owned();
     for e in found.estimates() {
         let p = e.parameter;
         let remark = match (e.value, e.at_bound) {
@@ -143,17 +138,15 @@ fn parameters(found: &Identification) -> Table {
 
 fn fit(found: &Identification, spec: &IdentifySpec) -> Table {
     let mut table = Table::new("fit", "Fit", &["channel", "fit [%]", "residual", "residual white"]);
-    let units = ["A", "rad/s"];
-    for (channel, name) in ["current", "speed"].into_iter().enumerate() {
+    for (channel, (name, unit)) in [("current", "A"), ("speed", "rad/s")].into_iter().enumerate() {
         let white = found.uncertainty.as_ref().and_then(|u| u.whiteness[channel].as_ref());
-        let white = white.map_or("\u{2013}", |w| if w.is_white { "yes" } else { "no" });
+        let white = white.map_or_else(dash, |w| if w.is_white { "yes" } else { "no" }.to_owned());
         let Some(fit) = found.fit_percent[channel] else { continue };
-        let sigma = found.residual_sigma[channel];
-        let residual = sigma.map_or("\u{2013}".to_owned(), |s| format!("{} {}", significant(s, 3), units[channel]));
-        table.row(vec![name.to_owned(), format!("{fit:.3}"), residual, white.to_owned()]);
+        let residual = found.residual_sigma[channel].map_or_else(dash, |s| format!("{} {unit}", significant(s, 3)));
+        table.named_row(name, [format!("{fit:.3}"), residual, white]);
     }
-    let names = Names::of(spec);
-    table.note(format!("Cost {} ({}, scale {}).", significant(found.cost, 4), names.criterion, names.scale));
+    let (criterion, scale) = (spec.criterion.norm.name(), spec.criterion.scale.name());
+    table.note(format!("Cost {} ({criterion}, scale {scale}).", significant(found.cost, 4)));
     table
 }
 
@@ -165,10 +158,8 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
     if comparison.interrupted {
         sure.push(Part::Warning("This comparison was interrupted: it shows the best so far.".to_owned()));
     }
-    sure.extend(
-        (comparison.reference.as_ref().err())
-            .map(|e| Part::Warning(format!("There is no refined estimate: {}", e.spelled(command_line)))),
-    );
+    let missing = comparison.reference.as_ref().err().map(|e| e.spelled(command_line));
+    sure.extend(missing.map(|why| Part::Warning(format!("There is no refined estimate: {why}"))));
     let failed = comparison.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().err());
     sure.extend(failed.map(|e| Part::Warning(format!("Steiglitz\u{2013}McBride cannot serve: {e}."))));
     if !sure.is_empty() {
@@ -181,23 +172,18 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
     for (n, block) in comparison.blocks.iter().enumerate() {
         let id = format!("block{}", n + 1);
         let mut parts: Vec<Part> = tables(comparison, block).into_iter().map(Part::Table).collect();
-        if !block.has_results() {
-            sections.push(section(&setting_name(&block.setting), parts));
-            continue;
+        if block.has_results() {
+            parts.push(Part::Figure(figures::convergence(&id, block)));
+            parts.push(Part::Figure(figures::distributions(&id, comparison, block)));
+            parts.push(Part::Figure(figures::waterfall(&id, block)));
+            parts.extend(figures::errors(&id, comparison, block).map(Part::Figure));
         }
-        parts.push(boxed(figures::convergence(&id, block)));
-        parts.push(boxed(figures::distributions(&id, comparison, block)));
-        parts.push(boxed(figures::waterfall(&id, block)));
-        parts.extend(figures::errors(&id, comparison, block).map(boxed));
         sections.push(section(&setting_name(&block.setting), parts));
     }
     sections.push(section("Measured and modelled", responses(comparison)));
-    if let Ok(found) = &comparison.reference {
-        let figure = figures::correlations(found).map(boxed);
-        if let Some(figure) = figure {
-            sections.push(section("Correlation of the refined estimate", vec![figure]));
-        }
-    }
+    let correlations = comparison.reference.as_ref().ok().and_then(|found| figures::correlations(found));
+    sections
+        .extend(correlations.map(|figure| section("Correlation of the refined estimate", vec![Part::Figure(figure)])));
     let device = (comparison.device.1.as_str(), comparison.device.2);
     sections.push(reproduce(&comparison.subject.records, how, Some(device)));
     Page { title: "Methods compared".to_owned(), answer: answer(comparison), sections }
@@ -207,11 +193,8 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
 fn answer(comparison: &Comparison) -> String {
     let one = |block: &Block| {
         if !block.has_results() {
-            let why = if block.results.iter().all(|c| c.runs.is_empty()) {
-                "was not run"
-            } else {
-                "finds nothing that does not diverge"
-            };
+            let is_run = block.results.iter().any(|c| !c.runs.is_empty());
+            let why = if is_run { "finds nothing that does not diverge" } else { "was not run" };
             return format!("Under {}: {why}.", setting_name(&block.setting));
         }
         let ranking = block.ranking();
@@ -239,18 +222,14 @@ fn responses(comparison: &Comparison) -> Vec<Part> {
     let (Some(block), Some(record)) = (comparison.blocks.first(), comparison.subject.records.first()) else {
         return Vec::new();
     };
-    let best = |result: &MethodResult| Some((result.method.name().to_owned(), result.best()?.parameters?));
-    let mut best: Vec<(String, Parameters)> = block.results.iter().filter_map(best).collect();
-    let sm = comparison.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok());
-    best.extend(sm.map(|p| ("sm".to_owned(), *p)));
     let how = comparison.spec.model.discretization;
     let initial = comparison.initial.first().copied().unwrap_or_default();
-    let figure = |(name, parameters): (String, Parameters)| {
+    let figure = |(name, parameters): (&str, Parameters)| {
         let signals = figures::model(record, &parameters, initial, how);
-        let mut figure =
-            figures::responses(&format!("response-{name}"), record, &[Modelled { name: name.clone(), signals }]);
+        let models = [Modelled { name: name.to_owned(), signals }];
+        let mut figure = figures::responses(&format!("response-{name}"), record, &models);
         figure.caption = format!("{name}, best run. {}", figure.caption);
-        boxed(figure)
+        Part::Figure(figure)
     };
-    best.into_iter().map(figure).collect()
+    best(comparison, block).into_iter().map(figure).collect()
 }

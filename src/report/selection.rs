@@ -1,7 +1,7 @@
 //! The selection of a model as a table.
 
-use super::Table;
-use crate::identify::{Identification, ModelSelection, SelectionStep};
+use super::table::{Table, dash};
+use crate::identify::{Identification, ModelSelection};
 use crate::motor::Extension;
 use crate::text::significant;
 
@@ -11,24 +11,18 @@ pub fn selection_table(selection: &ModelSelection) -> Table {
     let heads = ["extensions", "free", "current [%]", "speed [%]", "criterion", ""];
     let mut table = Table::new("ladder", "Models that were tried", &heads);
     for step in &selection.steps {
-        let [current, speed] =
-            step.fit_percent.map(|fit| fit.map_or_else(|| "\u{2013}".to_owned(), |fit| format!("{fit:.2}")));
+        let [current, speed] = step.fit_percent.map(|fit| fit.map_or_else(dash, |fit| format!("{fit:.2}")));
         let gain = step.gain.map_or_else(String::new, |gain| significant(gain, 3));
         let taken = if step.taken { "taken" } else { "" };
-        table.row(vec![named(step), step.free.to_string(), current, speed, gain, taken.to_owned()]);
+        let extensions = step.with.iter().map(|e| e.name()).collect::<Vec<_>>();
+        let name = if extensions.is_empty() { "none".to_owned() } else { extensions.join(", ") };
+        table.row([name, step.free.to_string(), current, speed, gain, taken.to_owned()]);
     }
     table.note(
         "Fits in percent. Criterion: Schwarz's, with as many samples as the residuals have independent ones, less that of \
          the model one extension smaller; the lowest is taken while it is well below zero.",
     );
     table
-}
-
-fn named(step: &SelectionStep) -> String {
-    if step.with.is_empty() {
-        return "none".to_owned();
-    }
-    step.with.iter().map(|e| e.name()).collect::<Vec<_>>().join(", ")
 }
 
 /// The selection in a line: what was taken, and how many models were tried.

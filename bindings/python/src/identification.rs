@@ -7,7 +7,7 @@ use crate::figure::Svg;
 use motorfit::identify::{IdentifySpec, ParameterEstimate};
 use motorfit::record::Record;
 use motorfit::report::figures::{self, Modelled};
-use motorfit::report::{IdentifyDocument, json};
+use motorfit::report::{identify_document, json};
 use motorfit::text::significant;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
@@ -89,7 +89,7 @@ result! {
 impl Identification {
     /// A result that was found here.
     pub fn new(records: Vec<Record>, spec: IdentifySpec, found: motorfit::identify::Identification) -> Self {
-        let text = json(&IdentifyDocument::of(&records, &spec, &found));
+        let text = json(&identify_document(&records, &spec, &found));
         Self(Held::Here(Found { records, spec, found, text }))
     }
 }

@@ -1,9 +1,9 @@
 //! The motors of a production line: their parameters, and which are outside of limits.
 
-use super::words::{Unit, block_name, many, plural};
+use super::words::{Unit, block_name, counted, many};
 use crate::identify::ParameterEstimate;
 use crate::numeric::{quantile, sorted};
-use crate::report::Table;
+use crate::report::table::{Table, dash};
 use crate::study::sweep::{Limits, MOTOR, Named, NamedRun, Quantiles, SweepSummary};
 
 /// A parameter over all motors.
@@ -90,15 +90,12 @@ pub(super) fn line_tables(summary: &SweepSummary, limits: &Limits) -> Vec<Table>
 
 fn motors(summary: &SweepSummary, spreads: &[Spread], units: &[Unit]) -> Table {
     let heads = ["parameter", "min", "5 %", "median", "95 %", "max", "std. error"];
-    let count = summary.results.len();
-    let title = format!("Parameters of {} {}", many(count), plural(count as u64, "motor", "motors"));
+    let title = format!("Parameters of {}", counted(summary.results.len() as u64, "motor", "motors"));
     let mut table = Table::new("motors", title, &heads);
     for (spread, unit) in spreads.iter().zip(units) {
         let q = Quantiles::of(&spread.values);
-        let mut row = vec![unit.head()];
-        row.extend([q.min, q.q05, q.median, q.q95, q.max].map(|value| unit.write(value, 4)));
-        row.push(unit.write(spread.std_error, 2));
-        table.row(row);
+        let quantiles = [q.min, q.q05, q.median, q.q95, q.max].map(|value| unit.write(value, 4));
+        table.named_row(&unit.head(), quantiles.into_iter().chain([unit.write(spread.std_error, 2)]));
     }
     let block = summary.blocks.first().map_or_else(String::new, block_name);
     table.note(format!("Of each motor the best run ({block}); std. error: that of a typical motor, the median."));
@@ -112,12 +109,12 @@ fn limits(spreads: &[Spread], units: &[Unit]) -> Table {
     for (spread, unit) in spreads.iter().zip(units) {
         let Some([low, high]) = spread.limits else { continue };
         has_intervals |= spread.unsure.is_some();
-        table.row(vec![
+        table.row([
             unit.head(),
             unit.limit(low),
             unit.limit(high),
             many(spread.values.len() - spread.outside),
-            spread.unsure.map_or_else(|| "\u{2013}".to_owned(), many),
+            spread.unsure.map_or_else(dash, many),
             many(spread.outside),
         ]);
     }
@@ -136,16 +133,15 @@ fn outside(excesses: &[Excess<'_>], units: &[Unit]) -> Option<Table> {
         return None;
     }
     let heads = ["motor", "parameter", "value", "95 % interval", "limit", "fit [%]"];
-    let title = format!("Outside of the limits: {} {}", many(motors), plural(motors as u64, "motor", "motors"));
+    let title = format!("Outside of the limits: {}", counted(motors as u64, "motor", "motors"));
     let mut table = Table::new("outside", title, &heads);
-    let dash = || "\u{2013}".to_owned();
     for Excess { run, estimate, value, limit, is_above, .. } in excesses {
         let named = (estimate.parameter, estimate.scope);
         let Some(unit) = units.iter().find(|unit| unit.named == named) else { continue };
         let write = |value: f64| unit.write(value, 5);
         let fit = run.outcome.fit_percent.map(|fit| [fit.current, fit.speed]);
         let fit = fit.map(|fit| fit.map(|f| f.map_or_else(dash, |f| format!("{f:.2}"))).join(" / "));
-        table.row(vec![
+        table.row([
             run.motor.clone(),
             unit.head(),
             write(*value),

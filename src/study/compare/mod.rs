@@ -3,6 +3,7 @@
 //! Runs of the same number start from the same random numbers, whatever the method: their populations are the same, which
 //! is what makes comparisons between methods paired.
 
+mod estimates;
 mod ranking;
 mod settings;
 
@@ -11,6 +12,7 @@ mod spec;
 mod steiglitz;
 mod targets;
 
+pub use estimates::Estimates;
 pub use ranking::{FEW, PairwiseTest, Ranking, Summary};
 pub use settings::CompareSettings;
 pub use spec::{CompareSpec, Preset, Setting, Subject};

@@ -29,9 +29,10 @@ pub struct Merged {
 }
 
 /// A results file of a sweep.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct ShardStatus {
     /// Which shard.
+    #[serde(flatten)]
     pub shard: Shard,
     /// Finished runs in its file.
     pub done: u64,
@@ -42,7 +43,7 @@ pub struct ShardStatus {
 }
 
 /// How far a sweep is.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct SweepStatus {
     /// The study's name.
     pub name: String,
@@ -52,10 +53,12 @@ pub struct SweepStatus {
     pub done: u64,
     /// Of these, runs without a result.
     pub failed: u64,
-    /// The results files.
-    pub shards: Vec<ShardStatus>,
+    /// Runs that are not finished.
+    pub missing: u64,
     /// Whether the merged results are there.
     pub merged: bool,
+    /// The results files.
+    pub shards: Vec<ShardStatus>,
 }
 
 /// Where the line of each run stands.
@@ -176,8 +179,9 @@ impl Sweep {
             runs: self.manifest.runs,
             done: all.count(),
             failed: all.count() - good.count(),
-            shards,
+            missing: self.manifest.runs - all.count(),
             merged: self.folder.join(RESULTS).exists(),
+            shards,
         })
     }
 }

@@ -46,7 +46,7 @@ impl SweepProgress {
 }
 
 /// Runs of a motor without a result, for one reason.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct FailedRun {
     /// The number of the first.
     pub id: u64,

@@ -18,7 +18,7 @@ const SAMPLE: u64 = 1 << 20;
 const NAMED: usize = 10;
 
 /// Quantiles of some values.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Quantiles {
     /// The smallest.
     pub min: f64,
