@@ -1,7 +1,7 @@
 //! A study as its file says it: factors, whose product the runs are, and what holds for all of them.
 
 use super::keys::{Keys, OF_ALL_RUNS, OF_MODELS};
-use super::toml::Document;
+use super::toml::{Document, Item};
 use crate::Result;
 use crate::criterion::{Criterion, Noise, Norm, Scale};
 use crate::device::{DeviceSpec, OnLoss, PrecisionSpec};
@@ -155,16 +155,12 @@ impl Study {
             methods: keys.methods()?,
             with: keys.with(&spec)?,
             names_with: keys.names_with(),
-            polish: keys.list("polish", &|v, key| document.choice(key, v), Polish::None)?,
-            population: keys.list("population", &|v, key| keys.positive(key, v), 100)?,
-            generations: keys.list("generations", &|v, key| keys.positive(key, v), 100)?,
-            criterion: keys.list("criterion", &|v, key| document.choice(key, v), Norm::Nrmse)?,
-            scale: keys.list("scale", &|v, key| document.choice(key, v), Scale::Std)?,
-            noise: keys.list(
-                "noise",
-                &|v, key| keys.noise(key, v),
-                AddedNoise { name: "none".to_owned(), noise: None },
-            )?,
+            polish: keys.list("polish", Item::choice, Polish::None)?,
+            population: keys.list("population", Item::positive, 100)?,
+            generations: keys.list("generations", Item::positive, 100)?,
+            criterion: keys.list("criterion", Item::choice, Norm::Nrmse)?,
+            scale: keys.list("scale", Item::choice, Scale::Std)?,
+            noise: keys.noise()?,
             seeds: keys.seeds()?,
             reading: keys.reading(spec.model.discretization)?,
             validate: keys.words("validate", "[\"held-out.csv\"]")?,
