@@ -5,6 +5,7 @@ use crate::identify::ParameterEstimate;
 use crate::numeric::{quantile, sorted};
 use crate::report::table::{Table, dash};
 use crate::study::sweep::{Limits, MOTOR, Named, NamedRun, Quantiles, SweepSummary};
+use std::collections::BTreeSet;
 
 /// A parameter over all motors.
 pub(super) struct Spread {
@@ -54,20 +55,25 @@ pub(super) struct Excess<'a> {
     pub share: f64,
 }
 
-/// Everything that is outside, the farthest first.
+/// Everything that is outside, the farthest first. A parameter that is not identifiable is not.
 pub(super) fn excesses<'a>(summary: &'a SweepSummary, limits: &Limits) -> Vec<Excess<'a>> {
     let one = |run: &'a NamedRun, estimate: &'a ParameterEstimate| {
         let ([low, high], value) = (limits.of(estimate.parameter)?, estimate.value?);
         let is_above = value > high;
-        let beyond = if is_above { value - high } else { low - value };
         let limit = if is_above { high } else { low };
-        Some(Excess { run, estimate, value, limit, is_above, share: beyond / (high - low) })
+        let share = (value - limit).abs() / (high - low);
+        (!(low..=high).contains(&value)).then_some(Excess { run, estimate, value, limit, is_above, share })
     };
-    let outside = summary.outside(limits).into_iter();
-    let mut all: Vec<Excess<'a>> =
-        outside.flat_map(|(run, list)| list.into_iter().filter_map(move |e| one(run, e))).collect();
+    let estimates = |run: &'a NamedRun| run.outcome.estimates.iter().flat_map(|estimates| &estimates.list);
+    let all = summary.results.iter().flat_map(|run| estimates(run).map(move |estimate| (run, estimate)));
+    let mut all: Vec<Excess<'a>> = all.filter_map(|(run, estimate)| one(run, estimate)).collect();
     all.sort_by(|a, b| b.share.total_cmp(&a.share));
     all
+}
+
+/// How many motors are outside.
+pub(super) fn motors_outside(excesses: &[Excess<'_>]) -> u64 {
+    excesses.iter().map(|excess| excess.run.job.motor).collect::<BTreeSet<_>>().len() as u64
 }
 
 /// The tables: what is outside of limits, the limits, the parameters of several motors.
@@ -128,12 +134,11 @@ fn limits(spreads: &[Spread], units: &[Unit]) -> Table {
 
 /// What is outside; `None` where nothing is.
 fn outside(excesses: &[Excess<'_>], units: &[Unit]) -> Option<Table> {
-    let motors = excesses.iter().map(|e| e.run.job.motor).collect::<std::collections::BTreeSet<_>>().len();
-    if motors == 0 {
+    if excesses.is_empty() {
         return None;
     }
     let heads = ["motor", "parameter", "value", "95 % interval", "limit", "fit [%]"];
-    let title = format!("Outside of the limits: {}", counted(motors as u64, "motor", "motors"));
+    let title = format!("Outside of the limits: {}", counted(motors_outside(excesses), "motor", "motors"));
     let mut table = Table::new("outside", title, &heads);
     for Excess { run, estimate, value, limit, is_above, .. } in excesses {
         let named = (estimate.parameter, estimate.scope);

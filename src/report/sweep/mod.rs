@@ -15,9 +15,9 @@ mod tests;
 mod words;
 
 pub use document::{status_document, sweep_document, tally_document};
-pub use page::sweep_page;
+pub use page::{sweep_answer, sweep_page};
 #[cfg(feature = "parquet")]
 pub use parquet::write_parquet;
 pub use tables::sweep_tables;
 pub use terminal::shortened;
-pub use words::{grouped, sweep_answer};
+pub use words::grouped;

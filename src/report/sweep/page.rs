@@ -1,9 +1,9 @@
 //! The page of a sweep: the answer, the motors, costs by factor, what failed, how it was made.
 
-use super::line::line_tables;
+use super::figures;
+use super::line::{excesses, line_tables, motors_outside};
 use super::tables::{block_tables, failed};
-use super::words::{block_name, counted, grouped, plural, sweep_answer};
-use super::{figures, words};
+use super::words::{block_name, counted, grouped, lowest, many, plural};
 use crate::report::pages::{reproduce, section};
 use crate::report::{Page, Part, Reproduced, Section};
 use crate::study::sweep::{Limits, SweepSummary};
@@ -31,6 +31,27 @@ pub fn sweep_page(summary: &SweepSummary, limits: &Limits, how: &Reproduced) -> 
     Page { title: format!("Sweep \u{201c}{}\u{201d}", summary.name), answer: sweep_answer(summary, limits), sections }
 }
 
+/// The answer in one sentence, or two.
+#[must_use]
+pub fn sweep_answer(summary: &SweepSummary, limits: &Limits) -> String {
+    let found = if summary.motors > 1 {
+        format!("{} of {} motors identified", many(summary.results.len()), many(summary.motors))
+    } else {
+        let done = summary.runs - summary.missing - summary.failed;
+        format!("{} of {} runs of one motor have a result", grouped(done), grouped(summary.runs))
+    };
+    let verdict = match (limits.is_empty() || summary.results.is_empty(), motors_outside(&excesses(summary, limits))) {
+        (true, _) => String::new(),
+        (_, 0) if summary.motors > 1 => "; all of them are within the limits".to_owned(),
+        (_, 0) => "; it is within the limits".to_owned(),
+        (_, _) if summary.motors == 1 => "; it is outside the limits".to_owned(),
+        (_, n) => format!("; {} outside the limits", counted(n, "is", "are")),
+    };
+    let best = summary.blocks.first().and_then(|block| lowest(summary, block));
+    let best = best.map_or_else(String::new, |[under, best]| format!(" Lowest median cost{under}: {best}."));
+    format!("{found}{verdict}.{best}")
+}
+
 /// What must not be overlooked.
 fn warnings(summary: &SweepSummary) -> Vec<Part> {
     let SweepSummary { missing, failed, taken_over, .. } = *summary;
@@ -50,7 +71,7 @@ fn made(summary: &SweepSummary, how: &Reproduced) -> Section {
     let mut how = how.clone();
     let facts = [
         ("runs", grouped(summary.runs)),
-        ("motors", words::many(summary.motors)),
+        ("motors", many(summary.motors)),
         ("factors varied", if summary.varied.is_empty() { "none".to_owned() } else { summary.varied.join(", ") }),
     ];
     let facts = facts.map(|(name, value)| (name.to_owned(), value));

@@ -1,9 +1,9 @@
-//! How blocks, cells, units and counts of a sweep are written, and its answer in one sentence.
+//! How blocks, cells, units and counts of a sweep are written.
 
 use crate::motor::Parameter;
 use crate::numeric::{quantile, sorted};
 use crate::report::table::dash;
-use crate::study::sweep::{Cell, Factors, Limits, Named, SweepBlock, SweepSummary};
+use crate::study::sweep::{Cell, Factors, Named, SweepBlock, SweepSummary};
 use crate::text::{printable, significant};
 
 /// A count with its thousands set apart.
@@ -145,27 +145,6 @@ impl Unit {
         };
         format!("{} [{prefix}{unit}]", scope.name(parameter))
     }
-}
-
-/// The answer in one sentence, or two.
-#[must_use]
-pub fn sweep_answer(summary: &SweepSummary, limits: &Limits) -> String {
-    let found = if summary.motors > 1 {
-        format!("{} of {} motors identified", many(summary.results.len()), many(summary.motors))
-    } else {
-        let done = summary.runs - summary.missing - summary.failed;
-        format!("{} of {} runs of one motor have a result", grouped(done), grouped(summary.runs))
-    };
-    let verdict = match (limits.is_empty() || summary.results.is_empty(), summary.outside(limits).len()) {
-        (true, _) => String::new(),
-        (_, 0) if summary.motors > 1 => "; all of them are within the limits".to_owned(),
-        (_, 0) => "; it is within the limits".to_owned(),
-        (_, _) if summary.motors == 1 => "; it is outside the limits".to_owned(),
-        (_, n) => format!("; {} outside the limits", counted(n as u64, "is", "are")),
-    };
-    let best = summary.blocks.first().and_then(|block| lowest(summary, block));
-    let best = best.map_or_else(String::new, |[under, best]| format!(" Lowest median cost{under}: {best}."));
-    format!("{found}{verdict}.{best}")
 }
 
 /// The cell with the lowest median cost, in words with its median; before it, where noise is varied, that costs are compared

@@ -131,38 +131,27 @@ impl Manifest {
         if let Some((old, _)) = self.motors.iter().zip(&other.motors).find(|(a, b)| a != b) {
             return format!("the recording of {} has changed", excerpt(&old.motor));
         }
-        format!(
-            "the device is {} {} instead of {} {}",
-            other.device.kind, other.device.precision, self.device.kind, self.device.precision
-        )
+        let [new, old] = [other, self].map(|of| format!("{} {}", of.device.kind, of.device.precision));
+        format!("the device is {new} instead of {old}")
     }
 
     /// As text; the same sweep always gives the same.
     pub(super) fn text(&self) -> Result<String> {
-        let text = serde_json::to_string_pretty(self);
-        text.map(|text| text + "\n")
-            .map_err(|e| Error::data(format!("the manifest cannot be made: {e}"), "Check the names."))
+        let failed = |e| Error::data(format!("the manifest cannot be made: {e}"), "Check the names.");
+        Ok(serde_json::to_string_pretty(self).map_err(failed)? + "\n")
     }
 
     /// The file of a motor from where we are.
     pub(super) fn file(&self, file: &File) -> PathBuf {
         // Each part of a joined recording is a path of its own.
-        let parts: Vec<String> = Reading::files(Path::new(&file.path))
-            .iter()
-            .map(|part| Path::new(&self.folder).join(part).to_string_lossy().into_owned())
-            .collect();
-        let whole = Path::new(&self.folder).join(&file.path);
-        if whole.exists() { whole } else { PathBuf::from(parts.join("+")) }
+        let folder = Path::new(&self.folder);
+        let parts = parts(folder, &file.path).into_iter().map(|part| folder.join(part).to_string_lossy().into_owned());
+        PathBuf::from(parts.collect::<Vec<_>>().join("+"))
     }
 }
 
-/// A motor whose files are found.
-struct MotorFiles {
-    /// Its name, where the study gives one.
-    name: Option<String>,
-    files: Vec<String>,
-    validate: Vec<String>,
-}
+/// A motor whose files are found: its name, where the study gives one, the files that are fitted and those held out.
+type MotorFiles = (Option<String>, Vec<String>, Vec<String>);
 
 /// The motors of a study.
 fn motors(study: &Study, folder: &Path, path: &Path) -> Result<Vec<Motor>> {
@@ -171,23 +160,22 @@ fn motors(study: &Study, folder: &Path, path: &Path) -> Result<Vec<Motor>> {
         Ok(found.concat())
     };
     let held_out = all(&study.validate)?;
-    let mut found = Vec::new();
+    let mut found: Vec<MotorFiles> = Vec::new();
     for entry in &study.recordings {
         match entry {
-            Entry::Files(pattern) => found.extend(files(pattern, folder, path)?.into_iter().map(|file| MotorFiles {
-                name: None,
-                files: vec![file],
-                validate: held_out.clone(),
-            })),
-            Entry::Motor { name, files, validate } => found.push(MotorFiles {
-                name: Some(name.clone()),
-                files: all(files)?,
-                validate: if validate.is_empty() { held_out.clone() } else { all(validate)? },
-            }),
+            Entry::Files(pattern) => {
+                let files = files(pattern, folder, path)?.into_iter();
+                found.extend(files.map(|file| (None, vec![file], held_out.clone())));
+            }
+            Entry::Motor { name, files, validate } => {
+                let files = all(files)?;
+                let validate = if validate.is_empty() { held_out.clone() } else { all(validate)? };
+                found.push((Some(name.clone()), files, validate));
+            }
         }
     }
     let mut seen = BTreeSet::new();
-    for file in found.iter().flat_map(|motor| &motor.files) {
+    for file in found.iter().flat_map(|(_, files, _)| files) {
         let whole = folder.join(file);
         if !seen.insert(whole.canonicalize().unwrap_or(whole)) {
             let message = format!("recordings: {} is named twice", excerpt(file));
@@ -201,18 +189,21 @@ fn motors(study: &Study, folder: &Path, path: &Path) -> Result<Vec<Motor>> {
         return Err(Error::usage(message, "Give each motor a name of its own.").in_file(path));
     }
     let pinned = |files: &[String]| files.iter().map(|file| pinned(folder, file)).collect();
-    let pin =
-        |(motor, of): (String, &MotorFiles)| Motor { motor, files: pinned(&of.files), validate: pinned(&of.validate) };
-    Ok(names.into_par_iter().zip(&found).map(pin).collect())
+    let motor = |(motor, (_, files, validate)): (String, &MotorFiles)| {
+        let (files, validate) = (pinned(files), pinned(validate));
+        Motor { motor, files, validate }
+    };
+    Ok(names.into_par_iter().zip(&found).map(motor).collect())
 }
 
 /// Names of motors: as given, else the file's name without its ending where that is unique, else its path.
 fn names(found: &[MotorFiles]) -> Vec<String> {
     let stem = |file: &str| Path::new(file).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-    let stems: Vec<String> = found.iter().map(|of| of.name.clone().unwrap_or_else(|| stem(&of.files[0]))).collect();
-    let unique = stems.iter().collect::<BTreeSet<_>>().len() == stems.len();
-    let whole = |of: &MotorFiles| of.name.clone().unwrap_or_else(|| of.files[0].clone());
-    if unique { stems } else { found.iter().map(whole).collect() }
+    let all = |of: &dyn Fn(&str) -> String| -> Vec<String> {
+        found.iter().map(|(name, files, _)| name.clone().unwrap_or_else(|| of(&files[0]))).collect()
+    };
+    let stems = all(&stem);
+    if stems.iter().collect::<BTreeSet<_>>().len() == stems.len() { stems } else { all(&str::to_owned) }
 }
 
 /// The files of a pattern, sorted; of a plain path the path itself.

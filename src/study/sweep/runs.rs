@@ -110,3 +110,41 @@ impl Runs {
         (0..self.levels().iter().product()).map(|n| self.places(n).0).collect()
     }
 }
+
+/// A bit for each run.
+pub(super) struct Bits {
+    words: Vec<u64>,
+    size: u64,
+}
+
+impl Bits {
+    pub(super) fn new(size: u64) -> Self {
+        let words = usize::try_from(size.div_ceil(64)).unwrap_or(usize::MAX);
+        Self { words: vec![0; words], size }
+    }
+
+    fn place(id: u64) -> (usize, u64) {
+        (usize::try_from(id / 64).unwrap_or(usize::MAX), 1 << (id % 64))
+    }
+
+    pub(super) fn get(&self, id: u64) -> bool {
+        let (word, bit) = Self::place(id);
+        id < self.size && self.words[word] & bit != 0
+    }
+
+    /// How many are set.
+    pub(super) fn count(&self) -> u64 {
+        self.words.iter().map(|word| u64::from(word.count_ones())).sum()
+    }
+
+    pub(super) fn set(&mut self, id: u64, value: bool) {
+        if id < self.size {
+            let (word, bit) = Self::place(id);
+            if value {
+                self.words[word] |= bit;
+            } else {
+                self.words[word] &= !bit;
+            }
+        }
+    }
+}

@@ -7,11 +7,10 @@ use super::run::{End, Finished, Running};
 use super::runs::Job;
 use super::streaming::{RUNS, Unit, Units};
 use super::study::Factors;
-use crate::device::BatchSearchEvaluator;
+use crate::device::{BatchSearchEvaluator, DeviceSpec, OnLoss, PrecisionSpec};
 use crate::evaluate::{Problem, Scalar};
 use crate::identify::{IdentifySpec, PreparedSearch, SearchRun, has_all_channels};
-use crate::motor::Parameter;
-use crate::motor::With;
+use crate::motor::{Parameter, With};
 use crate::numeric;
 use crate::optimize::{Budget, Run, SearchSettings, Stop, minimize};
 use crate::{Error, ErrorKind, Result};
@@ -33,16 +32,12 @@ const VALUES: usize = 1 << 23;
 /// Linear searches whose preparation and polish take as long as those of one with extensions.
 const EXTENDED: usize = 32;
 
-/// A search with all its runs: they differ in their polish alone.
-struct Search {
-    jobs: Vec<Job>,
-    /// Place of its dataset in the piece.
-    dataset: usize,
-}
+/// The runs of a search: they differ in their polish alone.
+type Search = Vec<Job>;
 
 /// A search that can begin.
 struct Ready {
-    jobs: Vec<Job>,
+    jobs: Search,
     recordings: Recordings,
     prepared: Arc<PreparedSearch>,
 }
@@ -75,13 +70,13 @@ impl Running<'_> {
         Ok(None)
     }
 
-    /// The searches of the next piece, with their datasets. What does not fit any more is the `rest`.
+    /// The searches of the next piece, each with the place of its dataset. What does not fit any more is the `rest`.
     fn piece(
         &self,
         units: &mut Units,
         rest: &mut Option<(Dataset, Vec<Search>)>,
         generations: usize,
-    ) -> (Vec<Dataset>, Vec<Search>) {
+    ) -> (Vec<Dataset>, Vec<(usize, Search)>) {
         let (mut datasets, mut searches) = (Vec::new(), Vec::new());
         let (mut agents, mut room, mut samples, mut work) = (0, 0, 0, 0);
         while searches.is_empty() || (agents < room && samples < SAMPLES && work < RUNS && rest.is_none()) {
@@ -93,7 +88,7 @@ impl Running<'_> {
             let mut left = Vec::new();
             let mut prepared: BTreeSet<(&str, &str, usize)> = BTreeSet::new();
             for search in own {
-                let f = search.jobs[0].factors;
+                let f = search[0].factors;
                 if !searches.is_empty() && (agents + f.population > room || work >= RUNS) {
                     left.push(search);
                     continue;
@@ -101,7 +96,7 @@ impl Running<'_> {
                 agents += f.population;
                 let is_new = prepared.insert((f.criterion.name(), f.scale.name(), f.with));
                 work += self.work(&f, is_new);
-                searches.push(Search { dataset: datasets.len(), ..search });
+                searches.push((datasets.len(), search));
             }
             samples += prepared.len() as u64 * self.samples(dataset.motor);
             datasets.push(dataset);
@@ -120,14 +115,14 @@ impl Running<'_> {
 
     /// The searches of a unit: runs that differ in their polish alone are one.
     fn searches(&self, unit: &Unit) -> Vec<Search> {
-        let mut all: BTreeMap<_, Vec<Job>> = BTreeMap::new();
+        let mut all: BTreeMap<_, Search> = BTreeMap::new();
         for id in &unit.ids {
             let job = self.sweep.runs.job(*id);
             let f = &job.factors;
             let key = (f.seed, f.method.name(), f.population, [f.criterion.name(), f.scale.name()], f.with);
             all.entry(key).or_default().push(job);
         }
-        all.into_values().map(|jobs| Search { jobs, dataset: 0 }).collect()
+        all.into_values().collect()
     }
 
     /// Candidates of a generation that a piece has room for.
@@ -152,38 +147,35 @@ impl Running<'_> {
         mut finished: Vec<Finished>,
         device: &mut Option<BatchSearchEvaluator>,
     ) -> Result<Option<End>> {
-        let begun = Instant::now();
-        let sweep = self.sweep;
-        let count = ready.len();
-        let mut ended = None;
-        if count > 0 {
-            let mut runs = set_up(&ready, generations)?;
-            let problems: Vec<Arc<Problem>> = ready.iter().map(|one| one.prepared.problem().clone()).collect();
-            let lockstep = match device.as_mut() {
-                Some(lockstep) => {
-                    lockstep.turn_to(problems);
-                    lockstep
-                }
-                None => device.insert(sweep.open_device(problems)?),
-            };
-            let budget = Budget { generations, slice: lockstep.slice() };
-            let stop = minimize(&mut runs, budget, lockstep, &mut |progress| {
-                let share = numeric::count(progress.generation) / numeric::count(generations) * numeric::count(count);
-                ended = self.progress(share);
-                if ended.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-            });
-            let device = lockstep.device();
-            self.tally.warnings.extend(lockstep.take_warnings());
-            self.tally.device = Some((device.1, device.2));
-            if stop? == Stop::Interrupted {
-                return Ok(Some(ended.unwrap_or(End::Interrupted)));
-            }
-            let seconds = begun.elapsed().as_secs_f64() / numeric::count(count);
-            let on = [device.0, device.2];
-            let done: Vec<Vec<Finished>> =
-                ready.into_par_iter().zip(runs).map(|(one, run)| sweep.results(&one, &run, on, seconds)).collect();
-            finished.extend(done.into_iter().flatten());
+        if ready.is_empty() {
+            return Ok(self.keep(finished));
         }
+        let (begun, sweep, count) = (Instant::now(), self.sweep, numeric::count(ready.len()));
+        let mut ended = None;
+        let mut runs = set_up(&ready, generations)?;
+        let problems: Vec<Arc<Problem>> = ready.iter().map(|one| one.prepared.problem().clone()).collect();
+        let lockstep = match device.as_mut() {
+            Some(lockstep) => {
+                lockstep.turn_to(problems);
+                lockstep
+            }
+            None => device.insert(sweep.open_device(problems)?),
+        };
+        let budget = Budget { generations, slice: lockstep.slice() };
+        let stop = minimize(&mut runs, budget, lockstep, &mut |progress| {
+            ended = self.progress(numeric::count(progress.generation) / numeric::count(generations) * count);
+            if ended.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        let (kind, name, precision) = lockstep.device();
+        self.tally.warnings.extend(lockstep.take_warnings());
+        self.tally.device = Some((name, precision));
+        if stop? == Stop::Interrupted {
+            return Ok(Some(ended.unwrap_or(End::Interrupted)));
+        }
+        let seconds = begun.elapsed().as_secs_f64() / count;
+        let results = |(one, run): (Ready, Run)| sweep.results(&one, &run, [kind, precision], seconds);
+        let done: Vec<Vec<Finished>> = ready.into_par_iter().zip(runs).map(results).collect();
+        finished.extend(done.into_iter().flatten());
         Ok(self.keep(finished))
     }
 }
@@ -193,7 +185,7 @@ impl Sweep {
     fn ready(
         &self,
         datasets: &[Dataset],
-        searches: Vec<Search>,
+        searches: Vec<(usize, Search)>,
         kept: &mut Option<(usize, Read)>,
     ) -> (Vec<Ready>, Vec<Finished>) {
         let realized = self.realized(datasets, kept);
@@ -203,11 +195,11 @@ impl Sweep {
             (of, [f.criterion.name(), f.scale.name()], f.with, by_polish.then_some(f.polish.name()))
         };
         let mut wanted: BTreeMap<Key, IdentifySpec> = BTreeMap::new();
-        let mut runs: Vec<(Key, Vec<Job>)> = Vec::new();
-        for search in searches {
+        let mut runs: Vec<(Key, Search)> = Vec::new();
+        for (dataset, jobs) in searches {
             let first = runs.len();
-            for job in search.jobs {
-                let key = key(search.dataset, &job);
+            for job in jobs {
+                let key = key(dataset, &job);
                 wanted.entry(key).or_insert_with(|| self.study().spec(&job.factors));
                 match runs[first..].iter_mut().find(|(of, _)| *of == key) {
                     Some((_, jobs)) => jobs.push(job),
@@ -254,12 +246,8 @@ impl Sweep {
         let on_loss = self.study().on_loss;
         let spec = self.device()?;
         match BatchSearchEvaluator::open(&spec, problems.clone()) {
-            Err(error) if error.kind() == ErrorKind::Device && on_loss == crate::device::OnLoss::ReopenOrCpu => {
-                let cpu = IdentifySpec {
-                    device: crate::device::DeviceSpec::Cpu,
-                    precision: crate::device::PrecisionSpec::Auto,
-                    ..spec
-                };
+            Err(error) if error.kind() == ErrorKind::Device && on_loss == OnLoss::ReopenOrCpu => {
+                let cpu = IdentifySpec { device: DeviceSpec::Cpu, precision: PrecisionSpec::Auto, ..spec };
                 Ok(BatchSearchEvaluator::open(&cpu, problems)?.in_place_of_one_that_failed(&error))
             }
             opened => Ok(opened?.on_loss(on_loss)),

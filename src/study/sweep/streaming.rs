@@ -131,8 +131,8 @@ impl Running<'_> {
             match items.last_mut().filter(|(motor, _)| *motor == unit.dataset.motor) {
                 Some((_, units)) => units.push(unit),
                 None => {
-                    bytes +=
-                        self.sweep.manifest.motors[unit.dataset.motor].all_files().map(|file| file.bytes).sum::<u64>();
+                    let motor = &self.sweep.manifest.motors[unit.dataset.motor];
+                    bytes += motor.all_files().map(|file| file.bytes).sum::<u64>();
                     items.push((unit.dataset.motor, vec![unit]));
                 }
             }
@@ -176,12 +176,7 @@ impl Sweep {
             (finished, (n == last).then_some((motor, recordings)))
         };
         let done: Vec<_> = items.into_par_iter().enumerate().map(motor).collect();
-        let mut all = Vec::new();
-        let mut kept = None;
-        for (finished, last) in done {
-            all.extend(finished);
-            kept = last.or(kept);
-        }
-        (all, kept)
+        let (finished, mut kept): (Vec<Vec<Finished>>, Vec<_>) = done.into_iter().unzip();
+        (finished.into_iter().flatten().collect(), kept.pop().flatten())
     }
 }

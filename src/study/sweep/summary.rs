@@ -105,9 +105,6 @@ pub struct SweepBlock {
     pub worst: Vec<NamedRun>,
 }
 
-/// What is known of a motor: its best run, one with standard errors before one without.
-pub type MotorResult = NamedRun;
-
 /// What a sweep found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepSummary {
@@ -130,7 +127,7 @@ pub struct SweepSummary {
     /// How many motors the study has.
     pub motors: usize,
     /// One for each motor that has a result, in the order of the study.
-    pub results: Vec<MotorResult>,
+    pub results: Vec<NamedRun>,
     /// The parameters that results have: R, L, K, B, J, then those of extensions and of recordings.
     pub parameters: Vec<Named>,
     /// Whether the study names extensions.
@@ -199,12 +196,10 @@ impl SweepSummary {
             taken.costs.push(cost);
             for e in &estimates.list {
                 let named = (e.parameter, e.scope);
-                let known = taken.parameters.iter().position(|(of, _)| *of == named);
-                let place = known.unwrap_or_else(|| {
-                    taken.parameters.push((named, Vec::new()));
-                    taken.parameters.len() - 1
-                });
-                taken.parameters[place].1.extend(e.value);
+                match taken.parameters.iter_mut().find(|(of, _)| *of == named) {
+                    Some((_, values)) => values.extend(e.value),
+                    None => taken.parameters.push((named, e.value.into_iter().collect())),
+                }
             }
         }
         for e in &estimates.list {
@@ -228,18 +223,14 @@ impl SweepSummary {
     fn take_motor(&mut self, job: &Job, outcome: &Outcome, named: impl Fn() -> NamedRun) {
         let is_sure = |outcome: &Outcome| outcome.estimates.as_ref().is_some_and(|estimates| estimates.polished);
         let rank = |outcome: &Outcome| (!is_sure(outcome), outcome.cost.unwrap_or(f64::INFINITY));
-        let first = &self.blocks[0].cells[0].factors;
-        let f = &job.factors;
+        let (f, first) = (&job.factors, &self.blocks[0].cells[0].factors);
         if (f.criterion, f.scale, f.noise) != (first.criterion, first.scale, 0) {
             return;
         }
         match self.results.last_mut().filter(|last| last.job.motor == job.motor) {
             None => self.results.push(named()),
-            Some(last) => {
-                if rank(outcome) < rank(&last.outcome) {
-                    *last = named();
-                }
-            }
+            Some(last) if rank(outcome) < rank(&last.outcome) => *last = named(),
+            Some(_) => {}
         }
     }
 
@@ -250,14 +241,12 @@ impl SweepSummary {
             return *place;
         }
         let factors = &job.factors;
-        let comparable = |block: &SweepBlock| {
-            let first = &block.cells[0].factors;
-            (first.criterion, first.scale) == (factors.criterion, factors.scale)
-        };
-        let block = self.blocks.iter().position(comparable).unwrap_or_else(|| {
+        let comparable = |f: &Factors| (f.criterion, f.scale) == (factors.criterion, factors.scale);
+        let known = self.blocks.iter().position(|block| comparable(&block.cells[0].factors));
+        let block = known.unwrap_or(self.blocks.len());
+        if known.is_none() {
             self.blocks.push(SweepBlock { cells: Vec::new(), worst: Vec::new() });
-            self.blocks.len() - 1
-        });
+        }
         let cells = &mut self.blocks[block].cells;
         cells.push(Cell {
             factors: *factors,
@@ -279,16 +268,6 @@ impl SweepSummary {
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.missing == 0 && self.failed == 0
-    }
-
-    /// The motors that are outside of limits, each with the parameters that are.
-    #[must_use]
-    pub fn outside<'a>(&'a self, limits: &Limits) -> Vec<(&'a MotorResult, Vec<&'a ParameterEstimate>)> {
-        let of = |result: &'a MotorResult| {
-            let exceeded = limits.exceeded(result);
-            (!exceeded.is_empty()).then_some((result, exceeded))
-        };
-        self.results.iter().filter_map(of).collect()
     }
 }
 
@@ -329,15 +308,5 @@ impl Limits {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
-    }
-
-    /// The parameters of a motor that are outside. One that is not identifiable is not.
-    #[must_use]
-    pub fn exceeded<'a>(&self, result: &'a NamedRun) -> Vec<&'a ParameterEstimate> {
-        let is_outside = |e: &&ParameterEstimate| match (e.value, self.of(e.parameter)) {
-            (Some(value), Some([low, high])) => !(low..=high).contains(&value),
-            _ => false,
-        };
-        result.outcome.estimates.iter().flat_map(|estimates| &estimates.list).filter(is_outside).collect()
     }
 }
