@@ -23,32 +23,22 @@ pub(super) fn held_out(found: &Identification, validation: &Validation) -> Vec<P
 
 fn table(found: &Identification, validation: &Validation) -> Table {
     let mut table = Table::new("held-out", "Fit of what was fitted and of what was held out [%]", &HEADS);
-    let mut row = |name: String, fit: [Option<f64>; 2], sigma: [Option<f64>; 2], tests: &[ResidualTests]| {
+    let mut row = |name: String, fit: [Option<f64>; 2], sigma: [Option<f64>; 2], tests: &[ResidualTests], own| {
         let [current, speed] = fit.map(|f| f.map_or_else(dash, |f| format!("{f:.2}")));
         let left = sigma.map(|s| s.map_or_else(dash, |s| significant(s, 3))).join(", ");
         let [white, independent] = if tests.is_empty() { Default::default() } else { verdicts(tests) };
-        table.row(vec![name, current, speed, left, white, independent, String::new()]);
+        table.row([name, current, speed, left, white, independent, own]);
     };
     let held = &validation.held_out;
-    row("fitted".to_owned(), found.fit_percent, found.residual_sigma, &found.residual_tests);
+    row("fitted".to_owned(), found.fit_percent, found.residual_sigma, &found.residual_tests, String::new());
     let tests: Vec<ResidualTests> = held.iter().map(|held| held.residual_tests).collect();
-    row("held out".to_owned(), validation.fit_percent, validation.residual_sigma, &tests);
-    if held.len() > 1 {
-        for (n, held) in (1..).zip(held) {
-            row(name_of(n, held), held.fit_percent, held.residual_sigma, &[held.residual_tests]);
-        }
+    let (several, single) = if let [one] = &held[..] { (&[][..], own(one)) } else { (&held[..], String::new()) };
+    row("held out".to_owned(), validation.fit_percent, validation.residual_sigma, &tests, single);
+    for (n, held) in (1..).zip(several) {
+        row(name_of(n, held), held.fit_percent, held.residual_sigma, &[held.residual_tests], own(held));
     }
     if let Some(of) = &found.noise_floor {
-        row("ceiling".to_owned(), of.best_achievable_percent, of.sigma, &[]);
-    }
-    let own = |held: &HeldOut| {
-        let initial = held.initial_is_estimated.then(|| "initial state".to_owned());
-        let values = held.own.iter().map(|(p, v)| format!("{} = {} {}", p.symbol(), significant(*v, 3), p.unit()));
-        initial.into_iter().chain(values).collect::<Vec<_>>().join(", ")
-    };
-    let first = if held.len() > 1 { 2 } else { 1 };
-    for (row, held) in table.rows.iter_mut().skip(first).zip(held) {
-        row[HEADS.len() - 1] = own(held);
+        row("ceiling".to_owned(), of.best_achievable_percent, of.sigma, &[], String::new());
     }
     table.note(
         "Held-out recordings are simulated with the parameters found; what is estimated from one itself stands beside \
@@ -59,6 +49,13 @@ fn table(found: &Identification, validation: &Validation) -> Table {
         table.note(format!("Ceiling: {}.", noise_floor_text(of)));
     }
     table
+}
+
+/// What is estimated from a recording itself.
+fn own(held: &HeldOut) -> String {
+    let initial = held.initial_is_estimated.then(|| "initial state".to_owned());
+    let values = held.own.iter().map(|(p, v)| format!("{} = {} {}", p.symbol(), significant(*v, 3), p.unit()));
+    initial.into_iter().chain(values).collect::<Vec<_>>().join(", ")
 }
 
 fn name_of(n: usize, held: &HeldOut) -> String {

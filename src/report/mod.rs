@@ -2,8 +2,6 @@
 
 mod bench;
 #[cfg(feature = "report")]
-mod characteristics;
-#[cfg(feature = "report")]
 pub mod compare;
 mod document;
 #[cfg(feature = "report")]
@@ -11,6 +9,8 @@ pub mod figures;
 #[cfg(feature = "report")]
 mod held_out;
 mod identified;
+#[cfg(feature = "report")]
+mod identified_tables;
 mod inspect;
 #[cfg(feature = "report")]
 mod page;
@@ -18,8 +18,6 @@ mod page;
 mod pages;
 #[cfg(feature = "report")]
 pub mod plot;
-#[cfg(feature = "report")]
-mod selection;
 mod spelling;
 #[cfg(feature = "report")]
 pub mod sweep;
@@ -30,14 +28,14 @@ pub use bench::bench_document;
 pub use document::{EvaluateDocument, devices_document, identify_document, json};
 pub use identified::{characteristics_lines, noise_floor_text, verdicts};
 #[cfg(feature = "report")]
+pub use identified_tables::{selection_table, selection_text};
+#[cfg(feature = "report")]
 pub use inspect::inspect_page;
 pub use inspect::{SignalFacts, inspect_document};
 #[cfg(feature = "report")]
 pub use page::{Figure, Item, Page, Part, Section};
 #[cfg(feature = "report")]
 pub use pages::{Reproduced, compare_page, identify_page};
-#[cfg(feature = "report")]
-pub use selection::{selection_table, selection_text};
 pub use spelling::command_line;
 #[cfg(feature = "report")]
 pub use table::{Table, folded};

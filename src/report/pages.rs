@@ -1,14 +1,12 @@
 //! The pages of `identify` and `compare`: the answer first, then how sure, then the plots, then how to reproduce it.
 
-use super::characteristics::characteristics_table;
 use super::compare::{best, paper_tables, setting_name, tables};
 use super::figures::{self, Modelled};
 use super::held_out::held_out;
 use super::identified::{noise_floor_text, with_error};
+use super::identified_tables::{characteristics_table, fit_table, parameters_table, selection_table};
 use super::page::{Page, Part, Section};
-use super::selection::selection_table;
 use super::spelling::command_line;
-use super::table::{Table, dash};
 use crate::analysis::{Characteristics, Named};
 use crate::identify::{Identification, IdentifySpec, ParameterEstimate, Status};
 use crate::motor::{Parameters, Scope};
@@ -71,8 +69,8 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     let tail = if found.uncertainty.is_some() { " (95 % intervals)" } else { " (without a polish: no intervals)" };
     let mut sure = vec![Part::Text(verdict(found))];
     sure.extend(warnings(&found.warnings));
-    sure.push(Part::Table(parameters(found)));
-    sure.push(Part::Table(fit(found, spec)));
+    sure.push(Part::Table(parameters_table(found)));
+    sure.push(Part::Table(fit_table(found, spec)));
     sure.push(Part::Table(characteristics_table(found)));
     sure.extend(found.selection.as_ref().map(|selection| Part::Table(selection_table(selection))));
     sure.extend(figures::correlations(found).map(Part::Figure));
@@ -110,44 +108,6 @@ fn verdict(found: &Identification) -> String {
         Status::ReferenceFailed => "The search of the whole box ended in a worse optimum: it says nothing.".to_owned(),
         Status::NotApplicable => "There is no independent search to hold this against.".to_owned(),
     }
-}
-
-fn parameters(found: &Identification) -> Table {
-    let heads = ["parameter", "value", "unit", "standard error", "95 % interval", "remark"];
-    let mut table = Table::new("parameters", "Parameters", &heads);
-    for e in found.estimates() {
-        let p = e.parameter;
-        let remark = match (e.value, e.at_bound) {
-            (None, _) => "not identifiable".to_owned(),
-            _ if e.fixed => "held".to_owned(),
-            (_, Some(side)) => format!("at its {side}"),
-            _ => String::new(),
-        };
-        let of = if let Scope::Recording(n) = e.scope { format!(" of recording {}", n + 1) } else { String::new() };
-        table.row(vec![
-            format!("{}, {}{of}", p.symbol(), p.name()),
-            e.value.map_or_else(dash, |value| significant(value, 6)),
-            p.unit().to_owned(),
-            e.std_error.map_or_else(dash, |error| significant(error, 2)),
-            e.ci95.map_or_else(dash, |[low, high]| format!("{} … {}", significant(low, 6), significant(high, 6))),
-            remark,
-        ]);
-    }
-    table
-}
-
-fn fit(found: &Identification, spec: &IdentifySpec) -> Table {
-    let mut table = Table::new("fit", "Fit", &["channel", "fit [%]", "residual", "residual white"]);
-    for (channel, (name, unit)) in [("current", "A"), ("speed", "rad/s")].into_iter().enumerate() {
-        let white = found.uncertainty.as_ref().and_then(|u| u.whiteness[channel].as_ref());
-        let white = white.map_or_else(dash, |w| if w.is_white { "yes" } else { "no" }.to_owned());
-        let Some(fit) = found.fit_percent[channel] else { continue };
-        let residual = found.residual_sigma[channel].map_or_else(dash, |s| format!("{} {unit}", significant(s, 3)));
-        table.named_row(name, [format!("{fit:.3}"), residual, white]);
-    }
-    let (criterion, scale) = (spec.criterion.norm.name(), spec.criterion.scale.name());
-    table.note(format!("Cost {} ({criterion}, scale {scale}).", significant(found.cost, 4)));
-    table
 }
 
 /// The page of a comparison.

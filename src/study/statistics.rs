@@ -92,8 +92,9 @@ pub fn superiority(a: &[f64], b: &[f64]) -> f64 {
 }
 
 #[cfg(test)]
-#[expect(clippy::float_cmp, reason = "exact equality is meant")]
 mod tests {
+    #![expect(clippy::float_cmp, reason = "exact equality is meant")]
+
     use super::*;
 
     #[test]

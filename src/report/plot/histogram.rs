@@ -1,11 +1,10 @@
 //! Histograms in panels, with limits as dashed lines.
 
-use super::{COLORS, nothing, small};
+use super::{COLORS, grid, nothing, small};
 use crate::numeric::{self, quantile, sorted, whole};
 use kuva::backend::svg::SvgBackend;
 use kuva::plot::Histogram as Bars;
 use kuva::plot::annotations::ReferenceLine;
-use kuva::render::figure::Figure;
 use kuva::render::layout::{Layout, TickFormat};
 use kuva::render::plots::Plot;
 
@@ -140,11 +139,7 @@ pub fn histograms(panels: &[Histogram], columns: usize) -> String {
     }
     let columns = columns.min(plots.len());
     let width = 1150.0 / f64::from(u8::try_from(columns).unwrap_or(1));
-    let figure = Figure::new(plots.len().div_ceil(columns), columns)
-        .with_plots(plots)
-        .with_layouts(layouts)
-        .with_cell_size(width, 290.0);
-    SvgBackend::default().render_scene(&figure.render())
+    SvgBackend::default().render_scene(&grid(plots, layouts, columns, [width, 290.0]).render())
 }
 
 #[cfg(test)]

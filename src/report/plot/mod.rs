@@ -17,6 +17,7 @@ use kuva::render::figure::Figure;
 use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
 use kuva::render::render::render_multiple;
+use maud::html;
 
 /// M. Okabe and K. Ito's colours, the yellow left out: it is lost on white.
 const COLORS: [&str; 7] = ["#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00"];
@@ -195,12 +196,15 @@ pub fn panels(charts: &[Chart], columns: usize, [width, height]: [f64; 2]) -> St
     let legend = most > 1;
     let plots: Vec<Vec<Plot>> = charts.iter().enumerate().map(|(n, chart)| chart.plots(legend && n == named)).collect();
     let layouts = charts.iter().zip(&plots).map(|(chart, plots)| small(chart.layout(plots))).collect();
-    let figure = Figure::new(charts.len().div_ceil(columns), columns)
-        .with_plots(plots)
-        .with_layouts(layouts)
-        .with_cell_size(width, height);
+    let figure = grid(plots, layouts, columns, [width, height]);
     let figure = if legend { figure.with_shared_legend_bottom() } else { figure };
     SvgBackend::default().render_scene(&figure.render())
+}
+
+/// Panels in so many columns.
+fn grid(plots: Vec<Vec<Plot>>, layouts: Vec<Layout>, columns: usize, [width, height]: [f64; 2]) -> Figure {
+    let figure = Figure::new(plots.len().div_ceil(columns), columns);
+    figure.with_plots(plots).with_layouts(layouts).with_cell_size(width, height)
 }
 
 /// Writing that is still read where a panel is a part of a page's width.
@@ -238,24 +242,16 @@ pub fn boxes(panels: &[Boxes], label: &str) -> String {
         small(if n == 0 { layout.with_y_label(label) } else { layout })
     };
     let layouts = plots.iter().enumerate().map(layout).collect();
-    let figure = Figure::new(1, panels.len()).with_plots(plots).with_layouts(layouts).with_cell_size(230.0, 360.0);
-    SvgBackend::default().render_scene(&figure.render())
+    SvgBackend::default().render_scene(&grid(plots, layouts, panels.len(), [230.0, 360.0]).render())
 }
 
 /// A drawing that says that there is nothing to draw.
 fn nothing(title: &str) -> String {
-    let mut escaped = String::new();
-    for c in format!("{title}: no data").trim_start_matches(": ").chars() {
-        match c {
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '&' => escaped.push_str("&amp;"),
-            c => escaped.push(c),
-        }
-    }
+    let text = format!("{title}: no data");
+    let text = html! { (text.trim_start_matches(": ")) }.into_string();
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"600\" height=\"60\"><text x=\"10\" y=\"35\" \
-         font-family=\"sans-serif\" font-size=\"16\">{escaped}</text></svg>"
+         font-family=\"sans-serif\" font-size=\"16\">{text}</text></svg>"
     )
 }
 

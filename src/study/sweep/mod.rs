@@ -15,6 +15,8 @@ mod plan;
 mod remote_shard;
 mod run;
 mod runs;
+#[cfg(test)]
+mod sample;
 mod search;
 mod shard;
 mod store;
@@ -27,11 +29,13 @@ pub(crate) use line::Line;
 pub use line::{Failure, HeldOutFit, Outcome};
 pub use manifest::{File, Manifest, Motor, PinnedDevice};
 pub use merge::{Merged, ShardStatus, SweepStatus};
-pub use run::{FailedRun, Failures, SweepProgress, Tally};
-pub use runs::{Job, Runs};
+pub use run::{FailedRun, Failures, Observe, SweepProgress, Tally};
+pub use runs::Job;
+use runs::Runs;
 pub use shard::Shard;
 pub(crate) use store::unwritable;
-pub use study::{AddedNoise, Entry, Factors, Level, Seeds, Study, keys};
+pub use study::Factors;
+use study::Study;
 pub use summary::{Cell, Limits, MOTOR, Named, NamedRun, Quantiles, SweepBlock, SweepSummary};
 
 use crate::{Error, Result};
@@ -55,12 +59,6 @@ impl Sweep {
     #[must_use]
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
-    }
-
-    /// Its runs by number.
-    #[must_use]
-    pub fn runs(&self) -> &Runs {
-        &self.runs
     }
 
     /// Its folder.

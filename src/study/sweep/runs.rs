@@ -24,7 +24,7 @@ pub(super) const NOISE: usize = FACTORS - 1;
 /// How runs are numbered: the motor changes slowest, then method, polish, extensions, population, generations, criterion,
 /// scale, noise; the seed fastest.
 #[derive(Debug, Clone)]
-pub struct Runs {
+pub(super) struct Runs {
     study: Study,
     motors: usize,
 }
@@ -35,8 +35,7 @@ impl Runs {
     }
 
     /// The study.
-    #[must_use]
-    pub fn study(&self) -> &Study {
+    pub(super) fn study(&self) -> &Study {
         &self.study
     }
 
@@ -57,20 +56,17 @@ impl Runs {
     }
 
     /// Runs of each motor.
-    #[must_use]
-    pub fn per_motor(&self) -> u64 {
+    pub(super) fn per_motor(&self) -> u64 {
         self.levels().iter().fold(self.study.seeds.count(), |product, levels| product.saturating_mul(*levels))
     }
 
     /// How many there are.
-    #[must_use]
-    pub fn count(&self) -> u64 {
+    pub(super) fn count(&self) -> u64 {
         self.per_motor().saturating_mul(self.motors as u64)
     }
 
     /// A run by its number.
-    #[must_use]
-    pub fn job(&self, id: u64) -> Job {
+    pub(super) fn job(&self, id: u64) -> Job {
         let s = &self.study;
         let seeds = s.seeds.count();
         let (places, rest) = self.places(id / seeds);

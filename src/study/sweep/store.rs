@@ -280,11 +280,11 @@ mod tests {
     }
 
     fn line(id: u64) -> String {
-        use crate::study::sweep::Study;
+        use crate::study::sweep::study::Study;
         let study =
             Study::parse("methods = [\"sm\"]\nrecordings = [\"a\"]\nseeds = \"1..9\"", Path::new("s.toml")).unwrap();
-        let runs = crate::study::sweep::Runs::new(study.clone(), 1);
-        let outcome = crate::study::sweep::line::tests::sample();
+        let runs = crate::study::sweep::runs::Runs::new(study.clone(), 1);
+        let outcome = crate::study::sweep::sample::sample();
         crate::study::sweep::line::line(&study, &runs.job(id), "m", &outcome, 0.1)
     }
 

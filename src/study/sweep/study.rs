@@ -12,23 +12,19 @@ use std::path::Path;
 
 /// Noise that is added to recordings.
 #[derive(Debug, Clone, PartialEq)]
-pub struct AddedNoise {
-    /// As the study names it.
+pub(super) struct AddedNoise {
     pub name: String,
-    /// The noise; `None` adds nothing.
     pub noise: Option<Noise>,
 }
 
 /// The files of a motor, or a pattern whose every file is a motor.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Entry {
+pub(super) enum Entry {
     /// A path or a pattern (`*`, `?`, `[…]`, `**`): each file a motor of its own.
     Files(String),
     /// One motor in several files: a joint fit.
     Motor {
-        /// Its name.
         name: String,
-        /// Its files.
         files: Vec<String>,
         /// Files that are held out; none where those of the study are.
         validate: Vec<String>,
@@ -37,17 +33,14 @@ pub enum Entry {
 
 /// The seeds: all from one number to another, or a list.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Seeds {
+pub(super) enum Seeds {
     /// From the first to the last, both included.
     Range(u64, u64),
-    /// As listed.
     List(Vec<u64>),
 }
 
 impl Seeds {
-    /// How many.
-    #[must_use]
-    pub fn count(&self) -> u64 {
+    pub(super) fn count(&self) -> u64 {
         match self {
             Self::Range(first, last) => (last - first).saturating_add(1),
             Self::List(list) => list.len() as u64,
@@ -55,8 +48,7 @@ impl Seeds {
     }
 
     /// The seed at a place.
-    #[must_use]
-    pub fn at(&self, place: u64) -> u64 {
+    pub(super) fn at(&self, place: u64) -> u64 {
         match self {
             Self::Range(first, _) => first + place,
             Self::List(list) => usize::try_from(place).ok().and_then(|place| list.get(place)).copied().unwrap_or(0),
@@ -66,41 +58,32 @@ impl Seeds {
 
 /// A level of the factor `with`: a model of the motor.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Level {
+pub(super) struct Level {
     /// `none`, `auto`, or the extensions with commas between them.
     pub name: String,
     /// The extensions, with the bounds, the held values and the parameters of each recording that such a model has.
     pub spec: IdentifySpec,
 }
 
-/// A study.
+/// A study; a list of levels is a factor.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Study {
-    /// Its name.
+pub(super) struct Study {
     pub name: String,
-    /// What is identified.
     pub recordings: Vec<Entry>,
-    /// Factor: how the optimum is found.
     pub methods: Vec<Method>,
-    /// Factor: how it is refined.
     pub polish: Vec<Polish>,
-    /// Factor: the extensions of the motor.
     pub with: Vec<Level>,
     /// Whether the study names that factor, so that its lines do.
     pub names_with: bool,
-    /// Factor: agents.
     pub population: Vec<usize>,
     /// Factor: generations, the first population included.
     pub generations: Vec<usize>,
-    /// Factor: what a search minimizes.
     pub criterion: Vec<Norm>,
     /// Factor: what each channel is divided by in it.
     pub scale: Vec<Scale>,
-    /// Factor: noise added to the recordings.
     pub noise: Vec<AddedNoise>,
     /// Factor: seeds of searches and of added noise.
     pub seeds: Seeds,
-    /// How files are read and prepared.
     pub reading: Reading,
     /// Recordings that are held out of every motor that has none of its own: paths and patterns.
     pub validate: Vec<String>,
@@ -108,7 +91,6 @@ pub struct Study {
     pub split: Option<f64>,
     /// How the motor is simulated, what evaluates.
     pub spec: IdentifySpec,
-    /// What happens when a device is lost.
     pub on_loss: OnLoss,
 }
 
@@ -132,8 +114,7 @@ const OWN_KEYS: [&str; 15] = [
 ];
 
 /// Returns every key that a study may have.
-#[must_use]
-pub fn keys() -> Vec<&'static str> {
+pub(super) fn keys() -> Vec<&'static str> {
     let settings = OF_ALL_RUNS.iter().chain(&OF_MODELS).chain(&READING).map(|setting| setting.name());
     OWN_KEYS.into_iter().chain(settings).collect()
 }
@@ -143,7 +124,7 @@ impl Study {
     ///
     /// # Errors
     /// `Usage` with the line of what is wrong.
-    pub fn parse(text: &str, path: &Path) -> Result<Self> {
+    pub(super) fn parse(text: &str, path: &Path) -> Result<Self> {
         let document = Document { text, path };
         let table = document.table()?;
         document.check_keys(&table, &keys(), "A study")?;
@@ -195,8 +176,7 @@ impl Study {
     }
 
     /// What one run asks for.
-    #[must_use]
-    pub fn spec(&self, factors: &Factors) -> IdentifySpec {
+    pub(super) fn spec(&self, factors: &Factors) -> IdentifySpec {
         IdentifySpec {
             method: factors.method,
             polish: factors.polish,
@@ -209,8 +189,7 @@ impl Study {
     }
 
     /// The model of a run, where the study names models.
-    #[must_use]
-    pub fn with_name(&self, factors: &Factors) -> Option<&str> {
+    pub(super) fn with_name(&self, factors: &Factors) -> Option<&str> {
         self.names_with.then(|| self.with[factors.with].name.as_str())
     }
 }

@@ -106,7 +106,7 @@ pub struct SweepBlock {
 }
 
 /// What a sweep found.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct SweepSummary {
     /// The study's name.
     pub name: String,
@@ -159,20 +159,14 @@ impl SweepSummary {
         Self {
             name: sweep.manifest.name.clone(),
             runs: sweep.manifest.runs,
-            missing: 0,
-            failed: 0,
-            failures: Failures::default(),
-            taken_over: 0,
             stride: sweep.manifest.runs.div_ceil(SAMPLE).max(1),
-            blocks: Vec::new(),
             motors: sweep.manifest.motors.len(),
-            results: Vec::new(),
             parameters: MOTOR.to_vec(),
             names_with: study.names_with,
             holds_out: study.split.is_some() || sweep.manifest.motors.iter().any(|motor| !motor.validate.is_empty()),
             varied: varied.into_iter().filter(|(_, levels)| *levels > 1).map(|(name, _)| name).collect(),
             device: [device.kind.clone(), device.precision.clone()],
-            places: Vec::new(),
+            ..Self::default()
         }
     }
 
