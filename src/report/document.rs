@@ -2,12 +2,12 @@
 
 use super::spelling::command_line;
 use crate::evaluate::{Level, Problem, cpu_name};
-use crate::identify::{BatchCosts, Identification, IdentifySpec};
+use crate::identify::{BatchCosts, Identification, IdentifySpec, bounds};
 use crate::motor::{Parameter, Scope};
 use crate::record::{Record, Severity};
 use crate::text::printable_json;
 use crate::warning::Warning;
-use serde_json::{Map, Value, json as value};
+use serde_json::{Value, json as value};
 
 /// A JSON document as text, one line end at its end; control characters that JSON allows raw are escaped too.
 #[must_use]
@@ -57,6 +57,11 @@ pub fn identify_document(records: &[Record], spec: &IdentifySpec, found: &Identi
     joined(asked, record)
 }
 
+/// Values of the five parameters by their symbols.
+pub(super) fn by_symbol(values: [impl Into<Value>; 5]) -> Value {
+    Parameter::ALL.iter().zip(values).map(|(p, value)| (p.symbol().to_owned(), value.into())).collect()
+}
+
 /// An object with the entries of another behind its own.
 pub(super) fn joined(mut first: Value, others: Value) -> Value {
     if let (Value::Object(first), Value::Object(others)) = (&mut first, others) {
@@ -86,14 +91,13 @@ impl EvaluateDocument {
     ) -> Value {
         let problem = costs.problem();
         let (kind, name, precision) = costs.device();
-        let bounds = problem.space().free().iter().map(|a| (a.parameter.symbol().to_owned(), value!([a.min, a.max])));
         let entry = |(cost, values): (f64, &[f64])| value!({"cost": cost, "parameters": meant(problem, values)});
         value!({
             "motorfit": env!("CARGO_PKG_VERSION"),
             "records": records,
             "criterion": problem.criterion().norm.name(),
             "scale": problem.criterion().scale.name(),
-            "bounds": bounds.collect::<Map<String, Value>>(),
+            "bounds": bounds(problem.space()),
             "device": {"kind": kind, "name": name, "precision": precision},
             "candidates": self.candidates,
             "stop": if self.interrupted { "interrupted" } else { "budget_spent" },
@@ -119,7 +123,7 @@ fn meant(problem: &Problem, candidate: &[f64]) -> Value {
         let value = if is_own { (0..problem.signals().len()).map(of).collect() } else { of(0) };
         (p.symbol().to_owned(), value)
     };
-    Value::Object(all.map(entry).collect())
+    all.map(entry).collect()
 }
 
 /// Returns the JSON document of what this machine can evaluate on.

@@ -6,7 +6,7 @@
 //! makes them, not the waking of sleeping threads.
 
 use super::contender::Contenders;
-use super::measurement::{Measurement, Throughput, baseline};
+use super::measurement::{Measurement, Throughput};
 use crate::candidates::Candidates;
 use crate::criterion::Criterion;
 use crate::evaluate::{Group, Level, Model, Problem, fma_loop};
@@ -139,7 +139,7 @@ impl Case<'_> {
     ) -> Result<ControlFlow<()>> {
         // The last place is the baseline's, once more.
         let count = result.contenders.len();
-        let baseline = baseline(&result.contenders);
+        let baseline = result.baseline();
         let (mut rounds, mut repeats) = (vec![0; count + 1], vec![1; count + 1]);
         for n in 0..count {
             if observe().is_break() {
@@ -226,7 +226,7 @@ impl Case<'_> {
         for (n, times) in times.into_iter().enumerate() {
             let rounds = times.len();
             let mut measurement = Measurement::of(n, population, samples, times);
-            if baseline(&result.contenders) == Some(n) {
+            if result.baseline() == Some(n) {
                 measurement.again = again.as_ref().and_then(|again| Some((again.seconds?, again.interval)));
             }
             let mut kernel = Vec::new();

@@ -2,9 +2,9 @@
 
 use super::paper::paper_tables;
 use super::tables::{setting_name, tables};
-use crate::motor::Parameter;
+use crate::identify::bounds;
 use crate::record::Severity;
-use crate::report::document::warnings;
+use crate::report::document::{by_symbol, warnings};
 use crate::report::spelling::command_line;
 use crate::study::compare::{Block, Comparison, MethodResult, Outcome, PairwiseTest, reached};
 use serde_json::{Map, Value, json as value};
@@ -14,7 +14,6 @@ use serde_json::{Map, Value, json as value};
 pub fn compare_document(comparison: &Comparison, paper: bool) -> Value {
     let Comparison { subject, spec, device, .. } = comparison;
     let fixed = spec.space.fixed().iter().map(|(p, _, value)| (p.symbol().to_owned(), Value::from(*value)));
-    let bounds = spec.space.free().iter().map(|a| (a.parameter.symbol().to_owned(), value!([a.min, a.max])));
     value!({
         "motorfit": env!("CARGO_PKG_VERSION"),
         "records": subject.records,
@@ -26,7 +25,7 @@ pub fn compare_document(comparison: &Comparison, paper: bool) -> Value {
         "noise_db": spec.noise_db,
         "runs": spec.runs,
         "seed": spec.seed,
-        "bounds": bounds.collect::<Map<String, Value>>(),
+        "bounds": bounds(&spec.space),
         "device": {"kind": device.0, "name": device.1, "precision": device.2},
         "blocks": comparison.blocks.iter().map(|block| self::block(comparison, block)).collect::<Value>(),
         "steiglitz_mcbride": comparison.steiglitz.as_ref().map(|sm| value!({
@@ -47,11 +46,6 @@ pub fn compare_document(comparison: &Comparison, paper: bool) -> Value {
         "evaluations": comparison.evaluations,
         "seconds": comparison.batch_seconds,
     })
-}
-
-fn by_symbol(values: [f64; 5]) -> Value {
-    let pairs = Parameter::ALL.iter().zip(values);
-    Value::Object(pairs.map(|(p, v)| (p.symbol().to_owned(), Value::from(v))).collect())
 }
 
 fn block(comparison: &Comparison, block: &Block) -> Value {

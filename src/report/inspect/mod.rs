@@ -6,10 +6,10 @@ mod page;
 #[cfg(feature = "report")]
 pub use page::inspect_page;
 
-use super::document::warnings;
+use super::document::{by_symbol, warnings};
 use super::spelling::command_line;
 use crate::identify::{Identifiability, Inspection};
-use crate::motor::{Parameter, response};
+use crate::motor::response;
 use crate::numeric::{mean, noise_sigma, rms, standard_deviation};
 use crate::record::{Quantity, Record, Severity};
 use serde_json::{Map, Value, json as value};
@@ -108,8 +108,7 @@ fn record_document(inspection: &Inspection<'_>, band: f64) -> Value {
     document["signals"] = signals.collect::<Map<_, _>>().into();
     document["identifiability"] = match &inspection.identifiability {
         Identifiability::Identifies { relative_error } => {
-            let errors = Parameter::ALL.iter().zip(relative_error);
-            let errors: Map<String, Value> = errors.map(|(p, e)| (p.symbol().to_owned(), (*e).into())).collect();
+            let errors = by_symbol(*relative_error);
             value!({"identifies": true, "relative_std_error": errors, "message": null, "remedy": null})
         }
         Identifiability::Lacks { message, remedy } => {

@@ -15,7 +15,7 @@ const FENCE: f64 = 15.0;
 
 /// A panel: how often values are where.
 #[derive(Debug, Clone, Default)]
-pub struct Histogram {
+pub(in crate::report) struct Histogram {
     /// What it shows.
     pub title: String,
     /// The axes, with units.
@@ -50,8 +50,7 @@ impl Histogram {
     }
 
     /// How many values lie beyond what is drawn.
-    #[must_use]
-    pub fn beyond(&self) -> usize {
+    pub(in crate::report) fn beyond(&self) -> usize {
         let [low, high] = self.range();
         self.values.iter().filter(|v| !(low..=high).contains(*v)).count()
     }
@@ -124,8 +123,7 @@ pub(super) fn decimals(step: f64) -> TickFormat {
 }
 
 /// Histograms side by side in so many columns. Panels without values are left out.
-#[must_use]
-pub fn histograms(panels: &[Histogram], columns: usize) -> String {
+pub(in crate::report) fn histograms(panels: &[Histogram], columns: usize) -> String {
     let (mut plots, mut layouts) = (Vec::new(), Vec::new());
     for panel in panels {
         if let Some(bins) = panel.bins() {

@@ -5,9 +5,10 @@ mod heat;
 mod histogram;
 mod rows;
 
-pub use heat::{Map, correlation, heat_map};
-pub use histogram::{Histogram, histograms};
-pub use rows::box_rows;
+pub(super) use heat::correlation;
+pub use heat::{Map, heat_map};
+pub(super) use histogram::{Histogram, histograms};
+pub(super) use rows::box_rows;
 
 use kuva::backend::svg::SvgBackend;
 use kuva::plot::BoxPlot;
@@ -39,7 +40,7 @@ pub struct Line {
 
 /// Lines over two axes.
 #[derive(Debug, Clone, Default)]
-pub struct Chart {
+pub(in crate::report) struct Chart {
     /// What it shows.
     pub title: String,
     /// The axes, with units.
@@ -56,7 +57,7 @@ pub struct Chart {
 
 /// A stretch of the first axis that is marked.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Mark {
+pub(in crate::report) struct Mark {
     /// From where to where; at least a hair is shown.
     pub range: [f64; 2],
     /// What stands at it; nothing where it is empty.
@@ -65,14 +66,12 @@ pub struct Mark {
 
 impl Chart {
     /// A chart with nothing in it.
-    #[must_use]
-    pub fn new(title: impl Into<String>, labels: [&str; 2]) -> Self {
+    pub(in crate::report) fn new(title: impl Into<String>, labels: [&str; 2]) -> Self {
         Self { title: title.into(), labels: labels.map(str::to_owned), ..Self::default() }
     }
 
     /// The same with logarithmic axes.
-    #[must_use]
-    pub fn log(self, log: [bool; 2]) -> Self {
+    pub(in crate::report) fn log(self, log: [bool; 2]) -> Self {
         Self { log, ..self }
     }
 
@@ -166,8 +165,7 @@ fn thinned(kept: &[usize], points: &[(f64, f64)]) -> Vec<usize> {
 }
 
 /// One chart.
-#[must_use]
-pub fn chart(chart: &Chart) -> String {
+pub(in crate::report) fn chart(chart: &Chart) -> String {
     let plots = chart.plots(true);
     if plots.is_empty() {
         return nothing(&chart.title);
@@ -183,8 +181,7 @@ pub fn log_log(title: &str, labels: [&str; 2], lines: Vec<Line>) -> String {
 }
 
 /// Charts side by side in so many columns, with one legend for all, that of the first.
-#[must_use]
-pub fn panels(charts: &[Chart], columns: usize, [width, height]: [f64; 2]) -> String {
+pub(in crate::report) fn panels(charts: &[Chart], columns: usize, [width, height]: [f64; 2]) -> String {
     let charts: Vec<&Chart> = charts.iter().filter(|chart| !chart.plots(false).is_empty()).collect();
     if charts.is_empty() {
         return nothing("");
@@ -214,7 +211,7 @@ fn small(layout: Layout) -> Layout {
 
 /// A panel of boxes.
 #[derive(Debug, Clone)]
-pub struct Boxes {
+pub(in crate::report) struct Boxes {
     /// What it shows, with its unit.
     pub title: String,
     /// Names and values of the boxes.
@@ -222,8 +219,7 @@ pub struct Boxes {
 }
 
 /// Boxes (quartiles, Tukey's whiskers) of groups of values, panels side by side.
-#[must_use]
-pub fn boxes(panels: &[Boxes], label: &str) -> String {
+pub(in crate::report) fn boxes(panels: &[Boxes], label: &str) -> String {
     let plot = |panel: &Boxes| {
         let finite = |values: &[f64]| values.iter().copied().filter(|v| v.is_finite()).collect::<Vec<f64>>();
         let groups = panel.groups.iter().map(|(name, values)| (name, finite(values)));

@@ -11,8 +11,7 @@ use std::sync::Arc;
 
 /// Boxes (quartiles, Tukey's whiskers) of groups of values in rows, the first on top, on an axis that holds a range. On a
 /// logarithmic one, boxes and whiskers are those of the logarithms.
-#[must_use]
-pub fn box_rows(panel: &Boxes, label: &str, [low, high]: [f64; 2], is_log: bool) -> String {
+pub(in crate::report) fn box_rows(panel: &Boxes, label: &str, [low, high]: [f64; 2], is_log: bool) -> String {
     let shown = |value: &f64| value.is_finite() && (!is_log || *value > 0.0);
     let placed = |value: &f64| if is_log { value.log10() } else { *value };
     let of = |(name, values): &(String, Vec<f64>)| {

@@ -20,4 +20,3 @@ pub use page::{sweep_answer, sweep_page};
 pub use parquet::write_parquet;
 pub use tables::sweep_tables;
 pub use terminal::shortened;
-pub use words::grouped;

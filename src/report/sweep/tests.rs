@@ -1,7 +1,8 @@
 //! Proves: the tables, the page and the document of made-up sweeps say what was put in.
 
 use super::sample::{how, line, product};
-use super::{grouped, shortened, sweep_answer, sweep_document, sweep_page, sweep_tables};
+use super::words::grouped;
+use super::{shortened, sweep_answer, sweep_document, sweep_page, sweep_tables};
 use crate::report::Table;
 use crate::study::sweep::Limits;
 

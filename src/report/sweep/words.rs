@@ -7,8 +7,7 @@ use crate::study::sweep::{Cell, Factors, Named, SweepBlock, SweepSummary};
 use crate::text::{printable, significant};
 
 /// A count with its thousands set apart.
-#[must_use]
-pub fn grouped(count: u64) -> String {
+pub(super) fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (n, digit) in digits.chars().enumerate() {

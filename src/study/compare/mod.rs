@@ -7,7 +7,7 @@ mod estimates;
 mod ranking;
 mod settings;
 
-pub mod paper;
+pub(crate) mod paper;
 mod spec;
 mod steiglitz;
 mod targets;
