@@ -67,46 +67,40 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     let parameters_told = found.estimates();
     let answer = parameters_told.iter().filter(shared).filter_map(value).chain(instead).collect::<Vec<_>>().join(", ");
     let tail = if found.uncertainty.is_some() { " (95 % intervals)" } else { " (without a polish: no intervals)" };
-    let mut sure = vec![Part::Text(verdict(found))];
+    let mut sure = vec![Part::Text(verdict(found).to_owned())];
     sure.extend(warnings(&found.warnings));
     sure.push(Part::Table(parameters_table(found)));
     sure.push(Part::Table(fit_table(found, spec)));
     sure.push(Part::Table(characteristics_table(found)));
     sure.extend(found.selection.as_ref().map(|selection| Part::Table(selection_table(selection))));
     sure.extend(figures::correlations(found).map(Part::Figure));
-    let mut plots: Vec<Part> = Vec::new();
-    let modelled = found.modelled(records, spec).unwrap_or_default();
-    for (n, (record, signals)) in (1..).zip(records.iter().zip(modelled)) {
+    let response = |(n, (record, signals))| {
         let models = [Modelled { name: "model".to_owned(), signals }];
-        plots.push(Part::Figure(figures::responses(&format!("response-{n}"), record, &models)));
-    }
-    plots.extend(figures::history(found, spec).map(Part::Figure));
+        figures::responses(&format!("response-{n}"), record, &models)
+    };
+    let modelled = records.iter().zip(found.modelled(records, spec).unwrap_or_default());
+    let plots = (1..).zip(modelled).map(response).chain(figures::history(found, spec)).map(Part::Figure).collect();
     let mut sections = vec![section("How sure this is", sure), section("Measured and modelled", plots)];
     sections.extend(found.validation.as_ref().map(|held| section("Held out", held_out(found, held))));
     if let (Some(of), None) = (&found.noise_floor, &found.validation) {
         sections.push(section("Repeatability", vec![Part::Text(format!("{}.", noise_floor_text(of)))]));
     }
     sections.push(reproduce(records, how, Some((&found.device, found.precision))));
-    let name =
-        records.first().and_then(|r| r.source().path.as_ref()?.file_name().map(|f| f.to_string_lossy().into_owned()));
-    Page {
-        title: format!("Motor of {}", name.unwrap_or_else(|| "a recording".to_owned())),
-        answer: format!("{answer}{tail}."),
-        sections,
-    }
+    let name = records.first().and_then(|record| record.source().path.as_ref()?.file_name());
+    let name = name.map_or("a recording".into(), |name| name.to_string_lossy());
+    Page { title: format!("Motor of {name}"), answer: format!("{answer}{tail}."), sections }
 }
 
-fn verdict(found: &Identification) -> String {
+fn verdict(found: &Identification) -> &'static str {
     let check = &found.verification;
     match check.status {
-        Status::Agrees => "A search of the whole box finds the same optimum.".to_owned(),
+        Status::Agrees => "A search of the whole box finds the same optimum.",
         Status::SearchStuck if check.refined_agrees => {
             "The search was stuck in another optimum; the refinement left it, and a search of the whole box agrees."
-                .to_owned()
         }
-        Status::SearchStuck => "The search is stuck: there is a better optimum than this.".to_owned(),
-        Status::ReferenceFailed => "The search of the whole box ended in a worse optimum: it says nothing.".to_owned(),
-        Status::NotApplicable => "There is no independent search to hold this against.".to_owned(),
+        Status::SearchStuck => "The search is stuck: there is a better optimum than this.",
+        Status::ReferenceFailed => "The search of the whole box ended in a worse optimum: it says nothing.",
+        Status::NotApplicable => "There is no independent search to hold this against.",
     }
 }
 
@@ -142,8 +136,8 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
     }
     sections.push(section("Measured and modelled", responses(comparison)));
     let correlations = comparison.reference.as_ref().ok().and_then(|found| figures::correlations(found));
-    sections
-        .extend(correlations.map(|figure| section("Correlation of the refined estimate", vec![Part::Figure(figure)])));
+    let correlations = correlations.map(|figure| vec![Part::Figure(figure)]);
+    sections.extend(correlations.map(|parts| section("Correlation of the refined estimate", parts)));
     let device = (comparison.device.1.as_str(), comparison.device.2);
     sections.push(reproduce(&comparison.subject.records, how, Some(device)));
     Page { title: "Methods compared".to_owned(), answer: answer(comparison), sections }

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// The version of the manifest and of the results.
 pub(super) const FORMAT: u32 = 1;
 /// What is read of a file at once.
-const PIECE: usize = 64 << 10;
+const PIECE: u64 = 64 << 10;
 /// The most runs of a sweep.
 const RUNS_MAX: u64 = 100_000_000;
 
@@ -279,16 +279,11 @@ fn pinned(folder: &Path, file: &str) -> File {
 /// The digest of a file, and its size.
 fn digest(path: &Path) -> std::io::Result<(String, u64)> {
     let (mut file, mut hasher, mut bytes) = (std::fs::File::open(path)?, Sha256::new(), 0);
-    let mut piece = vec![0; PIECE];
-    loop {
-        match file.read(&mut piece) {
-            Ok(0) => return Ok((hexadecimal(&hasher.finalize()), bytes)),
-            Ok(count) => {
-                hasher.update(&piece[..count]);
-                bytes += count as u64;
-            }
-            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
+    let mut piece = Vec::new();
+    while file.by_ref().take(PIECE).read_to_end(&mut piece)? > 0 {
+        hasher.update(&piece);
+        bytes += piece.len() as u64;
+        piece.clear();
     }
+    Ok((hexadecimal(&hasher.finalize()), bytes))
 }

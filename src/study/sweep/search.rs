@@ -1,7 +1,7 @@
 //! Population searches: many runs in lock step, all agents of a generation as one batch, piece by piece.
 
 use super::Sweep;
-use super::dataset::{Dataset, Read, Recordings};
+use super::dataset::{Dataset, Kept, Read, Recordings};
 use super::line::Outcome;
 use super::run::{End, Finished, Running};
 use super::runs::Job;
@@ -55,7 +55,7 @@ impl Running<'_> {
             let mut units =
                 Units::new(self, RUNS, |job| job.factors.method.is_search() && job.factors.generations == generations);
             let mut rest: Option<(Dataset, Vec<Search>)> = None;
-            let mut kept: Option<(usize, Read)> = None;
+            let mut kept: Kept = None;
             loop {
                 let (datasets, searches) = self.piece(&mut units, &mut rest, generations);
                 if searches.is_empty() {
@@ -186,7 +186,7 @@ impl Sweep {
         &self,
         datasets: &[Dataset],
         searches: Vec<(usize, Search)>,
-        kept: &mut Option<(usize, Read)>,
+        kept: &mut Kept,
     ) -> (Vec<Ready>, Vec<Finished>) {
         let realized = self.realized(datasets, kept);
         let key = |of: usize, job: &Job| -> Key {
@@ -229,14 +229,11 @@ impl Sweep {
     }
 
     /// The recordings of each dataset. Those of the last motor are kept for the next piece.
-    fn realized(&self, datasets: &[Dataset], kept: &mut Option<(usize, Read)>) -> Vec<Read> {
+    fn realized(&self, datasets: &[Dataset], kept: &mut Kept) -> Vec<Read> {
         let mut motors: Vec<usize> = datasets.iter().map(|dataset| dataset.motor).collect();
         motors.dedup();
         let known = kept.take();
-        let read = |motor: &usize| match &known {
-            Some((of, recordings)) if of == motor => (*motor, recordings.clone()),
-            _ => (*motor, self.read(*motor)),
-        };
+        let read = |motor: &usize| (*motor, self.read_or_kept(*motor, known.as_ref()));
         let read: BTreeMap<usize, Read> = motors.par_iter().map(read).collect();
         *kept = motors.last().and_then(|motor| Some((*motor, read.get(motor)?.clone())));
         datasets.par_iter().map(|of| self.with_noise(&read[&of.motor], of.noise, of.seed)).collect()

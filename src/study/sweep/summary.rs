@@ -11,6 +11,7 @@ use crate::numeric::{quantile, sorted};
 use crate::setting::text;
 use crate::text::excerpt;
 use crate::{Error, Result};
+use std::collections::BTreeMap;
 
 /// Runs whose values are kept for quantiles; of more, every Nth.
 const SAMPLE: u64 = 1 << 20;
@@ -139,7 +140,7 @@ pub struct SweepSummary {
     /// cpu or gpu, and its numbers.
     pub device: [String; 2],
     /// Block and cell of each combination of levels.
-    pub(crate) places: Vec<Option<(usize, usize)>>,
+    pub(crate) places: BTreeMap<u64, (usize, usize)>,
 }
 
 impl SweepSummary {
@@ -230,8 +231,8 @@ impl SweepSummary {
 
     /// Where the runs under some levels stand; made where they are the first.
     fn place(&mut self, sweep: &Sweep, job: &Job) -> (usize, usize) {
-        let combination = usize::try_from(job.id % sweep.runs.per_motor() / sweep.study().seeds.count()).unwrap_or(0);
-        if let Some(Some(place)) = self.places.get(combination) {
+        let combination = job.id % sweep.runs.per_motor() / sweep.study().seeds.count();
+        if let Some(place) = self.places.get(&combination) {
             return *place;
         }
         let factors = &job.factors;
@@ -253,8 +254,7 @@ impl SweepSummary {
             seconds: 0.0,
         });
         let place = (block, cells.len() - 1);
-        self.places.resize(self.places.len().max(combination + 1), None);
-        self.places[combination] = Some(place);
+        self.places.insert(combination, place);
         place
     }
 
