@@ -1,7 +1,7 @@
 //! The figures of reports, as charts.
 
 use super::page::Figure;
-use super::plot::{Boxes, Chart, Line, boxes, chart, correlation, panels};
+use super::plot::{Chart, Line, boxes, chart, correlation, panels};
 use crate::criterion::{Criterion, Scale};
 use crate::evaluate::{Initial, Model, Problem};
 use crate::identify::{Identification, IdentifySpec};
@@ -24,28 +24,19 @@ pub fn model(record: &Record, parameters: &Parameters, initial: [f64; 2], how: D
     [trajectory.current, trajectory.speed]
 }
 
-/// A named model of a recording.
-pub struct Modelled {
-    /// Its name in the legend.
-    pub name: String,
-    /// Current and speed.
-    pub signals: [Vec<f64>; 2],
-}
-
 const CHANNELS: [(&str, &str); 2] = [("Current", "current [A]"), ("Speed", "speed [rad/s]")];
 
-/// Measured against models: both signals, what is left of them, and the transient enlarged.
+/// Measured against a named model: both signals, what is left of them, and the transient enlarged.
 #[must_use]
-pub fn responses(id: &str, record: &Record, models: &[Modelled]) -> Figure {
+pub fn responses(id: &str, record: &Record, name: &str, signals: &[Vec<f64>; 2]) -> Figure {
     let time = &record.samples().time_s;
-    let window = transient(record);
-    let line = |name: &str, values: Vec<f64>| Line {
-        name: name.to_owned(),
-        points: time.iter().copied().zip(values).collect(),
-        ..Line::default()
+    let [from, to] = transient(record);
+    let line = |name: &str, values: &[f64]| {
+        let points = time.iter().copied().zip(values.iter().copied()).collect();
+        Line { name: name.to_owned(), points, ..Line::default() }
     };
     let inside = |line: &Line| Line {
-        points: line.points.iter().copied().filter(|(t, _)| (window[0]..=window[1]).contains(t)).collect(),
+        points: line.points.iter().copied().filter(|(t, _)| (from..=to).contains(t)).collect(),
         ..line.clone()
     };
     let chart =
@@ -54,28 +45,24 @@ pub fn responses(id: &str, record: &Record, models: &[Modelled]) -> Figure {
     let by_current = record.driver() == Quantity::Current;
     for (channel, (title, label)) in CHANNELS.into_iter().enumerate() {
         if by_current && channel == 0 {
-            whole.push(chart(title.to_owned(), label, vec![line("input", record.input().to_vec())]));
+            whole.push(chart(title.to_owned(), label, vec![line("input", record.input())]));
             continue;
         }
-        let measured = record.measured()[channel].map(<[f64]>::to_vec);
-        let mut lines = vec![line("measured", measured.clone().unwrap_or_default())];
-        lines.extend(models.iter().map(|m| line(&m.name, m.signals[channel].clone())));
-        let mut residuals = vec![Line::default()];
-        for m in models {
-            let difference = measured.iter().flatten().zip(&m.signals[channel]).map(|(a, b)| a - b).collect();
-            residuals.push(line(&m.name, difference));
-        }
+        let (measured, model) = (record.measured()[channel].unwrap_or_default(), &signals[channel]);
+        let residual: Vec<f64> = measured.iter().zip(model).map(|(a, b)| a - b).collect();
+        let lines = vec![line("measured", measured), line(name, model)];
         enlarged.push(chart(format!("{title}, transient"), label, lines.iter().map(inside).collect()));
         whole.push(chart(title.to_owned(), label, lines));
-        left.push(chart(format!("{title}: measured less model"), label, residuals));
+        // Behind an empty line, the residual has the colour of its model.
+        let lines = vec![Line::default(), line(name, &residual)];
+        left.push(chart(format!("{title}: measured less model"), label, lines));
     }
     let charts: Vec<Chart> = whole.into_iter().chain(left).chain(enlarged).collect();
-    let names: Vec<&str> = models.iter().map(|m| m.name.as_str()).collect();
     Figure {
         id: id.to_owned(),
         map: false,
         svg: panels(&charts, 2, [560.0, 300.0]),
-        alternative: format!("Current and speed over time, measured and by {}, with residuals", names.join(", ")),
+        alternative: format!("Current and speed over time, measured and by {name}, with residuals"),
         caption: match by_current {
             true => "Above: the current, which is the input, and the speed with the model. Below: what the model leaves, and \
                      the transient after the largest change of the input, enlarged.",
@@ -175,12 +162,12 @@ pub fn errors(id: &str, comparison: &Comparison, block: &Block) -> Option<Figure
         let error = |value: f64| 100.0 * (value / expected.get(p) - 1.0);
         let shown = found.iter().filter(|found| found.method != "sm" || !found.all.is_empty());
         let group = |found: &Estimates| (found.method.to_owned(), found.values(p).into_iter().map(error).collect());
-        Boxes { title: p.symbol().to_owned(), groups: shown.map(group).collect() }
+        (p.symbol(), shown.map(group).collect())
     };
     Some(Figure {
         id: format!("{id}-errors"),
         map: false,
-        svg: boxes(&Parameter::ALL.map(panel), "relative error [%]"),
+        svg: boxes(Parameter::ALL.map(panel).to_vec(), "relative error [%]"),
         alternative: "Boxes of the relative errors of each parameter over runs, for each method".to_owned(),
         caption: "Quartiles and median over runs; whiskers reach 1.5 of the box. Steiglitz\u{2013}McBride: over records with new \
                   noise."

@@ -1,6 +1,6 @@
 //! Fitted and held-out recordings side by side.
 
-use super::figures::{self, Modelled};
+use super::figures::responses;
 use super::identified::{noise_floor_text, verdicts};
 use super::page::Part;
 use super::table::{Table, dash};
@@ -14,8 +14,7 @@ const HEADS: [&str; 7] =
 /// Recordings that were not fitted: their fits beside that of the others, and how they are explained.
 pub(super) fn held_out(found: &Identification, validation: &Validation) -> Vec<Part> {
     let plot = |(n, held): (usize, &HeldOut)| {
-        let models = [Modelled { name: "model".to_owned(), signals: held.simulated.clone() }];
-        Part::Figure(figures::responses(&format!("held-out-{n}"), &held.record, &models))
+        Part::Figure(responses(&format!("held-out-{n}"), &held.record, "model", &held.simulated))
     };
     let plots = (1..).zip(&validation.held_out).map(plot);
     std::iter::once(Part::Table(table(found, validation))).chain(plots).collect()

@@ -125,7 +125,7 @@ fn part(part: &Part) -> Markup {
         Part::Table(table) => self::table(table),
         Part::Figure(figure) => html! {
             figure id=(figure.id) {
-                (PreEscaped(embedded(figure)))
+                (PreEscaped(figure.scaled(if figure.map { "class=\"plot map\"" } else { "class=\"plot\"" })))
                 figcaption { (printable(&figure.caption)) }
             }
         },
@@ -225,12 +225,6 @@ fn named(svg: &str) -> String {
     }
     let digest = hexadecimal(&Sha256::digest(&counted));
     counted.replace(CLIP, &format!("clip-{}-", &digest[..12]))
-}
-
-/// A drawing within a page.
-fn embedded(figure: &Figure) -> String {
-    let class = if figure.map { "plot map" } else { "plot" };
-    figure.scaled(&format!("class=\"{class}\""))
 }
 
 #[cfg(test)]

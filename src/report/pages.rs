@@ -1,7 +1,7 @@
 //! The pages of `identify` and `compare`: the answer first, then how sure, then the plots, then how to reproduce it.
 
 use super::compare::{best, paper_tables, setting_name, tables};
-use super::figures::{self, Modelled};
+use super::figures;
 use super::held_out::held_out;
 use super::identified::{noise_floor_text, with_error};
 use super::identified_tables::{characteristics_table, fit_table, parameters_table, selection_table};
@@ -74,12 +74,14 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     sure.push(Part::Table(characteristics_table(found)));
     sure.extend(found.selection.as_ref().map(|selection| Part::Table(selection_table(selection))));
     sure.extend(figures::correlations(found).map(Part::Figure));
-    let response = |(n, (record, signals))| {
-        let models = [Modelled { name: "model".to_owned(), signals }];
-        figures::responses(&format!("response-{n}"), record, &models)
-    };
-    let modelled = records.iter().zip(found.modelled(records, spec).unwrap_or_default());
-    let plots = (1..).zip(modelled).map(response).chain(figures::history(found, spec)).map(Part::Figure).collect();
+    let modelled = found.modelled(records, spec).unwrap_or_default();
+    let response = |(n, (record, signals))| figures::responses(&format!("response-{n}"), record, "model", signals);
+    let plots = (1..)
+        .zip(records.iter().zip(&modelled))
+        .map(response)
+        .chain(figures::history(found, spec))
+        .map(Part::Figure)
+        .collect();
     let mut sections = vec![section("How sure this is", sure), section("Measured and modelled", plots)];
     sections.extend(found.validation.as_ref().map(|held| section("Held out", held_out(found, held))));
     if let (Some(of), None) = (&found.noise_floor, &found.validation) {
@@ -180,8 +182,7 @@ fn responses(comparison: &Comparison) -> Vec<Part> {
     let initial = comparison.initial.first().copied().unwrap_or_default();
     let figure = |(name, parameters): (&str, Parameters)| {
         let signals = figures::model(record, &parameters, initial, how);
-        let models = [Modelled { name: name.to_owned(), signals }];
-        let mut figure = figures::responses(&format!("response-{name}"), record, &models);
+        let mut figure = figures::responses(&format!("response-{name}"), record, name, &signals);
         figure.caption = format!("{name}, best run. {}", figure.caption);
         Part::Figure(figure)
     };

@@ -6,7 +6,7 @@ use crate::errors::{Raise as _, keyword};
 use crate::figure::Svg;
 use motorfit::identify::{IdentifySpec, ParameterEstimate};
 use motorfit::record::Record;
-use motorfit::report::figures::{self, Modelled};
+use motorfit::report::figures;
 use motorfit::report::{identify_document, json};
 use motorfit::text::significant;
 use pyo3::exceptions::PyIndexError;
@@ -81,7 +81,7 @@ result! {
             let signal = |of: &str| crate::arrays::signal(&signals.get_item(of)?, of);
             let signals = [signal("current_A")?, signal("speed_rad_s")?];
             let record = records.get_item(at)?.cast_into::<crate::record::Record>().map_err(PyErr::from)?;
-            Ok(figures::responses("response", &record.get().0, &[Modelled { name: "model".to_owned(), signals }]).into())
+            Ok(figures::responses("response", &record.get().0, "model", &signals).into())
         }
     }
 }

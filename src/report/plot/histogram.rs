@@ -36,17 +36,13 @@ struct Bins {
 impl Histogram {
     /// From where to where values are drawn: a stray one does not squeeze the others, and one alone has some room.
     fn range(&self) -> [f64; 2] {
-        let [low, high] = self.reach();
-        let room = if high - low <= 1e-9 * low.abs() { 0.01 * low.abs().max(1e-9) } else { 0.0 };
-        [low - room, high + room]
-    }
-
-    fn reach(&self) -> [f64; 2] {
         let sorted = sorted(&self.values);
         let [low, high] = [0.25, 0.75].map(|p| quantile(&sorted, p));
         let reach = if high > low { FENCE * (high - low) } else { f64::INFINITY };
         let near = || sorted.iter().copied().filter(|v| (low - reach..=high + reach).contains(v));
-        [near().next().unwrap_or(f64::NAN), near().next_back().unwrap_or(f64::NAN)]
+        let [low, high] = [near().next(), near().next_back()].map(|end| end.unwrap_or(f64::NAN));
+        let room = if high - low <= 1e-9 * low.abs() { 0.01 * low.abs().max(1e-9) } else { 0.0 };
+        [low - room, high + room]
     }
 
     /// How many values lie beyond what is drawn.

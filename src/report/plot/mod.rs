@@ -49,8 +49,6 @@ pub(in crate::report) struct Chart {
     pub log: [bool; 2],
     /// The lines.
     pub lines: Vec<Line>,
-    /// What is shown of the first axis, if not all.
-    pub range: Option<[f64; 2]>,
     /// Stretches of the first axis that are marked.
     pub marks: Vec<Mark>,
 }
@@ -96,9 +94,6 @@ impl Chart {
         }
         if self.log[1] {
             layout = layout.with_log_y();
-        }
-        if let Some([from, to]) = self.range {
-            layout = layout.with_x_axis_min(from).with_x_axis_max(to);
         }
         let hair = 0.003 * self.width();
         for Mark { range: [from, to], label } in &self.marks {
@@ -209,36 +204,35 @@ fn small(layout: Layout) -> Layout {
     layout.with_title_size(19).with_label_size(17).with_tick_size(15)
 }
 
-/// A panel of boxes.
-#[derive(Debug, Clone)]
-pub(in crate::report) struct Boxes {
-    /// What it shows, with its unit.
-    pub title: String,
-    /// Names and values of the boxes.
-    pub groups: Vec<(String, Vec<f64>)>,
-}
+/// Boxes by name: groups of values.
+pub(in crate::report) type Groups = Vec<(String, Vec<f64>)>;
 
-/// Boxes (quartiles, Tukey's whiskers) of groups of values, panels side by side.
-pub(in crate::report) fn boxes(panels: &[Boxes], label: &str) -> String {
-    let plot = |panel: &Boxes| {
-        let finite = |values: &[f64]| values.iter().copied().filter(|v| v.is_finite()).collect::<Vec<f64>>();
-        let groups = panel.groups.iter().map(|(name, values)| (name, finite(values)));
-        let groups = groups.filter(|(_, values)| !values.is_empty());
-        let plot = groups.fold(BoxPlot::new(), |plot, (name, values)| plot.with_group(name.clone(), values));
-        vec![Plot::Box(plot.with_color(COLORS[5]).with_width(0.6))]
-    };
-    let panels: Vec<&Boxes> =
-        panels.iter().filter(|p| p.groups.iter().any(|(_, v)| v.iter().any(|v| v.is_finite()))).collect();
-    if panels.is_empty() {
+/// Boxes (quartiles, Tukey's whiskers) of groups of values, panels with their titles side by side.
+pub(in crate::report) fn boxes(panels: Vec<(&str, Groups)>, label: &str) -> String {
+    let (mut plots, mut layouts) = (Vec::new(), Vec::new());
+    for (title, groups) in panels {
+        let finite = groups.into_iter().map(|(name, mut values)| {
+            values.retain(|v| v.is_finite());
+            (name, values)
+        });
+        let groups: Groups = finite.filter(|(_, values)| !values.is_empty()).collect();
+        if !groups.is_empty() {
+            let plot = grouped(groups).with_color(COLORS[5]).with_width(0.6);
+            let panel = vec![Plot::Box(plot)];
+            let layout = Layout::auto_from_plots(&panel).with_title(title);
+            layouts.push(small(if plots.is_empty() { layout.with_y_label(label) } else { layout }));
+            plots.push(panel);
+        }
+    }
+    if plots.is_empty() {
         return nothing(label);
     }
-    let plots: Vec<Vec<Plot>> = panels.iter().map(|panel| plot(panel)).collect();
-    let layout = |(n, plots): (usize, &Vec<Plot>)| {
-        let layout = Layout::auto_from_plots(plots).with_title(panels[n].title.clone());
-        small(if n == 0 { layout.with_y_label(label) } else { layout })
-    };
-    let layouts = plots.iter().enumerate().map(layout).collect();
-    SvgBackend::default().render_scene(&grid(plots, layouts, panels.len(), [230.0, 360.0]).render())
+    let columns = plots.len();
+    SvgBackend::default().render_scene(&grid(plots, layouts, columns, [230.0, 360.0]).render())
+}
+
+fn grouped(groups: Groups) -> BoxPlot {
+    groups.into_iter().fold(BoxPlot::new(), |plot, (name, values)| plot.with_group(name, values))
 }
 
 /// A drawing that says that there is nothing to draw.

@@ -5,7 +5,7 @@ use super::tables::id;
 use super::words::{Unit, block_name, counted, label, many};
 use crate::motor::Scope;
 use crate::report::page::{Figure, capital};
-use crate::report::plot::{Boxes, Histogram, box_rows, histograms};
+use crate::report::plot::{Histogram, box_rows, histograms};
 use crate::study::sweep::{Cell, Limits, SweepSummary};
 
 /// Boxes of a figure, and boxes all in all.
@@ -57,11 +57,10 @@ pub(super) fn costs(summary: &SweepSummary, n: usize) -> Vec<Figure> {
     let label_of = format!("cost ({}) [1]", block_name(block));
     let figure = |(k, cells): (usize, &[Cell])| {
         let groups = cells.iter().map(|cell| (label(summary, cell), cell.costs.clone())).collect();
-        let panel = Boxes { title: String::new(), groups };
         Figure {
             id: format!("{}-{}", id(summary, "costs", n), k + 1),
             map: false,
-            svg: box_rows(&panel, &label_of, [low, high], is_log),
+            svg: box_rows(groups, &label_of, [low, high], is_log),
             alternative: "Boxes of the costs of all runs, one for each combination of levels".to_owned(),
             caption: String::new(),
         }

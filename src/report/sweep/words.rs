@@ -9,14 +9,8 @@ use crate::text::{printable, significant};
 /// A count with its thousands set apart.
 pub(super) fn grouped(count: u64) -> String {
     let digits = count.to_string();
-    let mut text = String::new();
-    for (n, digit) in digits.chars().enumerate() {
-        if n > 0 && (digits.len() - n).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
+    let thousands: Vec<_> = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy).collect();
+    thousands.join(",")
 }
 
 /// The same of what is counted in memory.

@@ -18,7 +18,7 @@ use sha2::{Digest as _, Sha256};
 type Name = &'static str;
 
 /// The part of an identification that the line of a run has.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// The parameters; `None` where there is no result.
     #[serde(flatten, serialize_with = "estimates")]
@@ -113,18 +113,8 @@ impl Outcome {
         // Where the files lie is no part of a result.
         let message = error.text().respelled(as_key).to_string().replace(root, "");
         let remedy = error.hint().respelled(as_key).to_string();
-        Self {
-            estimates: None,
-            cost: None,
-            fit_percent: None,
-            validation: None,
-            evaluations: 0,
-            stop: None,
-            device: "cpu",
-            precision: "f64",
-            warnings: Vec::new(),
-            error: Some(Failure { kind: kind.to_owned(), message, remedy }),
-        }
+        let error = Some(Failure { kind: kind.to_owned(), message, remedy });
+        Self { device: "cpu", precision: "f64", error, ..Self::default() }
     }
 
     /// The part of a result that a line has.

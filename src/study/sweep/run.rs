@@ -131,7 +131,17 @@ pub(super) enum End {
     Interrupted,
     /// The disk takes nothing more.
     Stuck,
+    Failed(Error),
 }
+
+impl From<Error> for End {
+    fn from(error: Error) -> Self {
+        Self::Failed(error)
+    }
+}
+
+/// A step of a run, which may be its last.
+pub(super) type Step = std::result::Result<(), End>;
 
 impl Sweep {
     /// Runs what is left of a shard, in the rayon pool of the caller. `observe` sees the progress and may end it.
@@ -180,21 +190,12 @@ impl Sweep {
                 format!("{damaged} lines of results are damaged; runs that are missing for it are done again");
             running.tally.warnings.push(Warning::new("results_damaged", message));
         }
-        let end = running.all();
+        let end = running.stream(false).and_then(|()| running.stream(true)).and_then(|()| running.search());
         running.close(end)
     }
 }
 
 impl Running<'_> {
-    fn all(&mut self) -> Result<Option<End>> {
-        for may_search in [false, true] {
-            if let Some(end) = self.stream(may_search)? {
-                return Ok(Some(end));
-            }
-        }
-        self.search()
-    }
-
     /// Whether a run is still to be done here.
     pub(super) fn is_due(&self, id: u64) -> bool {
         self.sweep.owns(self.shard, id) && !self.done.get(id)
@@ -208,15 +209,15 @@ impl Running<'_> {
     }
 
     /// Tells the observer; `under_way` in runs.
-    pub(super) fn progress(&mut self, under_way: f64) -> Option<End> {
+    pub(super) fn progress(&mut self, under_way: f64) -> Step {
         let Tally { total, before, finished, failed, .. } = self.tally;
         let (done, seconds) = (before + finished, self.begun.elapsed().as_secs_f64());
         let progress = SweepProgress { done, total, before, failed, under_way, seconds };
-        (self.observe)(&progress).is_break().then_some(End::Interrupted)
+        if (self.observe)(&progress).is_break() { Err(End::Interrupted) } else { Ok(()) }
     }
 
     /// Keeps finished runs.
-    pub(super) fn keep(&mut self, runs: Vec<Finished>) -> Option<End> {
+    pub(super) fn keep(&mut self, runs: Vec<Finished>) -> Step {
         let mut lines = String::new();
         for Finished { id, line, failure } in runs {
             lines.push_str(&line);
@@ -228,18 +229,18 @@ impl Running<'_> {
             }
         }
         self.log.add(&lines);
-        if self.log.is_stuck() { Some(End::Stuck) } else { self.progress(0.0) }
+        if self.log.is_stuck() { Err(End::Stuck) } else { self.progress(0.0) }
     }
 
     /// Ends the run: what waits is tried once more, and the error, if there is one, comes after that.
-    fn close(self, end: Result<Option<End>>) -> Result<Tally> {
+    fn close(self, end: Step) -> Result<Tally> {
         let Self { mut tally, log, begun, .. } = self;
         (tally.lost, tally.fault) = log.close();
         tally.finished -= tally.lost.min(tally.finished);
         tally.failed = tally.failed.min(tally.before + tally.finished);
         tally.seconds = begun.elapsed().as_secs_f64();
-        tally.interrupted = matches!(end?, Some(End::Interrupted));
-        Ok(tally)
+        tally.interrupted = matches!(end, Err(End::Interrupted));
+        if let Err(End::Failed(error)) = end { Err(error) } else { Ok(tally) }
     }
 }
 

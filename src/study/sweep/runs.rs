@@ -1,6 +1,6 @@
 //! The runs of a sweep by number: nothing is listed, so that memory does not grow with them.
 
-use super::study::{Factors, Study};
+use super::study::{FACTORS, Factors, Study};
 use crate::numeric::index;
 
 /// A run: a motor under levels of the factors.
@@ -14,9 +14,7 @@ pub struct Job {
     pub factors: Factors,
 }
 
-/// Factors but the motor and the seed.
-pub(super) const FACTORS: usize = 8;
-/// The place of a level of each of them, in the order in which they change.
+/// The place of a level of each factor but the motor and the seed, in the order in which they change.
 pub(super) type Levels = [u64; FACTORS];
 /// Where the noise is among them.
 pub(super) const NOISE: usize = FACTORS - 1;
@@ -41,18 +39,7 @@ impl Runs {
 
     /// How many levels each factor has, from the slowest to the fastest.
     fn levels(&self) -> Levels {
-        let s = &self.study;
-        let counts = [
-            s.methods.len(),
-            s.polish.len(),
-            s.with.len(),
-            s.population.len(),
-            s.generations.len(),
-            s.criterion.len(),
-            s.scale.len(),
-            s.noise.len(),
-        ];
-        counts.map(|count| count as u64)
+        self.study.levels().map(|(_, count)| count as u64)
     }
 
     /// Runs of each motor.

@@ -20,12 +20,10 @@ pub(super) fn sample() -> Outcome {
         estimates: Some(Estimates { list, polished: true }),
         cost: Some(0.025),
         fit_percent: Some([Some(99.5), None].into()),
-        validation: None,
         evaluations: 4,
         stop: Some(Stop::Converged),
         device: "cpu",
         precision: "f64",
-        warnings: Vec::new(),
-        error: None,
+        ..Outcome::default()
     }
 }

@@ -3,7 +3,7 @@
 use super::Sweep;
 use super::dataset::{Dataset, Kept, Read, Recordings};
 use super::line::Outcome;
-use super::run::{End, Finished, Running};
+use super::run::{End, Finished, Running, Step};
 use super::runs::Job;
 use super::streaming::{RUNS, Unit, Units};
 use super::study::Factors;
@@ -47,7 +47,7 @@ type Key = (usize, [&'static str; 2], usize, Option<&'static str>);
 
 impl Running<'_> {
     /// Runs of population searches, those of as many generations together.
-    pub(super) fn search(&mut self) -> Result<Option<End>> {
+    pub(super) fn search(&mut self) -> Step {
         let mut device: Option<BatchSearchEvaluator> = None;
         let mut generations = self.sweep.study().generations.clone();
         generations.sort_unstable();
@@ -62,12 +62,10 @@ impl Running<'_> {
                     break;
                 }
                 let (ready, finished) = self.sweep.ready(&datasets, searches, &mut kept);
-                if let Some(end) = self.together(generations, ready, finished, &mut device)? {
-                    return Ok(Some(end));
-                }
+                self.together(generations, ready, finished, &mut device)?;
             }
         }
-        Ok(None)
+        Ok(())
     }
 
     /// The searches of the next piece, each with the place of its dataset. What does not fit any more is the `rest`.
@@ -94,8 +92,7 @@ impl Running<'_> {
                     continue;
                 }
                 agents += f.population;
-                let is_new = prepared.insert((f.criterion.name(), f.scale.name(), f.with));
-                work += self.work(&f, is_new);
+                work += self.work(&f, prepared.insert((f.criterion.name(), f.scale.name(), f.with)));
                 searches.push((datasets.len(), search));
             }
             samples += prepared.len() as u64 * self.samples(dataset.motor);
@@ -146,12 +143,12 @@ impl Running<'_> {
         ready: Vec<Ready>,
         mut finished: Vec<Finished>,
         device: &mut Option<BatchSearchEvaluator>,
-    ) -> Result<Option<End>> {
+    ) -> Step {
         if ready.is_empty() {
-            return Ok(self.keep(finished));
+            return self.keep(finished);
         }
         let (begun, sweep, count) = (Instant::now(), self.sweep, numeric::count(ready.len()));
-        let mut ended = None;
+        let mut ended = Ok(());
         let mut runs = set_up(&ready, generations)?;
         let problems: Vec<Arc<Problem>> = ready.iter().map(|one| one.prepared.problem().clone()).collect();
         let lockstep = match device.as_mut() {
@@ -164,19 +161,19 @@ impl Running<'_> {
         let budget = Budget { generations, slice: lockstep.slice() };
         let stop = minimize(&mut runs, budget, lockstep, &mut |progress| {
             ended = self.progress(numeric::count(progress.generation) / numeric::count(generations) * count);
-            if ended.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if ended.is_err() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         let (kind, name, precision) = lockstep.device();
         self.tally.warnings.extend(lockstep.take_warnings());
         self.tally.device = Some((name, precision));
         if stop? == Stop::Interrupted {
-            return Ok(Some(ended.unwrap_or(End::Interrupted)));
+            return ended.and(Err(End::Interrupted));
         }
         let seconds = begun.elapsed().as_secs_f64() / count;
         let results = |(one, run): (Ready, Run)| sweep.results(&one, &run, [kind, precision], seconds);
         let done: Vec<Vec<Finished>> = ready.into_par_iter().zip(runs).map(results).collect();
         finished.extend(done.into_iter().flatten());
-        Ok(self.keep(finished))
+        self.keep(finished)
     }
 }
 
@@ -287,5 +284,5 @@ fn set_up(ready: &[Ready], generations: usize) -> Result<Vec<Run>> {
 
 fn diverged(evaluations: u64) -> Error {
     let remedy = "Check the units of the recording and the bounds; the discretization zoh cannot diverge by itself.";
-    Error::new(ErrorKind::NotIdentified, format!("all {evaluations} candidates diverge"), remedy)
+    Error::not_identified(format!("all {evaluations} candidates diverge"), remedy)
 }

@@ -3,9 +3,8 @@
 use super::Sweep;
 use super::dataset::{Dataset, Kept};
 use super::fits::Fits;
-use super::run::{End, Finished, Running};
+use super::run::{Finished, Running, Step};
 use super::runs::{Job, Levels, NOISE};
-use crate::Result;
 use crate::identify::Method;
 use crate::numeric::index;
 use rayon::prelude::*;
@@ -79,7 +78,7 @@ impl Units {
 
 impl Running<'_> {
     /// Runs of Steiglitz–McBride for linear motors, or others without a population, each of which may have to search.
-    pub(super) fn stream(&mut self, may_search: bool) -> Result<Option<End>> {
+    pub(super) fn stream(&mut self, may_search: bool) -> Step {
         let sweep = self.sweep;
         let searches = |job: &Job| job.factors.method == Method::Auto || sweep.study().spec(&job.factors).is_extended();
         let takes = |job: &Job| !job.factors.method.is_search() && searches(job) == may_search;
@@ -91,11 +90,9 @@ impl Running<'_> {
             let items = self.items(&mut units, &mut next, may_search);
             let (finished, last) = sweep.side_by_side(items, kept.take());
             kept = last;
-            if let Some(end) = self.keep(finished) {
-                return Ok(Some(end));
-            }
+            self.keep(finished)?;
         }
-        Ok(None)
+        Ok(())
     }
 
     /// The units of the next piece, by motor.

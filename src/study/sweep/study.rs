@@ -73,16 +73,16 @@ pub(super) struct Study {
     pub methods: Vec<Method>,
     pub polish: Vec<Polish>,
     pub with: Vec<Level>,
-    /// Whether the study names that factor, so that its lines do.
+    /// Whether the study names models, so that its lines do.
     pub names_with: bool,
     pub population: Vec<usize>,
-    /// Factor: generations, the first population included.
+    /// The first population included.
     pub generations: Vec<usize>,
     pub criterion: Vec<Norm>,
-    /// Factor: what each channel is divided by in it.
+    /// What each channel is divided by in the criterion.
     pub scale: Vec<Scale>,
     pub noise: Vec<AddedNoise>,
-    /// Factor: seeds of searches and of added noise.
+    /// Of searches and of added noise.
     pub seeds: Seeds,
     pub reading: Reading,
     /// Recordings that are held out of every motor that has none of its own: paths and patterns.
@@ -94,6 +94,8 @@ pub(super) struct Study {
     pub on_loss: OnLoss,
 }
 
+/// Factors but the motor and the seed.
+pub(super) const FACTORS: usize = 8;
 /// The keys that a study has beside the settings that are read as everywhere else.
 const OWN_KEYS: [&str; 15] = [
     "name",
@@ -173,6 +175,20 @@ impl Study {
             return wrong("time_origin has no effect without the criterion itse or itae".to_owned(), "Leave it out.");
         }
         Ok(())
+    }
+
+    /// The factors but motor and seed with their numbers of levels, from the slowest to the fastest.
+    pub(super) fn levels(&self) -> [(&'static str, usize); FACTORS] {
+        [
+            ("method", self.methods.len()),
+            ("polish", self.polish.len()),
+            ("with", self.with.len()),
+            ("population", self.population.len()),
+            ("generations", self.generations.len()),
+            ("criterion", self.criterion.len()),
+            ("scale", self.scale.len()),
+            ("noise", self.noise.len()),
+        ]
     }
 
     /// What one run asks for.

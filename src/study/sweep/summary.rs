@@ -148,14 +148,8 @@ impl SweepSummary {
     #[must_use]
     pub fn new(sweep: &Sweep) -> Self {
         let study = sweep.study();
-        let varied = [
-            ("method", study.methods.len()),
-            ("polish", study.polish.len()),
-            ("with", study.with.len()),
-            ("population", study.population.len()),
-            ("generations", study.generations.len()),
-            ("noise", study.noise.len()),
-        ];
+        // Costs under other criteria and scales are blocks of their own.
+        let is_varied = |(name, levels): &(&str, usize)| *levels > 1 && !["criterion", "scale"].contains(name);
         let device = &sweep.manifest.device;
         Self {
             name: sweep.manifest.name.clone(),
@@ -165,7 +159,7 @@ impl SweepSummary {
             parameters: MOTOR.to_vec(),
             names_with: study.names_with,
             holds_out: study.split.is_some() || sweep.manifest.motors.iter().any(|motor| !motor.validate.is_empty()),
-            varied: varied.into_iter().filter(|(_, levels)| *levels > 1).map(|(name, _)| name).collect(),
+            varied: study.levels().into_iter().filter(is_varied).map(|(name, _)| name).collect(),
             device: [device.kind.clone(), device.precision.clone()],
             ..Self::default()
         }
