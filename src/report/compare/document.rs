@@ -6,7 +6,7 @@ use crate::identify::bounds;
 use crate::record::Severity;
 use crate::report::document::{by_symbol, warnings};
 use crate::report::spelling::command_line;
-use crate::study::compare::{Block, Comparison, MethodResult, Outcome, PairwiseTest, reached};
+use crate::study::compare::{Block, Comparison, MethodResult, Outcome, PairwiseTest, Reached, reached};
 use serde_json::{Map, Value, json as value};
 
 /// Returns the JSON document of a comparison; with `paper` its tables beside ours.
@@ -58,10 +58,8 @@ fn block(comparison: &Comparison, block: &Block) -> Value {
         })
     };
     let (targets, reached) = reached(block, comparison.spec.target);
-    let reached = block.results.iter().zip(reached).map(|(result, r)| {
-        let curve = value!({"evaluations": r.evaluations, "seconds": r.seconds, "share": r.share});
-        (result.method.name().to_owned(), curve)
-    });
+    let curve = |(result, reached): (&MethodResult, Reached)| (result.method.name().to_owned(), value!(reached));
+    let reached = block.results.iter().zip(reached).map(curve);
     value!({
         "setting": setting_name(&block.setting),
         "criterion": block.setting.criterion.norm.name(),
@@ -80,7 +78,6 @@ fn block(comparison: &Comparison, block: &Block) -> Value {
 }
 
 fn result(comparison: &Comparison, result: &MethodResult) -> Value {
-    let s = result.summary(comparison.spec.seed);
     let found = result.estimates();
     let errors = comparison.expected().map(|expected| found.errors(&expected));
     let run = |(n, run): (usize, &Outcome)| {
@@ -92,10 +89,7 @@ fn result(comparison: &Comparison, result: &MethodResult) -> Value {
     value!({
         "method": result.method.name(),
         "settings": format!("{:?}", result.method),
-        "cost": {
-            "best": s.best, "median": s.median, "median_ci95": s.interval, "worst": s.worst, "average": s.average,
-            "failed": s.failed,
-        },
+        "cost": result.summary(comparison.spec.seed),
         "best_relative_errors_percent": errors.map(|e| by_symbol(e.map(|pair| pair[0]))),
         "mean_relative_errors_percent": errors.map(|e| by_symbol(e.map(|pair| pair[1]))),
         "standard_deviations": by_symbol(found.deviations()),

@@ -8,13 +8,14 @@ use crate::study::statistics::{holm, median_interval, superiority, wilcoxon};
 pub const FEW: usize = 6;
 
 /// Costs of a method's runs.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Summary {
     /// The lowest.
     pub best: f64,
     /// The median.
     pub median: f64,
     /// Its 95 % bootstrap interval.
+    #[serde(rename = "median_ci95")]
     pub interval: [f64; 2],
     /// The highest.
     pub worst: f64,

@@ -135,12 +135,6 @@ impl Manifest {
         format!("the device is {new} instead of {old}")
     }
 
-    /// As text; the same sweep always gives the same.
-    pub(super) fn text(&self) -> Result<String> {
-        let failed = |e| Error::data(format!("the manifest cannot be made: {e}"), "Check the names.");
-        Ok(serde_json::to_string_pretty(self).map_err(failed)? + "\n")
-    }
-
     /// The file of a motor from where we are.
     pub(super) fn file(&self, file: &File) -> PathBuf {
         // Each part of a joined recording is a path of its own.

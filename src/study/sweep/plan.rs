@@ -53,7 +53,9 @@ impl Sweep {
             return Err(Error::data(message, remedy).in_file(folder));
         }
         std::fs::create_dir_all(folder).map_err(|e| unwritable(folder, &e))?;
-        let text = manifest.text()?;
+        let failed = |e| Error::data(format!("the manifest cannot be made: {e}"), "Check the names.");
+        // The same sweep always gives the same text.
+        let text = serde_json::to_string_pretty(&manifest).map_err(failed)? + "\n";
         place(&folder.join(NAME), &text)?;
         Ok((Self::open(folder)?, false))
     }
