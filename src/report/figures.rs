@@ -9,7 +9,7 @@ use crate::motor::{Axis, Discretization, Parameter, Parameters, Scope, Space, si
 use crate::numeric::{count, sorted};
 use crate::record::{Quantity, Record};
 use crate::report::compare::quartiles;
-use crate::study::compare::{Block, Comparison, Estimates, MethodResult, Reached, reached};
+use crate::study::compare::{Block, Comparison, MethodEstimates, MethodResult, Reached, reached};
 
 /// What a model does under the inputs of a recording: current and speed.
 #[must_use]
@@ -161,7 +161,8 @@ pub fn errors(id: &str, comparison: &Comparison, block: &Block) -> Option<Figure
     let panel = |p: Parameter| {
         let error = |value: f64| 100.0 * (value / expected.get(p) - 1.0);
         let shown = found.iter().filter(|found| found.method != "sm" || !found.all.is_empty());
-        let group = |found: &Estimates| (found.method.to_owned(), found.values(p).into_iter().map(error).collect());
+        let group =
+            |found: &MethodEstimates| (found.method.to_owned(), found.values(p).into_iter().map(error).collect());
         (p.symbol(), shown.map(group).collect())
     };
     Some(Figure {

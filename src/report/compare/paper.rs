@@ -5,7 +5,7 @@ use crate::motor::{Parameter, Parameters};
 use crate::report::Table;
 use crate::report::table::dash;
 use crate::study::compare::paper::{NOTES, PRINTED, Printed, REAL, printed};
-use crate::study::compare::{Comparison, Estimates};
+use crate::study::compare::{Comparison, MethodEstimates};
 use crate::text::significant;
 
 /// Footnotes by their marks.
@@ -16,7 +16,7 @@ fn noted(table: &mut Table, marks: &str) {
 }
 
 /// What the paper printed of a method, and what is found here, where it is compared.
-type Pair = (&'static Printed, Option<Estimates>);
+type Pair = (&'static Printed, Option<MethodEstimates>);
 
 /// Tables 4 to 8 and the figures of the discussion; the first block is the one that the paper's tables show.
 #[must_use]
@@ -93,7 +93,7 @@ fn parameters(comparison: &Comparison, (printed, ours): &Pair) -> Table {
 }
 
 /// Errors of the parameters: best run, mean over runs; NaN of a method that is not compared.
-fn errors(ours: Option<&Estimates>) -> [[f64; 2]; 5] {
+fn errors(ours: Option<&MethodEstimates>) -> [[f64; 2]; 5] {
     ours.map_or([[f64::NAN; 2]; 5], |ours| ours.errors(&Parameters::M2))
 }
 
@@ -142,7 +142,7 @@ fn deviations(pairs: &[Pair]) -> Table {
     let heads = ["method", "", "R", "L", "K", "B", "J"];
     let mut table = Table::new("table8", "Table 8: standard deviations of the parameters [SI units] (f)", &heads);
     for (printed, ours) in pairs {
-        let ours = ours.as_ref().map_or([f64::NAN; 5], Estimates::deviations);
+        let ours = ours.as_ref().map_or([f64::NAN; 5], MethodEstimates::deviations);
         for (whose, values) in [("paper", printed.deviation), ("ours", ours)] {
             table.named_row(printed.method, std::iter::once(whose.to_owned()).chain(values.map(|v| cell(v, 3))));
         }

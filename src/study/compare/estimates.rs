@@ -6,7 +6,7 @@ use crate::numeric::{mean, sample_deviation};
 
 /// The motors that a method found.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Estimates {
+pub struct MethodEstimates {
     /// The name of the method.
     pub method: &'static str,
     /// The motor of its best run; of Steiglitz–McBride that of the first recording.
@@ -17,7 +17,7 @@ pub struct Estimates {
     pub seconds: Option<f64>,
 }
 
-impl Estimates {
+impl MethodEstimates {
     /// Returns the values of a parameter by all runs.
     #[must_use]
     pub fn values(&self, parameter: Parameter) -> Vec<f64> {
@@ -44,8 +44,8 @@ impl Estimates {
 impl MethodResult {
     /// Returns the motors that its runs found.
     #[must_use]
-    pub fn estimates(&self) -> Estimates {
-        Estimates {
+    pub fn estimates(&self) -> MethodEstimates {
+        MethodEstimates {
             method: self.method.name(),
             best: self.best().and_then(|run| run.parameters),
             all: self.runs.iter().filter_map(|run| run.parameters).collect(),
@@ -57,7 +57,7 @@ impl MethodResult {
 impl Comparison {
     /// Returns what each method of a block found, Steiglitz–McBride last.
     #[must_use]
-    pub fn estimates(&self, block: &Block) -> Vec<Estimates> {
+    pub fn estimates(&self, block: &Block) -> Vec<MethodEstimates> {
         let steiglitz = self.steiglitz.as_ref().map(super::Steiglitz::estimates);
         block.results.iter().map(MethodResult::estimates).chain(steiglitz).collect()
     }

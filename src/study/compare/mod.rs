@@ -12,7 +12,7 @@ mod spec;
 mod steiglitz;
 mod targets;
 
-pub use estimates::Estimates;
+pub use estimates::MethodEstimates;
 pub use ranking::{FEW, PairwiseTest, Ranking, Summary};
 pub use settings::CompareSettings;
 pub use spec::{CompareSpec, Preset, Setting, Subject};

@@ -1,6 +1,6 @@
 //! Steiglitz–McBride beside the searches. It has no seeds: its spread is over records with new noise.
 
-use super::{CompareSpec, Estimates, Subject};
+use super::{CompareSpec, MethodEstimates, Subject};
 use crate::Result;
 use crate::criterion::Noise;
 use crate::estimate::{SmOptions, try_steiglitz_mcbride};
@@ -56,9 +56,9 @@ impl Steiglitz {
 
     /// Returns its estimate, with those from records with new noise as runs.
     #[must_use]
-    pub fn estimates(&self) -> Estimates {
+    pub fn estimates(&self) -> MethodEstimates {
         let best = self.estimate.as_ref().ok().copied();
-        Estimates { method: "sm", best, all: self.spread.clone(), seconds: Some(self.seconds) }
+        MethodEstimates { method: "sm", best, all: self.spread.clone(), seconds: Some(self.seconds) }
     }
 }
 

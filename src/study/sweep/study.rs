@@ -115,12 +115,6 @@ const OWN_KEYS: [&str; 15] = [
     "set",
 ];
 
-/// Returns every key that a study may have.
-pub(super) fn keys() -> Vec<&'static str> {
-    let settings = OF_ALL_RUNS.iter().chain(&OF_MODELS).chain(&READING).map(|setting| setting.name());
-    OWN_KEYS.into_iter().chain(settings).collect()
-}
-
 impl Study {
     /// Reads a study; `path` names it in errors.
     ///
@@ -129,7 +123,9 @@ impl Study {
     pub(super) fn parse(text: &str, path: &Path) -> Result<Self> {
         let document = Document { text, path };
         let table = document.table()?;
-        document.check_keys(&table, &keys(), "A study")?;
+        let settings = OF_ALL_RUNS.iter().chain(&OF_MODELS).chain(&READING).map(|setting| setting.name());
+        let known: Vec<&str> = OWN_KEYS.into_iter().chain(settings).collect();
+        document.check_keys(&table, &known, "A study")?;
         let keys = Keys { document, table: &table };
         let spec = keys.spec()?;
         let study = Self {

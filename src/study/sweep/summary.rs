@@ -125,7 +125,7 @@ pub struct SweepSummary {
     pub blocks: Vec<SweepBlock>,
     /// How many motors the study has.
     pub motors: usize,
-    /// One for each motor that has a result, in the order of the study.
+    /// The best run of each motor that has a result, one with standard errors before one without, in the order of the study.
     pub results: Vec<NamedRun>,
     /// The parameters that results have: R, L, K, B, J, then those of extensions and of recordings.
     pub parameters: Vec<Named>,
