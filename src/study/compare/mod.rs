@@ -7,7 +7,7 @@ mod estimates;
 mod ranking;
 mod settings;
 
-pub(crate) mod paper;
+pub mod paper;
 mod spec;
 mod steiglitz;
 mod targets;

@@ -77,6 +77,7 @@ pub const PRINTED: [Printed; 4] = [
 pub const REAL: [f64; 4] = [7.8717, 1.014, 1.107, 1.1821];
 
 /// What the paper printed for a method.
+#[must_use]
 pub fn printed(method: &str) -> Option<&'static Printed> {
     PRINTED.iter().find(|printed| printed.method == method)
 }

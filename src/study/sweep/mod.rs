@@ -25,6 +25,7 @@ mod study;
 mod summary;
 mod toml;
 
+#[cfg(all(feature = "report", feature = "parquet"))]
 pub(crate) use line::Line;
 pub use line::{Failure, HeldOutFit, Outcome};
 pub use manifest::{File, Manifest, Motor, PinnedDevice};

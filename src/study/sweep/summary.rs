@@ -39,7 +39,8 @@ pub struct Quantiles {
 
 impl Quantiles {
     /// Of values, NaN of none.
-    pub(crate) fn of(values: &[f64]) -> Self {
+    #[must_use]
+    pub fn of(values: &[f64]) -> Self {
         let sorted = sorted(values);
         let [min, q05, q25, median, q75, q95, max] =
             [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0].map(|p| quantile(&sorted, p));
@@ -79,7 +80,8 @@ pub const MOTOR: [Named; 5] = {
 
 impl Cell {
     /// Values of a parameter; none where no run has it.
-    pub(crate) fn values(&self, parameter: Named) -> &[f64] {
+    #[must_use]
+    pub fn values(&self, parameter: Named) -> &[f64] {
         self.parameters.iter().find(|(of, _)| *of == parameter).map_or(&[], |(_, values)| values)
     }
 }
@@ -143,7 +145,8 @@ pub struct SweepSummary {
 
 impl SweepSummary {
     /// Of a sweep of which nothing was taken in yet.
-    pub(crate) fn new(sweep: &Sweep) -> Self {
+    #[must_use]
+    pub fn new(sweep: &Sweep) -> Self {
         let study = sweep.study();
         // Costs under other criteria and scales are blocks of their own.
         let is_varied = |(name, levels): &(&str, usize)| *levels > 1 && !["criterion", "scale"].contains(name);
@@ -258,7 +261,8 @@ impl SweepSummary {
 
 impl NamedRun {
     /// The estimate of a parameter; `None` where the run has none.
-    pub(crate) fn estimate(&self, (parameter, scope): Named) -> Option<&ParameterEstimate> {
+    #[must_use]
+    pub fn estimate(&self, (parameter, scope): Named) -> Option<&ParameterEstimate> {
         self.outcome.estimates.as_ref()?.list.iter().find(|e| e.parameter == parameter && e.scope == scope)
     }
 }
@@ -283,7 +287,8 @@ impl Limits {
     }
 
     /// The limits of a parameter.
-    pub(crate) fn of(&self, parameter: Parameter) -> Option<[f64; 2]> {
+    #[must_use]
+    pub fn of(&self, parameter: Parameter) -> Option<[f64; 2]> {
         self.0.iter().find(|(of, _, _)| *of == parameter).map(|(_, low, high)| [*low, *high])
     }
 
