@@ -44,7 +44,7 @@ fn gwo_is_what_the_paper_found() {
     assert!(summary.best < 0.029 && summary.worst > 0.058, "more runs reach farther: {summary:?}");
     // Mean relative errors of the paper .42 .96 .08 .16 .55 %, of the prototype .38 .91 .07 .21 .45 %.
     let expected = comparison.expected().unwrap();
-    let errors = result.errors(&expected).map(|pair| pair[1]);
+    let errors = result.estimates().errors(&expected).map(|pair| pair[1]);
     for (error, (paper, prototype)) in
         errors.iter().zip([0.42, 0.96, 0.08, 0.16, 0.55].into_iter().zip([0.38, 0.91, 0.07, 0.21, 0.45]))
     {
@@ -52,7 +52,7 @@ fn gwo_is_what_the_paper_found() {
         assert!((low..high).contains(error), "{errors:?}: {error} is not within {low}..{high}");
     }
     // Standard deviations of the paper and of the prototype, which differ by up to 1.3.
-    let deviations = result.deviations();
+    let deviations = result.estimates().deviations();
     for (ours, (paper, prototype)) in deviations
         .iter()
         .zip([0.0040, 9.2e-5, 7.2e-5, 1.2e-6, 7.0e-7].into_iter().zip([0.0044, 9.1e-5, 5.9e-5, 1.7e-6, 7.8e-7]))
@@ -72,7 +72,7 @@ fn gwo_is_what_the_paper_found() {
     let steiglitz = comparison.steiglitz.as_ref().unwrap();
     assert_eq!((steiglitz.records, steiglitz.spread.len()), (200, 200));
     let bound = [0.0490, 0.0900, 0.0194, 0.0427, 0.0634];
-    for ((p, ours), bound) in Parameter::ALL.iter().zip(steiglitz.deviations()).zip(bound) {
+    for ((p, ours), bound) in Parameter::ALL.iter().zip(steiglitz.estimates().deviations()).zip(bound) {
         let percent = 100.0 * ours / expected.get(*p);
         assert!((0.85 * bound..1.2 * bound).contains(&(10.0 * percent)), "{p:?}: {percent} %");
     }

@@ -8,7 +8,7 @@ use motorfit::evaluate::Level;
 use motorfit::numeric::count;
 use motorfit::optimize::Progress;
 use motorfit::report::plot::{Line, log_log};
-use motorfit::report::{BenchDocument, json};
+use motorfit::report::{bench_document, json};
 use motorfit::study::{Crossover, Measurement, Throughput, ThroughputSpec, contenders, throughput};
 use motorfit::text::significant;
 use motorfit::{Error, Result};
@@ -36,7 +36,7 @@ pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
     for refused in &result.refused {
         style.note(&format!("not measured: {refused}"));
     }
-    let text = if args.json { json(&BenchDocument::of(&spec, &result)) } else { text(&spec, &result) };
+    let text = if args.json { json(&bench_document(&spec, &result)) } else { text(&spec, &result) };
     data(&text)?;
     if result.interrupted {
         style.note("interrupted: this is what was measured until then");

@@ -10,7 +10,7 @@ use motorfit::device::with_threads;
 use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::{IdentifySpec, Method};
 use motorfit::numeric::{count, count_u64};
-use motorfit::report::compare::{CompareDocument, paper_tables, quartiles, setting_name, tables};
+use motorfit::report::compare::{compare_document, paper_tables, quartiles, setting_name, tables};
 use motorfit::report::figures::model;
 use motorfit::report::{Table, compare_page, json};
 use motorfit::setting::Setting;
@@ -43,7 +43,7 @@ pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     if comparison.interrupted {
         style.note("interrupted: these are the best so far");
     }
-    let document = json(&CompareDocument::of(&comparison, args.preset.is_some()));
+    let document = json(&compare_document(&comparison, args.preset.is_some()));
     data(if args.json { document.clone() } else { text(args, &comparison) }.as_str())?;
     if let Some(out) = out {
         out.write(report(args, &comparison, document), style)?;

@@ -5,13 +5,13 @@ use super::args::DevicesArgs;
 use super::output::{STRONG, data};
 use motorfit::Result;
 use motorfit::evaluate::{Level, cpu_name};
-use motorfit::report::{Devices, json};
+use motorfit::report::{devices_document, json};
 use std::fmt::Write as _;
 
 pub(super) fn run(args: &DevicesArgs) -> Result<Outcome> {
     let threads = rayon::current_num_threads();
     if args.json {
-        data(&json(&Devices::of(threads)))?;
+        data(&json(&devices_document(threads)))?;
         return Ok(Outcome::Done);
     }
     let levels: Vec<&str> = Level::available().map(Level::name).collect();

@@ -12,8 +12,8 @@ use motorfit::motor::{Discretization, Input, Scope};
 use motorfit::optimize::Stop;
 use motorfit::record::{Quantity, Record};
 use motorfit::report::{
-    IdentifyDocument, Names, characteristics_lines, identify_page, json, noise_floor_text, selection_table,
-    selection_text, verdicts,
+    characteristics_lines, identify_document, identify_page, json, noise_floor_text, selection_table, selection_text,
+    verdicts,
 };
 use motorfit::setting::Setting;
 use motorfit::settings;
@@ -55,7 +55,7 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     if found.stop == Stop::Interrupted {
         style.note("interrupted: this is the best so far");
     }
-    let document = json(&IdentifyDocument::of(&records, &spec, &found));
+    let document = json(&identify_document(&records, &spec, &found));
     if args.json {
         data(&document)?;
     } else {
@@ -69,15 +69,14 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
 
 /// The files of `--out`.
 fn report(records: &[Record], spec: &IdentifySpec, found: &Identification, document: String) -> Vec<(String, String)> {
-    let names = Names::of(spec);
     let bounds = found.space.free().iter().map(|a| format!("{}={}:{}", a.parameter.symbol(), a.min, a.max));
     let how = out::reproduced(vec![
         ("method", format!("{} (found by {})", spec.method.name(), found.searched.method)),
         ("polish", spec.polish.name().to_owned()),
         ("population, generations", format!("{}, {}", spec.population, spec.generations)),
         ("seed", spec.seed.to_string()),
-        ("criterion, scale", format!("{}, {}", names.criterion, names.scale)),
-        ("discretization, initial", format!("{}, {}", names.discretization, names.initial)),
+        ("criterion, scale", format!("{}, {}", spec.criterion.norm.name(), spec.criterion.scale.name())),
+        ("discretization, initial", format!("{}, {}", spec.model.discretization.name(), spec.model.initial.name())),
         ("bounds", bounds.collect::<Vec<_>>().join(", ")),
         ("evaluations", format!("{}, {}", found.evaluations, found.stop.name())),
         ("time", engineering(found.seconds, "s", 3)),
@@ -177,7 +176,6 @@ fn parameters(text: &mut String, found: &Identification) {
 
 /// What else there is to say, line by line.
 fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, String)> {
-    let names = Names::of(spec);
     let channels = |values: [Option<f64>; 2], show: &dyn Fn(f64) -> String| {
         let named = ["current", "speed"].into_iter().zip(values);
         named.filter_map(|(name, value)| Some(format!("{name} {}", show(value?)))).collect::<Vec<_>>().join(", ")
@@ -197,10 +195,11 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
         Polish::LevenbergMarquardt => ", then Levenberg–Marquardt",
         Polish::None => "",
     };
+    let (criterion, scale) = (spec.criterion.norm.name(), spec.criterion.scale.name());
     let mut lines = vec![
         ("fit", channels(found.fit_percent, &|fit| format!("{fit:.2} %"))),
         ("residual", format!("{} (standard deviation)", residuals(found.residual_sigma))),
-        ("cost", format!("{} ({}, scale {})", significant(found.cost, 4), names.criterion, names.scale)),
+        ("cost", format!("{} ({criterion}, scale {scale})", significant(found.cost, 4))),
         ("method", format!("{method}{polish}")),
         ("verdict", verdict(found)),
         ("device", format!("{}, {}", found.device, found.precision)),

@@ -5,7 +5,7 @@ use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
 use super::{Outcome, reading};
 use motorfit::identify::{Identifiability, Inspection};
-use motorfit::report::{InspectDocument, SignalFacts, command_line, inspect_page, json};
+use motorfit::report::{SignalFacts, command_line, inspect_document, inspect_page, json};
 use motorfit::setting::Text;
 use motorfit::text::{printable, significant};
 use motorfit::{Error, Result};
@@ -16,7 +16,7 @@ pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
     let records = reading::records(&args.records, &args.reading.0)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
     let inspections: Vec<Inspection<'_>> = records.iter().map(Inspection::of).collect();
-    let document = json(&InspectDocument::of(&inspections, band));
+    let document = json(&inspect_document(&inspections, band));
     if args.json {
         data(&document)?;
     }

@@ -3,9 +3,9 @@
 use super::args::EvaluateArgs;
 use super::output::{Style, data};
 use super::{Outcome, files, problem, reading};
+use motorfit::criterion::Criterion;
 use motorfit::device::with_threads;
 use motorfit::motor::Parameter;
-use motorfit::report::Names;
 use motorfit::report::plot::{Map, heat_map};
 use motorfit::study::{CostMap, cost_map};
 use motorfit::text::{excerpt, significant};
@@ -34,9 +34,8 @@ pub(super) fn run(args: &EvaluateArgs, slice: &str, style: &Style) -> Result<Out
     let records = reading::records(&args.records, &args.reading.0.and(&args.problem.0))?;
     let map = with_threads(spec.threads, || cost_map(&records, &spec, parameters, side))?;
     style.warnings(&map.found.warnings);
-    let names = Names::of(&spec);
     if let Some(path) = &args.svg {
-        files::write(path, &svg(&map, &names))?;
+        files::write(path, &svg(&map, &spec.criterion))?;
         style.note(&format!("wrote {}", path.display()));
     }
     data(&csv(&map))?;
@@ -53,14 +52,14 @@ fn csv(map: &CostMap) -> String {
     text
 }
 
-fn svg(map: &CostMap, names: &Names) -> String {
+fn svg(map: &CostMap, criterion: &Criterion) -> String {
     let [x, y] = map.parameters.map(|p| format!("{}, {} [{}]", p.symbol(), p.name(), p.unit()));
     let [best_x, best_y] = map.optimum();
     heat_map(Map {
         title: &format!(
             "log10 of {} ({}) around {} = {}, {} = {}; ellipse: 95 %",
-            names.criterion,
-            names.scale,
+            criterion.norm.name(),
+            criterion.scale.name(),
             map.parameters[0].symbol(),
             significant(best_x, 5),
             map.parameters[1].symbol(),

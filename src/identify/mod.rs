@@ -38,5 +38,6 @@ pub use method::{Method, Polish};
 pub use model_selection::{ModelSelection, SelectionStep};
 pub use pipeline::{identify, identify_with};
 pub use result::{Identification, SearchOutcome, hold_out, validate};
+pub(crate) use serialize::bounds;
 pub use spec::IdentifySpec;
 pub use verify::{Status, Verification, verify_at};

@@ -2,12 +2,12 @@
 
 use super::spelling::command_line;
 use crate::evaluate::{Level, Problem, cpu_name};
-use crate::identify::{BatchCosts, Identification, IdentifySpec};
+use crate::identify::{BatchCosts, Identification, IdentifySpec, bounds};
 use crate::motor::{Parameter, Scope};
 use crate::record::{Record, Severity};
 use crate::text::printable_json;
 use crate::warning::Warning;
-use serde_json::{Map, Value, json as value};
+use serde_json::{Value, json as value};
 
 /// A JSON document as text, one line end at its end; control characters that JSON allows raw are escaped too.
 #[must_use]
@@ -24,46 +24,50 @@ pub(super) fn warnings(list: &[Warning], severity: Severity) -> Value {
     list.iter().filter(|w| w.severity == severity).map(one).collect()
 }
 
-/// The JSON document of an identification.
-pub struct IdentifyDocument;
-
-impl IdentifyDocument {
-    /// What was found, with what was asked for.
-    #[must_use]
-    pub fn of(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Value {
-        let names = Names::of(spec);
-        let mut record = value!(found);
-        // A library's result knows the numbers of its recordings, a document their files.
-        let parameters = record["parameters"].as_object_mut().into_iter().flatten();
-        let own = parameters.filter_map(|(_, entry)| entry.get_mut("recordings")?.as_array_mut()).flatten();
-        for entry in own {
-            let of = entry["record"].as_u64().and_then(|n| records.get(usize::try_from(n).ok()?));
-            entry["record"] =
-                value!(of.and_then(|record| record.source().path.as_ref()).map(|path| path.to_string_lossy()));
-        }
-        // A library's record has the names of its settings, a document those of flags.
-        record["warnings"] = warnings(&found.warnings, Severity::Report);
-        record["remarks"] = warnings(&found.warnings, Severity::Mention);
-        let mut document = value!({
-            "motorfit": env!("CARGO_PKG_VERSION"),
-            "records": records,
-            "method": spec.method.name(),
-            "polish": spec.polish.name(),
-            "seed": spec.seed,
-            "population": spec.population,
-            "generations": spec.generations,
-            "criterion": names.criterion,
-            "scale": names.scale,
-            // Here among what was asked for; the others come in the order of the record.
-            "input": null,
-            "discretization": names.discretization,
-            "initial": names.initial,
-        });
-        if let (Value::Object(document), Value::Object(record)) = (&mut document, record) {
-            document.extend(record);
-        }
-        document
+/// Returns the JSON document of an identification: what was found, with what was asked for.
+#[must_use]
+pub fn identify_document(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Value {
+    let mut record = value!(found);
+    // A library's result knows the numbers of its recordings, a document their files.
+    let parameters = record["parameters"].as_object_mut().into_iter().flatten();
+    let own = parameters.filter_map(|(_, entry)| entry.get_mut("recordings")?.as_array_mut()).flatten();
+    for entry in own {
+        let of = entry["record"].as_u64().and_then(|n| records.get(usize::try_from(n).ok()?));
+        entry["record"] =
+            value!(of.and_then(|record| record.source().path.as_ref()).map(|path| path.to_string_lossy()));
     }
+    // A library's record has the names of its settings, a document those of flags.
+    record["warnings"] = warnings(&found.warnings, Severity::Report);
+    record["remarks"] = warnings(&found.warnings, Severity::Mention);
+    let asked = value!({
+        "motorfit": env!("CARGO_PKG_VERSION"),
+        "records": records,
+        "method": spec.method.name(),
+        "polish": spec.polish.name(),
+        "seed": spec.seed,
+        "population": spec.population,
+        "generations": spec.generations,
+        "criterion": spec.criterion.norm.name(),
+        "scale": spec.criterion.scale.name(),
+        // Here among what was asked for; the others come in the order of the record.
+        "input": null,
+        "discretization": spec.model.discretization.name(),
+        "initial": spec.model.initial.name(),
+    });
+    joined(asked, record)
+}
+
+/// Values of the five parameters by their symbols.
+pub(super) fn by_symbol(values: [impl Into<Value>; 5]) -> Value {
+    Parameter::ALL.iter().zip(values).map(|(p, value)| (p.symbol().to_owned(), value.into())).collect()
+}
+
+/// An object with the entries of another behind its own.
+pub(super) fn joined(mut first: Value, others: Value) -> Value {
+    if let (Value::Object(first), Value::Object(others)) = (&mut first, others) {
+        first.extend(others);
+    }
+    first
 }
 
 /// The JSON document of an evaluation.
@@ -87,14 +91,13 @@ impl EvaluateDocument {
     ) -> Value {
         let problem = costs.problem();
         let (kind, name, precision) = costs.device();
-        let bounds = problem.space().free().iter().map(|a| (a.parameter.symbol().to_owned(), value!([a.min, a.max])));
         let entry = |(cost, values): (f64, &[f64])| value!({"cost": cost, "parameters": meant(problem, values)});
         value!({
             "motorfit": env!("CARGO_PKG_VERSION"),
             "records": records,
             "criterion": problem.criterion().norm.name(),
             "scale": problem.criterion().scale.name(),
-            "bounds": bounds.collect::<Map<String, Value>>(),
+            "bounds": bounds(problem.space()),
             "device": {"kind": kind, "name": name, "precision": precision},
             "candidates": self.candidates,
             "stop": if self.interrupted { "interrupted" } else { "budget_spent" },
@@ -120,64 +123,28 @@ fn meant(problem: &Problem, candidate: &[f64]) -> Value {
         let value = if is_own { (0..problem.signals().len()).map(of).collect() } else { of(0) };
         (p.symbol().to_owned(), value)
     };
-    Value::Object(all.map(entry).collect())
+    all.map(entry).collect()
 }
 
-/// Settings by their names.
-pub struct Names {
-    /// The criterion.
-    pub criterion: &'static str,
-    /// The scaling of the errors.
-    pub scale: &'static str,
-    /// The one-step method.
-    pub discretization: &'static str,
-    /// The state at the first sample.
-    pub initial: &'static str,
-}
-
-impl Names {
-    /// The names of a spec's settings.
-    #[must_use]
-    pub fn of(spec: &IdentifySpec) -> Self {
-        Self {
-            criterion: spec.criterion.norm.name(),
-            scale: spec.criterion.scale.name(),
-            discretization: spec.model.discretization.name(),
-            initial: spec.model.initial.name(),
-        }
-    }
-}
-
-/// The JSON document of the devices of this machine.
-pub struct Devices;
-
-impl Devices {
-    /// What this machine can evaluate on.
-    #[must_use]
-    pub fn of(threads: usize) -> Value {
-        let levels: Vec<&str> = Level::available().map(Level::name).collect();
-        let cpu = value!({
-            "kind": "cpu", "name": cpu_name(), "threads": threads, "levels": levels, "used": Level::best().name(),
-            "precisions": ["f64"],
-        });
-        let devices: Vec<Value> = std::iter::once(cpu).chain(gpus()).collect();
-        value!({"motorfit": env!("CARGO_PKG_VERSION"), "devices": devices})
-    }
-}
-
-#[cfg(feature = "gpu")]
-fn gpus() -> Vec<Value> {
-    let gpu = |a: crate::evaluate::gpu::AdapterFacts| {
-        value!({
-            "kind": "gpu", "index": a.index, "name": a.name, "type": a.kind, "backend": a.backend,
-            "driver": a.driver, "precisions": if a.f64 { vec!["f32", "f64"] } else { vec!["f32"] },
-            "binding_bytes_max": a.binding_bytes_max, "workgroups_max": a.workgroups_max,
-        })
+/// Returns the JSON document of what this machine can evaluate on.
+#[must_use]
+pub fn devices_document(threads: usize) -> Value {
+    let levels: Vec<&str> = Level::available().map(Level::name).collect();
+    let cpu = value!({
+        "kind": "cpu", "name": cpu_name(), "threads": threads, "levels": levels, "used": Level::best().name(),
+        "precisions": ["f64"],
+    });
+    let devices = vec![cpu];
+    #[cfg(feature = "gpu")]
+    let devices = {
+        let gpu = |a: crate::evaluate::gpu::AdapterFacts| {
+            value!({
+                "kind": "gpu", "index": a.index, "name": a.name, "type": a.kind, "backend": a.backend,
+                "driver": a.driver, "precisions": if a.f64 { vec!["f32", "f64"] } else { vec!["f32"] },
+                "binding_bytes_max": a.binding_bytes_max, "workgroups_max": a.workgroups_max,
+            })
+        };
+        devices.into_iter().chain(crate::evaluate::gpu::list().into_iter().map(gpu)).collect::<Value>()
     };
-    crate::evaluate::gpu::list().into_iter().map(gpu).collect()
-}
-
-#[cfg(not(feature = "gpu"))]
-fn gpus() -> Vec<Value> {
-    Vec::new()
+    value!({"motorfit": env!("CARGO_PKG_VERSION"), "devices": devices})
 }

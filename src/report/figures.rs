@@ -1,7 +1,7 @@
 //! The figures of reports, as charts.
 
 use super::page::Figure;
-use super::plot::{Boxes, Chart, Line, boxes, chart, correlation, panels};
+use super::plot::{Chart, Line, boxes, chart, correlation, panels};
 use crate::criterion::{Criterion, Scale};
 use crate::evaluate::{Initial, Model, Problem};
 use crate::identify::{Identification, IdentifySpec};
@@ -9,7 +9,7 @@ use crate::motor::{Axis, Discretization, Parameter, Parameters, Scope, Space, si
 use crate::numeric::{count, sorted};
 use crate::record::{Quantity, Record};
 use crate::report::compare::quartiles;
-use crate::study::compare::{Block, Comparison, MethodResult, reached};
+use crate::study::compare::{Block, Comparison, MethodEstimates, MethodResult, Reached, reached};
 
 /// What a model does under the inputs of a recording: current and speed.
 #[must_use]
@@ -24,62 +24,45 @@ pub fn model(record: &Record, parameters: &Parameters, initial: [f64; 2], how: D
     [trajectory.current, trajectory.speed]
 }
 
-/// A named model of a recording.
-pub struct Modelled {
-    /// Its name in the legend.
-    pub name: String,
-    /// Current and speed.
-    pub signals: [Vec<f64>; 2],
-}
-
 const CHANNELS: [(&str, &str); 2] = [("Current", "current [A]"), ("Speed", "speed [rad/s]")];
 
-/// Measured against models: both signals, what is left of them, and the transient enlarged.
+/// Measured against a named model: both signals, what is left of them, and the transient enlarged.
 #[must_use]
-pub fn responses(id: &str, record: &Record, models: &[Modelled]) -> Figure {
+pub fn responses(id: &str, record: &Record, name: &str, signals: &[Vec<f64>; 2]) -> Figure {
     let time = &record.samples().time_s;
-    let window = transient(record);
-    let line = |name: &str, values: Vec<f64>| Line {
-        name: name.to_owned(),
-        points: time.iter().copied().zip(values).collect(),
-        ..Line::default()
+    let [from, to] = transient(record);
+    let line = |name: &str, values: &[f64]| {
+        let points = time.iter().copied().zip(values.iter().copied()).collect();
+        Line { name: name.to_owned(), points, ..Line::default() }
     };
     let inside = |line: &Line| Line {
-        points: line.points.iter().copied().filter(|(t, _)| (window[0]..=window[1]).contains(t)).collect(),
+        points: line.points.iter().copied().filter(|(t, _)| (from..=to).contains(t)).collect(),
         ..line.clone()
     };
+    let chart =
+        |title: String, label: &str, lines: Vec<Line>| Chart { lines, ..Chart::new(title, ["time [s]", label]) };
     let (mut whole, mut left, mut enlarged) = (Vec::new(), Vec::new(), Vec::new());
     let by_current = record.driver() == Quantity::Current;
     for (channel, (title, label)) in CHANNELS.into_iter().enumerate() {
         if by_current && channel == 0 {
-            let lines = vec![line("input", record.input().to_vec())];
-            whole.push(Chart { lines, ..Chart::new(title, ["time [s]", label]) });
+            whole.push(chart(title.to_owned(), label, vec![line("input", record.input())]));
             continue;
         }
-        let measured = record.measured()[channel].map(<[f64]>::to_vec);
-        let mut lines = vec![line("measured", measured.clone().unwrap_or_default())];
-        lines.extend(models.iter().map(|m| line(&m.name, m.signals[channel].clone())));
-        let mut residuals = vec![Line::default()];
-        for m in models {
-            let difference = measured.iter().flatten().zip(&m.signals[channel]).map(|(a, b)| a - b).collect();
-            residuals.push(line(&m.name, difference));
-        }
-        let near = Chart {
-            lines: lines.iter().map(inside).collect(),
-            ..Chart::new(format!("{title}, transient"), ["time [s]", label])
-        };
-        whole.push(Chart { lines, ..Chart::new(title, ["time [s]", label]) });
-        let title = format!("{title}: measured less model");
-        left.push(Chart { lines: residuals, ..Chart::new(title, ["time [s]", label]) });
-        enlarged.push(near);
+        let (measured, model) = (record.measured()[channel].unwrap_or_default(), &signals[channel]);
+        let residual: Vec<f64> = measured.iter().zip(model).map(|(a, b)| a - b).collect();
+        let lines = vec![line("measured", measured), line(name, model)];
+        enlarged.push(chart(format!("{title}, transient"), label, lines.iter().map(inside).collect()));
+        whole.push(chart(title.to_owned(), label, lines));
+        // Behind an empty line, the residual has the colour of its model.
+        let lines = vec![Line::default(), line(name, &residual)];
+        left.push(chart(format!("{title}: measured less model"), label, lines));
     }
     let charts: Vec<Chart> = whole.into_iter().chain(left).chain(enlarged).collect();
-    let names: Vec<&str> = models.iter().map(|m| m.name.as_str()).collect();
     Figure {
         id: id.to_owned(),
         map: false,
         svg: panels(&charts, 2, [560.0, 300.0]),
-        alternative: format!("Current and speed over time, measured and by {}, with residuals", names.join(", ")),
+        alternative: format!("Current and speed over time, measured and by {name}, with residuals"),
         caption: match by_current {
             true => "Above: the current, which is the input, and the speed with the model. Below: what the model leaves, and \
                      the transient after the largest change of the input, enlarged.",
@@ -114,10 +97,9 @@ pub fn correlations(found: &Identification) -> Option<Figure> {
         Scope::Recording(n) => format!("{} {}", axis.parameter.symbol(), n + 1),
     };
     let names: Vec<String> = free.iter().map(name).collect();
-    let values: Option<Vec<Vec<f64>>> =
-        uncertainty.correlation[..free.len()].iter().map(|row| row[..free.len()].iter().copied().collect()).collect();
+    let rows = uncertainty.correlation[..free.len()].iter();
+    let values: Vec<Vec<f64>> = rows.map(|row| row[..free.len()].iter().copied().collect()).collect::<Option<_>>()?;
     let pairs = (0..free.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
-    let values = values?;
     let strongest = pairs.max_by(|x, y| values[x.0][x.1].abs().total_cmp(&values[y.0][y.1].abs()));
     let caption = strongest.map_or(String::new(), |(a, b)| {
         format!("The strongest is {:.2}, of {} and {}.", values[a][b], names[a], names[b])
@@ -175,22 +157,18 @@ pub fn convergence(id: &str, block: &Block) -> Figure {
 /// Errors of the parameters over runs; `None` where nothing is known that they could be errors of.
 #[must_use]
 pub fn errors(id: &str, comparison: &Comparison, block: &Block) -> Option<Figure> {
-    let expected = comparison.expected()?;
+    let (expected, found) = (comparison.expected()?, comparison.estimates(block));
     let panel = |p: Parameter| {
         let error = |value: f64| 100.0 * (value / expected.get(p) - 1.0);
-        let group = |result: &MethodResult| {
-            (result.method.name().to_owned(), result.values(p).into_iter().map(error).collect::<Vec<f64>>())
-        };
-        let mut groups: Vec<(String, Vec<f64>)> = block.results.iter().map(group).collect();
-        if let Some(sm) = comparison.steiglitz.as_ref().filter(|sm| !sm.spread.is_empty()) {
-            groups.push(("sm".to_owned(), sm.spread.iter().map(|found| error(found.get(p))).collect()));
-        }
-        Boxes { title: p.symbol().to_owned(), groups }
+        let shown = found.iter().filter(|found| found.method != "sm" || !found.all.is_empty());
+        let group =
+            |found: &MethodEstimates| (found.method.to_owned(), found.values(p).into_iter().map(error).collect());
+        (p.symbol(), shown.map(group).collect())
     };
     Some(Figure {
         id: format!("{id}-errors"),
         map: false,
-        svg: boxes(&Parameter::ALL.map(panel), "relative error [%]"),
+        svg: boxes(Parameter::ALL.map(panel).to_vec(), "relative error [%]"),
         alternative: "Boxes of the relative errors of each parameter over runs, for each method".to_owned(),
         caption: "Quartiles and median over runs; whiskers reach 1.5 of the box. Steiglitz\u{2013}McBride: over records with new \
                   noise."
@@ -202,31 +180,28 @@ pub fn errors(id: &str, comparison: &Comparison, block: &Block) -> Option<Figure
 #[must_use]
 pub fn distributions(id: &str, comparison: &Comparison, block: &Block) -> Figure {
     let (_, reached) = reached(block, comparison.spec.target);
-    let name = |result: &MethodResult| result.method.name().to_owned();
-    let costs = |result: &MethodResult| {
-        let sorted = sorted(&result.costs());
-        let points = sorted.iter().enumerate().map(|(n, cost)| (*cost, count(n + 1) / count(sorted.len()))).collect();
-        Line { name: name(result), points, steps: true, ..Line::default() }
-    };
-    let by = |axis: &dyn Fn(usize) -> Vec<f64>| -> Vec<Line> {
-        let line = |(n, result): (usize, &MethodResult)| {
-            let points = axis(n).into_iter().zip(reached[n].share.iter().copied()).collect();
-            Line { name: name(result), points, steps: true, ..Line::default() }
+    let chart = |title: &str, labels: [&str; 2], points: &dyn Fn(&MethodResult, &Reached) -> Vec<(f64, f64)>| {
+        let line = |(result, reached): (&MethodResult, &Reached)| {
+            let name = result.method.name().to_owned();
+            Line { name, points: points(result, reached), steps: true, ..Line::default() }
         };
-        block.results.iter().enumerate().map(line).collect()
+        Chart { lines: block.results.iter().zip(&reached).map(line).collect(), ..Chart::new(title, labels) }
     };
-    let evaluations = by(&|n| reached[n].evaluations.clone());
-    let seconds = by(&|n| reached[n].seconds.iter().map(|s| 1e3 * s).collect());
+    let costs = |result: &MethodResult, _: &Reached| {
+        let sorted = sorted(&result.costs());
+        sorted.iter().enumerate().map(|(n, cost)| (*cost, count(n + 1) / count(sorted.len()))).collect()
+    };
+    let targets = |axis: &[f64], unit: f64, reached: &Reached| {
+        axis.iter().map(|value| unit * value).zip(reached.share.iter().copied()).collect()
+    };
     let charts = [
-        Chart {
-            lines: block.results.iter().map(costs).collect(),
-            ..Chart::new("Final costs", ["cost [1]", "share of runs [1]"]).log([true, false])
-        },
-        Chart {
-            lines: evaluations,
-            ..Chart::new("Targets, equal evaluations", ["evaluations of a run [1]", "share reached [1]"])
-        },
-        Chart { lines: seconds, ..Chart::new("Targets, equal time", ["time of a run [ms]", "share reached [1]"]) },
+        chart("Final costs", ["cost [1]", "share of runs [1]"], &costs).log([true, false]),
+        chart("Targets, equal evaluations", ["evaluations of a run [1]", "share reached [1]"], &|_, reached| {
+            targets(&reached.evaluations, 1.0, reached)
+        }),
+        chart("Targets, equal time", ["time of a run [ms]", "share reached [1]"], &|_, reached| {
+            targets(&reached.seconds, 1e3, reached)
+        }),
     ];
     Figure {
         id: format!("{id}-distributions"),

@@ -1,9 +1,9 @@
 //! Fitted and held-out recordings side by side.
 
-use super::Table;
-use super::figures::{self, Modelled};
+use super::figures::responses;
 use super::identified::{noise_floor_text, verdicts};
 use super::page::Part;
+use super::table::{Table, dash};
 use crate::analysis::{HeldOut, ResidualTests, Validation};
 use crate::identify::Identification;
 use crate::text::significant;
@@ -14,41 +14,30 @@ const HEADS: [&str; 7] =
 /// Recordings that were not fitted: their fits beside that of the others, and how they are explained.
 pub(super) fn held_out(found: &Identification, validation: &Validation) -> Vec<Part> {
     let plot = |(n, held): (usize, &HeldOut)| {
-        let models = [Modelled { name: "model".to_owned(), signals: held.simulated.clone() }];
-        Part::Figure(Box::new(figures::responses(&format!("held-out-{}", n + 1), &held.record, &models)))
+        Part::Figure(responses(&format!("held-out-{n}"), &held.record, "model", &held.simulated))
     };
-    let plots = validation.held_out.iter().enumerate().map(plot);
+    let plots = (1..).zip(&validation.held_out).map(plot);
     std::iter::once(Part::Table(table(found, validation))).chain(plots).collect()
 }
 
 fn table(found: &Identification, validation: &Validation) -> Table {
     let mut table = Table::new("held-out", "Fit of what was fitted and of what was held out [%]", &HEADS);
-    let mut row = |name: String, fit: [Option<f64>; 2], sigma: [Option<f64>; 2], tests: &[ResidualTests]| {
-        let [current, speed] = fit.map(|f| f.map_or("\u{2013}".to_owned(), |f| format!("{f:.2}")));
-        let left = sigma.map(|s| s.map_or("\u{2013}".to_owned(), |s| significant(s, 3))).join(", ");
+    let mut row = |name: String, fit: [Option<f64>; 2], sigma: [Option<f64>; 2], tests: &[ResidualTests], own| {
+        let [current, speed] = fit.map(|f| f.map_or_else(dash, |f| format!("{f:.2}")));
+        let left = sigma.map(|s| s.map_or_else(dash, |s| significant(s, 3))).join(", ");
         let [white, independent] = if tests.is_empty() { Default::default() } else { verdicts(tests) };
-        table.row(vec![name, current, speed, left, white, independent, String::new()]);
+        table.row([name, current, speed, left, white, independent, own]);
     };
     let held = &validation.held_out;
-    row("fitted".to_owned(), found.fit_percent, found.residual_sigma, &found.residual_tests);
+    row("fitted".to_owned(), found.fit_percent, found.residual_sigma, &found.residual_tests, String::new());
     let tests: Vec<ResidualTests> = held.iter().map(|held| held.residual_tests).collect();
-    row("held out".to_owned(), validation.fit_percent, validation.residual_sigma, &tests);
-    if held.len() > 1 {
-        for (n, held) in (1..).zip(held) {
-            row(name_of(n, held), held.fit_percent, held.residual_sigma, &[held.residual_tests]);
-        }
+    let (several, single) = if let [one] = &held[..] { (&[][..], own(one)) } else { (&held[..], String::new()) };
+    row("held out".to_owned(), validation.fit_percent, validation.residual_sigma, &tests, single);
+    for (n, held) in (1..).zip(several) {
+        row(name_of(n, held), held.fit_percent, held.residual_sigma, &[held.residual_tests], own(held));
     }
     if let Some(of) = &found.noise_floor {
-        row("ceiling".to_owned(), of.best_achievable_percent, of.sigma, &[]);
-    }
-    let own = |held: &HeldOut| {
-        let initial = held.initial_is_estimated.then(|| "initial state".to_owned());
-        let values = held.own.iter().map(|(p, v)| format!("{} = {} {}", p.symbol(), significant(*v, 3), p.unit()));
-        initial.into_iter().chain(values).collect::<Vec<_>>().join(", ")
-    };
-    let first = if held.len() > 1 { 2 } else { 1 };
-    for (row, held) in table.rows.iter_mut().skip(first).zip(held) {
-        row[HEADS.len() - 1] = own(held);
+        row("ceiling".to_owned(), of.best_achievable_percent, of.sigma, &[], String::new());
     }
     table.note(
         "Held-out recordings are simulated with the parameters found; what is estimated from one itself stands beside \
@@ -59,6 +48,13 @@ fn table(found: &Identification, validation: &Validation) -> Table {
         table.note(format!("Ceiling: {}.", noise_floor_text(of)));
     }
     table
+}
+
+/// What is estimated from a recording itself.
+fn own(held: &HeldOut) -> String {
+    let initial = held.initial_is_estimated.then(|| "initial state".to_owned());
+    let values = held.own.iter().map(|(p, v)| format!("{} = {} {}", p.symbol(), significant(*v, 3), p.unit()));
+    initial.into_iter().chain(values).collect::<Vec<_>>().join(", ")
 }
 
 fn name_of(n: usize, held: &HeldOut) -> String {

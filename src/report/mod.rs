@@ -2,8 +2,6 @@
 
 mod bench;
 #[cfg(feature = "report")]
-mod characteristics;
-#[cfg(feature = "report")]
 pub mod compare;
 mod document;
 #[cfg(feature = "report")]
@@ -11,6 +9,8 @@ pub mod figures;
 #[cfg(feature = "report")]
 mod held_out;
 mod identified;
+#[cfg(feature = "report")]
+mod identified_tables;
 mod inspect;
 #[cfg(feature = "report")]
 mod page;
@@ -18,26 +18,24 @@ mod page;
 mod pages;
 #[cfg(feature = "report")]
 pub mod plot;
-#[cfg(feature = "report")]
-mod selection;
 mod spelling;
 #[cfg(feature = "report")]
 pub mod sweep;
 #[cfg(feature = "report")]
 mod table;
 
-pub use bench::BenchDocument;
-pub use document::{Devices, EvaluateDocument, IdentifyDocument, Names, json};
+pub use bench::bench_document;
+pub use document::{EvaluateDocument, devices_document, identify_document, json};
 pub use identified::{characteristics_lines, noise_floor_text, verdicts};
 #[cfg(feature = "report")]
+pub use identified_tables::{selection_table, selection_text};
+#[cfg(feature = "report")]
 pub use inspect::inspect_page;
-pub use inspect::{InspectDocument, SignalFacts};
+pub use inspect::{SignalFacts, inspect_document};
 #[cfg(feature = "report")]
 pub use page::{Figure, Item, Page, Part, Section};
 #[cfg(feature = "report")]
 pub use pages::{Reproduced, compare_page, identify_page};
-#[cfg(feature = "report")]
-pub use selection::{selection_table, selection_text};
 pub use spelling::command_line;
 #[cfg(feature = "report")]
 pub use table::{Table, folded};

@@ -31,7 +31,7 @@ pub enum Part {
     /// A table.
     Table(Table),
     /// A figure.
-    Figure(Box<Figure>),
+    Figure(Figure),
     /// Names and what belongs to them.
     List(Vec<(String, String)>),
     /// Text as it is typed.
@@ -112,6 +112,12 @@ impl Page {
     }
 }
 
+/// A text with a capital at its beginning.
+pub(super) fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 fn part(part: &Part) -> Markup {
     match part {
         Part::Text(text) => html! { p { (printable(text)) } },
@@ -119,23 +125,25 @@ fn part(part: &Part) -> Markup {
         Part::Table(table) => self::table(table),
         Part::Figure(figure) => html! {
             figure id=(figure.id) {
-                (PreEscaped(embedded(figure)))
+                (PreEscaped(figure.scaled(if figure.map { "class=\"plot map\"" } else { "class=\"plot\"" })))
                 figcaption { (printable(&figure.caption)) }
             }
         },
-        Part::List(list) => html! {
-            dl { @for (name, value) in list { dt { (printable(name)) } dd { (printable(value)) } } }
-        },
+        Part::List(list) => named_values(list),
         Part::Items(items) => html! { @for item in items { (self::item(item)) } },
         Part::Typed(text) => html! { pre { code { (printable(text)) } } },
     }
+}
+
+fn named_values(list: &[(String, String)]) -> Markup {
+    html! { dl { @for (name, value) in list { dt { (printable(name)) } dd { (printable(value)) } } } }
 }
 
 fn item(item: &Item) -> Markup {
     html! {
         div.item.grave[item.grave] role="note" {
             p { strong { (printable(&item.name)) } " " (printable(&item.text)) }
-            dl { @for (name, value) in &item.details { dt { (printable(name)) } dd { (printable(value)) } } }
+            (named_values(&item.details))
         }
     }
 }
@@ -219,12 +227,6 @@ fn named(svg: &str) -> String {
     counted.replace(CLIP, &format!("clip-{}-", &digest[..12]))
 }
 
-/// A drawing within a page.
-fn embedded(figure: &Figure) -> String {
-    let class = if figure.map { "plot map" } else { "plot" };
-    figure.scaled(&format!("class=\"{class}\""))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -259,7 +261,7 @@ mod tests {
             Part::Text(evil.to_owned()),
             Part::Warning(evil.to_owned()),
             Part::Table(table),
-            Part::Figure(Box::new(figure)),
+            Part::Figure(figure),
             Part::List(vec![(evil.to_owned(), evil.to_owned())]),
             Part::Typed(evil.to_owned()),
         ];

@@ -1,19 +1,17 @@
 //! The pages of `identify` and `compare`: the answer first, then how sure, then the plots, then how to reproduce it.
 
-use super::characteristics::characteristics_table;
-use super::compare::{paper_tables, setting_name, tables};
-use super::figures::{self, Modelled};
+use super::compare::{best, paper_tables, setting_name, tables};
+use super::figures;
 use super::held_out::held_out;
 use super::identified::{noise_floor_text, with_error};
-use super::page::{Figure, Page, Part, Section};
-use super::selection::selection_table;
+use super::identified_tables::{characteristics_table, fit_table, parameters_table, selection_table};
+use super::page::{Page, Part, Section};
 use super::spelling::command_line;
-use super::{Names, Table};
 use crate::analysis::{Characteristics, Named};
 use crate::identify::{Identification, IdentifySpec, ParameterEstimate, Status};
 use crate::motor::{Parameters, Scope};
 use crate::record::{Record, Severity};
-use crate::study::compare::{Block, Comparison, MethodResult};
+use crate::study::compare::{Block, Comparison};
 use crate::text::{engineering, significant};
 use crate::warning::Warning;
 
@@ -24,10 +22,6 @@ pub struct Reproduced {
     pub command: String,
     /// All options, by name.
     pub options: Vec<(String, String)>,
-}
-
-fn boxed(figure: Figure) -> Part {
-    Part::Figure(Box::new(figure))
 }
 
 pub(super) fn section(heading: &str, parts: Vec<Part>) -> Section {
@@ -73,88 +67,43 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     let parameters_told = found.estimates();
     let answer = parameters_told.iter().filter(shared).filter_map(value).chain(instead).collect::<Vec<_>>().join(", ");
     let tail = if found.uncertainty.is_some() { " (95 % intervals)" } else { " (without a polish: no intervals)" };
-    let mut sure = vec![Part::Text(verdict(found))];
+    let mut sure = vec![Part::Text(verdict(found).to_owned())];
     sure.extend(warnings(&found.warnings));
-    sure.push(Part::Table(parameters(found)));
-    sure.push(Part::Table(fit(found, spec)));
+    sure.push(Part::Table(parameters_table(found)));
+    sure.push(Part::Table(fit_table(found, spec)));
     sure.push(Part::Table(characteristics_table(found)));
     sure.extend(found.selection.as_ref().map(|selection| Part::Table(selection_table(selection))));
-    sure.extend(figures::correlations(found).map(boxed));
-    let mut plots: Vec<Part> = Vec::new();
+    sure.extend(figures::correlations(found).map(Part::Figure));
     let modelled = found.modelled(records, spec).unwrap_or_default();
-    for (n, (record, signals)) in records.iter().zip(modelled).enumerate() {
-        let models = [Modelled { name: "model".to_owned(), signals }];
-        plots.push(boxed(figures::responses(&format!("response-{}", n + 1), record, &models)));
-    }
-    plots.extend(figures::history(found, spec).map(boxed));
+    let response = |(n, (record, signals))| figures::responses(&format!("response-{n}"), record, "model", signals);
+    let plots = (1..)
+        .zip(records.iter().zip(&modelled))
+        .map(response)
+        .chain(figures::history(found, spec))
+        .map(Part::Figure)
+        .collect();
     let mut sections = vec![section("How sure this is", sure), section("Measured and modelled", plots)];
     sections.extend(found.validation.as_ref().map(|held| section("Held out", held_out(found, held))));
     if let (Some(of), None) = (&found.noise_floor, &found.validation) {
         sections.push(section("Repeatability", vec![Part::Text(format!("{}.", noise_floor_text(of)))]));
     }
     sections.push(reproduce(records, how, Some((&found.device, found.precision))));
-    let name =
-        records.first().and_then(|r| r.source().path.as_ref()?.file_name().map(|f| f.to_string_lossy().into_owned()));
-    Page {
-        title: format!("Motor of {}", name.unwrap_or_else(|| "a recording".to_owned())),
-        answer: format!("{answer}{tail}."),
-        sections,
-    }
+    let name = records.first().and_then(|record| record.source().path.as_ref()?.file_name());
+    let name = name.map_or("a recording".into(), |name| name.to_string_lossy());
+    Page { title: format!("Motor of {name}"), answer: format!("{answer}{tail}."), sections }
 }
 
-fn verdict(found: &Identification) -> String {
+fn verdict(found: &Identification) -> &'static str {
     let check = &found.verification;
     match check.status {
-        Status::Agrees => "A search of the whole box finds the same optimum.".to_owned(),
+        Status::Agrees => "A search of the whole box finds the same optimum.",
         Status::SearchStuck if check.refined_agrees => {
             "The search was stuck in another optimum; the refinement left it, and a search of the whole box agrees."
-                .to_owned()
         }
-        Status::SearchStuck => "The search is stuck: there is a better optimum than this.".to_owned(),
-        Status::ReferenceFailed => "The search of the whole box ended in a worse optimum: it says nothing.".to_owned(),
-        Status::NotApplicable => "There is no independent search to hold this against.".to_owned(),
+        Status::SearchStuck => "The search is stuck: there is a better optimum than this.",
+        Status::ReferenceFailed => "The search of the whole box ended in a worse optimum: it says nothing.",
+        Status::NotApplicable => "There is no independent search to hold this against.",
     }
-}
-
-fn parameters(found: &Identification) -> Table {
-    let heads = ["parameter", "value", "unit", "standard error", "95 % interval", "remark"];
-    let mut table = Table::new("parameters", "Parameters", &heads);
-    let dash = || "\u{2013}".to_owned();
-    for e in found.estimates() {
-        let p = e.parameter;
-        let remark = match (e.value, e.at_bound) {
-            (None, _) => "not identifiable".to_owned(),
-            _ if e.fixed => "held".to_owned(),
-            (_, Some(side)) => format!("at its {side}"),
-            _ => String::new(),
-        };
-        let of = if let Scope::Recording(n) = e.scope { format!(" of recording {}", n + 1) } else { String::new() };
-        table.row(vec![
-            format!("{}, {}{of}", p.symbol(), p.name()),
-            e.value.map_or_else(dash, |value| significant(value, 6)),
-            p.unit().to_owned(),
-            e.std_error.map_or_else(dash, |error| significant(error, 2)),
-            e.ci95.map_or_else(dash, |[low, high]| format!("{} … {}", significant(low, 6), significant(high, 6))),
-            remark,
-        ]);
-    }
-    table
-}
-
-fn fit(found: &Identification, spec: &IdentifySpec) -> Table {
-    let mut table = Table::new("fit", "Fit", &["channel", "fit [%]", "residual", "residual white"]);
-    let units = ["A", "rad/s"];
-    for (channel, name) in ["current", "speed"].into_iter().enumerate() {
-        let white = found.uncertainty.as_ref().and_then(|u| u.whiteness[channel].as_ref());
-        let white = white.map_or("\u{2013}", |w| if w.is_white { "yes" } else { "no" });
-        let Some(fit) = found.fit_percent[channel] else { continue };
-        let sigma = found.residual_sigma[channel];
-        let residual = sigma.map_or("\u{2013}".to_owned(), |s| format!("{} {}", significant(s, 3), units[channel]));
-        table.row(vec![name.to_owned(), format!("{fit:.3}"), residual, white.to_owned()]);
-    }
-    let names = Names::of(spec);
-    table.note(format!("Cost {} ({}, scale {}).", significant(found.cost, 4), names.criterion, names.scale));
-    table
 }
 
 /// The page of a comparison.
@@ -165,10 +114,8 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
     if comparison.interrupted {
         sure.push(Part::Warning("This comparison was interrupted: it shows the best so far.".to_owned()));
     }
-    sure.extend(
-        (comparison.reference.as_ref().err())
-            .map(|e| Part::Warning(format!("There is no refined estimate: {}", e.spelled(command_line)))),
-    );
+    let missing = comparison.reference.as_ref().err().map(|e| e.spelled(command_line));
+    sure.extend(missing.map(|why| Part::Warning(format!("There is no refined estimate: {why}"))));
     let failed = comparison.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().err());
     sure.extend(failed.map(|e| Part::Warning(format!("Steiglitz\u{2013}McBride cannot serve: {e}."))));
     if !sure.is_empty() {
@@ -181,23 +128,18 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
     for (n, block) in comparison.blocks.iter().enumerate() {
         let id = format!("block{}", n + 1);
         let mut parts: Vec<Part> = tables(comparison, block).into_iter().map(Part::Table).collect();
-        if !block.has_results() {
-            sections.push(section(&setting_name(&block.setting), parts));
-            continue;
+        if block.has_results() {
+            parts.push(Part::Figure(figures::convergence(&id, block)));
+            parts.push(Part::Figure(figures::distributions(&id, comparison, block)));
+            parts.push(Part::Figure(figures::waterfall(&id, block)));
+            parts.extend(figures::errors(&id, comparison, block).map(Part::Figure));
         }
-        parts.push(boxed(figures::convergence(&id, block)));
-        parts.push(boxed(figures::distributions(&id, comparison, block)));
-        parts.push(boxed(figures::waterfall(&id, block)));
-        parts.extend(figures::errors(&id, comparison, block).map(boxed));
         sections.push(section(&setting_name(&block.setting), parts));
     }
     sections.push(section("Measured and modelled", responses(comparison)));
-    if let Ok(found) = &comparison.reference {
-        let figure = figures::correlations(found).map(boxed);
-        if let Some(figure) = figure {
-            sections.push(section("Correlation of the refined estimate", vec![figure]));
-        }
-    }
+    let correlations = comparison.reference.as_ref().ok().and_then(|found| figures::correlations(found));
+    let correlations = correlations.map(|figure| vec![Part::Figure(figure)]);
+    sections.extend(correlations.map(|parts| section("Correlation of the refined estimate", parts)));
     let device = (comparison.device.1.as_str(), comparison.device.2);
     sections.push(reproduce(&comparison.subject.records, how, Some(device)));
     Page { title: "Methods compared".to_owned(), answer: answer(comparison), sections }
@@ -207,11 +149,8 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
 fn answer(comparison: &Comparison) -> String {
     let one = |block: &Block| {
         if !block.has_results() {
-            let why = if block.results.iter().all(|c| c.runs.is_empty()) {
-                "was not run"
-            } else {
-                "finds nothing that does not diverge"
-            };
+            let is_run = block.results.iter().any(|c| !c.runs.is_empty());
+            let why = if is_run { "finds nothing that does not diverge" } else { "was not run" };
             return format!("Under {}: {why}.", setting_name(&block.setting));
         }
         let ranking = block.ranking();
@@ -239,18 +178,13 @@ fn responses(comparison: &Comparison) -> Vec<Part> {
     let (Some(block), Some(record)) = (comparison.blocks.first(), comparison.subject.records.first()) else {
         return Vec::new();
     };
-    let best = |result: &MethodResult| Some((result.method.name().to_owned(), result.best()?.parameters?));
-    let mut best: Vec<(String, Parameters)> = block.results.iter().filter_map(best).collect();
-    let sm = comparison.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok());
-    best.extend(sm.map(|p| ("sm".to_owned(), *p)));
     let how = comparison.spec.model.discretization;
     let initial = comparison.initial.first().copied().unwrap_or_default();
-    let figure = |(name, parameters): (String, Parameters)| {
+    let figure = |(name, parameters): (&str, Parameters)| {
         let signals = figures::model(record, &parameters, initial, how);
-        let mut figure =
-            figures::responses(&format!("response-{name}"), record, &[Modelled { name: name.clone(), signals }]);
+        let mut figure = figures::responses(&format!("response-{name}"), record, name, &signals);
         figure.caption = format!("{name}, best run. {}", figure.caption);
-        boxed(figure)
+        Part::Figure(figure)
     };
-    best.into_iter().map(figure).collect()
+    best(comparison, block).into_iter().map(figure).collect()
 }

@@ -13,17 +13,13 @@ pub fn command_line(reference: &Reference) -> String {
         }
         Reference::Command(command) => {
             let out = command_line(&Setting::Out.to("DIR"));
-            match command {
-                Command::Identify => program("identify"),
-                Command::Devices => program("devices"),
-                Command::PlanSweep => program(&format!("sweep plan STUDY.toml {out}")),
-                Command::RunSweep => program("sweep run DIR"),
-            }
+            let command = match command {
+                Command::Identify => "identify".to_owned(),
+                Command::Devices => "devices".to_owned(),
+                Command::PlanSweep => format!("sweep plan STUDY.toml {out}"),
+                Command::RunSweep => "sweep run DIR".to_owned(),
+            };
+            format!("motorfit {command}")
         }
     }
-}
-
-/// Returns a command with the name of the program.
-fn program(command: &str) -> String {
-    format!("motorfit {command}")
 }

@@ -4,7 +4,7 @@ use crate::text::printable;
 use std::fmt::Write as _;
 
 /// A table of texts; the first column names its rows.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Table {
     /// A short name for files and links.
     pub id: String,
@@ -21,14 +21,19 @@ pub struct Table {
 impl Table {
     /// An empty table.
     #[must_use]
-    pub fn new(id: impl Into<String>, title: impl Into<String>, heads: &[&str]) -> Self {
-        let heads = heads.iter().map(|head| (*head).to_owned()).collect();
+    pub fn new(id: impl Into<String>, title: impl Into<String>, heads: &[impl AsRef<str>]) -> Self {
+        let heads = heads.iter().map(|head| head.as_ref().to_owned()).collect();
         Self { id: id.into(), title: title.into(), heads, rows: Vec::new(), notes: Vec::new() }
     }
 
     /// Adds a row.
-    pub fn row(&mut self, cells: Vec<String>) {
-        self.rows.push(cells);
+    pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
+        self.rows.push(cells.into_iter().collect());
+    }
+
+    /// Adds a row with its name.
+    pub(super) fn named_row(&mut self, name: &str, cells: impl IntoIterator<Item = String>) {
+        self.row(std::iter::once(name.to_owned()).chain(cells));
     }
 
     /// Adds a note.
@@ -70,8 +75,13 @@ impl Table {
     }
 }
 
+/// A cell without a value.
+pub(super) fn dash() -> String {
+    "\u{2013}".to_owned()
+}
+
 /// A cell of CSV.
-pub(super) fn quoted(cell: &str) -> String {
+fn quoted(cell: &str) -> String {
     if cell.contains([',', '"', '\n', '\r']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.to_owned() }
 }
 

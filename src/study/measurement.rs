@@ -101,11 +101,6 @@ fn outside(n: usize) -> usize {
     count.saturating_sub(1).min((n - 1) / 2)
 }
 
-/// The CPU at its best: what adapters are held against.
-pub(super) fn baseline(contenders: &[Contender]) -> Option<usize> {
-    contenders.iter().rposition(|c| c.kind == "cpu")
-}
-
 /// A contender against its control, over all cases.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Control {
@@ -148,7 +143,7 @@ impl Throughput {
     /// The CPU at its best: what adapters are held against.
     #[must_use]
     pub fn baseline(&self) -> Option<usize> {
-        baseline(&self.contenders)
+        self.contenders.iter().rposition(|c| c.kind == "cpu")
     }
 
     /// From which population on a contender is faster than another on recordings of so many samples, by more than both

@@ -4,7 +4,7 @@ pub mod compare;
 mod contender;
 mod measurement;
 mod slice;
-pub mod statistics;
+mod statistics;
 pub mod sweep;
 mod throughput;
 

@@ -8,8 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 const RESAMPLES: usize = 4000;
 
 /// The 95 % percentile bootstrap interval of the median (B. Efron 1979), the same for the same seed.
-#[must_use]
-pub fn median_interval(values: &[f64], seed: u64) -> [f64; 2] {
+pub(super) fn median_interval(values: &[f64], seed: u64) -> [f64; 2] {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut resample = vec![0.0; values.len()];
     let mut median = || {
@@ -26,8 +25,7 @@ pub fn median_interval(values: &[f64], seed: u64) -> [f64; 2] {
 
 /// Wilcoxon's signed-rank test, two-sided: how likely differences so far to one side are if both sides are alike. Zeros are
 /// left out; exact up to 50 differences without ties, else by the normal approximation with tie correction.
-#[must_use]
-pub fn wilcoxon(differences: &[f64]) -> f64 {
+pub(super) fn wilcoxon(differences: &[f64]) -> f64 {
     let mut kept: Vec<f64> = differences.iter().copied().filter(|d| *d != 0.0 && !d.is_nan()).collect();
     kept.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
     let n = kept.len();
@@ -66,8 +64,7 @@ fn exact(n: usize, sum: f64) -> f64 {
 }
 
 /// Chances corrected for their number by Holm's step-down method (S. Holm 1979), in their order.
-#[must_use]
-pub fn holm(p_values: &[f64]) -> Vec<f64> {
+pub(super) fn holm(p_values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..p_values.len()).collect();
     order.sort_by(|a, b| p_values[*a].total_cmp(&p_values[*b]));
     let mut adjusted = vec![0.0; p_values.len()];
@@ -80,8 +77,7 @@ pub fn holm(p_values: &[f64]) -> Vec<f64> {
 }
 
 /// How often a value of `a` is smaller than one of `b`, ties half (A. Vargha, H. D. Delaney 2000); NaN without values.
-#[must_use]
-pub fn superiority(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn superiority(a: &[f64], b: &[f64]) -> f64 {
     let pairs = a.iter().flat_map(|x| b.iter().map(move |y| (x, y)));
     let wins = pairs.map(|(x, y)| match x.total_cmp(y) {
         std::cmp::Ordering::Less => 1.0,
@@ -92,8 +88,9 @@ pub fn superiority(a: &[f64], b: &[f64]) -> f64 {
 }
 
 #[cfg(test)]
-#[expect(clippy::float_cmp, reason = "exact equality is meant")]
 mod tests {
+    #![expect(clippy::float_cmp, reason = "exact equality is meant")]
+
     use super::*;
 
     #[test]

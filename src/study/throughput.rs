@@ -6,7 +6,7 @@
 //! makes them, not the waking of sleeping threads.
 
 use super::contender::Contenders;
-use super::measurement::{Measurement, Throughput, baseline};
+use super::measurement::{Measurement, Throughput};
 use crate::candidates::Candidates;
 use crate::criterion::Criterion;
 use crate::evaluate::{Group, Level, Model, Problem, fma_loop};
@@ -99,7 +99,7 @@ pub fn throughput(
         Sample::new(Sampling::Uniform, population as u64, bounds, 1)?.fill(0, &mut values);
         let costs = vec![0.0; population];
         let mut case = Case { problem, values, costs, samples, population, share, failed: &mut failed };
-        if case.measure(&mut result, &mut || observe(done, cases.len()))?.is_break() {
+        if case.measure(&mut result, &mut || observe(done, cases.len())).is_break() {
             result.interrupted = true;
             return Ok(result);
         }
@@ -132,19 +132,13 @@ struct Case<'a> {
 
 impl Case<'_> {
     /// Measures and adds to the result.
-    fn measure(
-        &mut self,
-        result: &mut Throughput,
-        observe: &mut dyn FnMut() -> ControlFlow<()>,
-    ) -> Result<ControlFlow<()>> {
+    fn measure(&mut self, result: &mut Throughput, observe: &mut dyn FnMut() -> ControlFlow<()>) -> ControlFlow<()> {
         // The last place is the baseline's, once more.
         let count = result.contenders.len();
-        let baseline = baseline(&result.contenders);
+        let baseline = result.baseline();
         let (mut rounds, mut repeats) = (vec![0; count + 1], vec![1; count + 1]);
         for n in 0..count {
-            if observe().is_break() {
-                return Ok(ControlFlow::Break(()));
-            }
+            observe()?;
             (rounds[n], repeats[n]) = self.plan(result, n);
         }
         if let Some(baseline) = baseline {
@@ -154,9 +148,7 @@ impl Case<'_> {
         let mut random = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(1);
         let mut times = vec![Vec::new(); count + 1];
         for round in 0..rounds.iter().copied().max().unwrap_or(0) {
-            if observe().is_break() {
-                return Ok(ControlFlow::Break(()));
-            }
+            observe()?;
             if round % 2 == 0 {
                 order.shuffle(&mut random);
             } else {
@@ -168,7 +160,7 @@ impl Case<'_> {
             }
         }
         self.add(result, times);
-        Ok(ControlFlow::Continue(()))
+        ControlFlow::Continue(())
     }
 
     /// Rounds, and evaluations in a round, that a contender can have in its share; no rounds where it cannot have one.
@@ -206,14 +198,12 @@ impl Case<'_> {
         if self.failed[contender] {
             return None;
         }
-        match result.contenders[contender].seconds(&groups, &mut self.costs[..size], repeats) {
-            Ok(seconds) => Some(seconds),
-            Err(error) => {
-                self.failed[contender] = true;
-                result.refused.push(format!("{}: {error}", result.contenders[contender].name));
-                None
-            }
+        let seconds = result.contenders[contender].seconds(&groups, &mut self.costs[..size], repeats);
+        if let Err(error) = &seconds {
+            self.failed[contender] = true;
+            result.refused.push(format!("{}: {error}", result.contenders[contender].name));
         }
+        seconds.ok()
     }
 
     /// Adds the measurements of all contenders, with the times that devices computed.
@@ -226,7 +216,7 @@ impl Case<'_> {
         for (n, times) in times.into_iter().enumerate() {
             let rounds = times.len();
             let mut measurement = Measurement::of(n, population, samples, times);
-            if baseline(&result.contenders) == Some(n) {
+            if result.baseline() == Some(n) {
                 measurement.again = again.as_ref().and_then(|again| Some((again.seconds?, again.interval)));
             }
             let mut kernel = Vec::new();

@@ -5,7 +5,7 @@ use crate::arrays::{array, rows};
 use crate::errors::keyword;
 use crate::figure::Svg;
 use motorfit::motor::{Parameter, Parameters};
-use motorfit::report::compare::{CompareDocument, setting_name};
+use motorfit::report::compare::{compare_document, setting_name};
 use motorfit::report::{figures, json};
 use motorfit::study::compare::{Block, Comparison as Compared, MethodResult, Outcome};
 use numpy::PyArray1;
@@ -97,7 +97,7 @@ result! {
 impl Comparison {
     /// A comparison that was made here.
     pub fn new(compared: Compared, paper: bool) -> Self {
-        let text = json(&CompareDocument::of(&compared, paper));
+        let text = json(&compare_document(&compared, paper));
         Self(Held::Here(Found { compared: Arc::new(compared), text }))
     }
 }

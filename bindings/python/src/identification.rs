@@ -6,8 +6,8 @@ use crate::errors::{Raise as _, keyword};
 use crate::figure::Svg;
 use motorfit::identify::{IdentifySpec, ParameterEstimate};
 use motorfit::record::Record;
-use motorfit::report::figures::{self, Modelled};
-use motorfit::report::{IdentifyDocument, json};
+use motorfit::report::figures;
+use motorfit::report::{identify_document, json};
 use motorfit::text::significant;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
@@ -81,7 +81,7 @@ result! {
             let signal = |of: &str| crate::arrays::signal(&signals.get_item(of)?, of);
             let signals = [signal("current_A")?, signal("speed_rad_s")?];
             let record = records.get_item(at)?.cast_into::<crate::record::Record>().map_err(PyErr::from)?;
-            Ok(figures::responses("response", &record.get().0, &[Modelled { name: "model".to_owned(), signals }]).into())
+            Ok(figures::responses("response", &record.get().0, "model", &signals).into())
         }
     }
 }
@@ -89,7 +89,7 @@ result! {
 impl Identification {
     /// A result that was found here.
     pub fn new(records: Vec<Record>, spec: IdentifySpec, found: motorfit::identify::Identification) -> Self {
-        let text = json(&IdentifyDocument::of(&records, &spec, &found));
+        let text = json(&identify_document(&records, &spec, &found));
         Self(Held::Here(Found { records, spec, found, text }))
     }
 }

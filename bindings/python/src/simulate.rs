@@ -10,7 +10,7 @@ use motorfit::evaluate::Model;
 use motorfit::experiment::{Excitation, noise_of, simulated_with, with_noise};
 use motorfit::motor::{Discretization, Parameters};
 use motorfit::named::Named as _;
-use motorfit::report::{Devices, json};
+use motorfit::report::{devices_document, json};
 use motorfit::setting::Setting;
 use motorfit::settings::values;
 use pyo3::prelude::*;
@@ -133,6 +133,6 @@ pub fn refine<'py>(
 /// What can evaluate here, as `motorfit devices --json` prints it.
 #[pyfunction]
 pub fn devices(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
-    let text = py.detach(|| json(&Devices::of(std::thread::available_parallelism().map_or(1, usize::from))));
+    let text = py.detach(|| json(&devices_document(std::thread::available_parallelism().map_or(1, usize::from))));
     py.import("json")?.call_method1("loads", (text,))
 }

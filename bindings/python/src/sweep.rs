@@ -7,7 +7,7 @@ use crate::progress::{Watch, watched};
 use crate::spec;
 use motorfit::device::with_threads;
 use motorfit::report::json;
-use motorfit::report::sweep::{StatusDocument, SweepDocument, TallyDocument};
+use motorfit::report::sweep::{status_document, sweep_document, tally_document};
 use motorfit::setting::Setting;
 use motorfit::settings::{self, values};
 use motorfit::study::sweep::{Limits, Shard, Sweep as Planned, SweepProgress as State, Tally};
@@ -140,13 +140,13 @@ impl Sweep {
         if let Some(fault) = &tally.fault {
             return Err(crate::errors::exception(py, fault));
         }
-        loaded(py, &json(&TallyDocument::of(shard, &tally)))
+        loaded(py, &json(&tally_document(shard, &tally)))
     }
 
     /// How far it is, as `motorfit sweep status --json` tells.
     fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let status = on_all(py, || self.0.status())?.raise(py)?;
-        loaded(py, &json(&StatusDocument::of(&status)))
+        loaded(py, &json(&status_document(&status)))
     }
 
     /// Puts the results of all shards in order, in results.jsonl, and sums them up as `motorfit sweep merge --json` does,
@@ -156,7 +156,7 @@ impl Sweep {
     fn merge<'py>(&self, py: Python<'py>, limits: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
         let limits = limits_of(limits, py)?;
         let merged = on_all(py, || self.0.merge())?.raise(py)?;
-        let document = loaded(py, &json(&SweepDocument::of(&merged.summary, &limits)))?;
+        let document = loaded(py, &json(&sweep_document(&merged.summary, &limits)))?;
         document.set_item("results", merged.results)?;
         Ok(document)
     }

@@ -11,7 +11,7 @@ use motorfit::device::with_threads;
 use motorfit::numeric::count_u64;
 use motorfit::report::json;
 use motorfit::report::sweep::{
-    StatusDocument, SweepDocument, TallyDocument, shortened, sweep_answer, sweep_page, sweep_tables,
+    shortened, status_document, sweep_answer, sweep_document, sweep_page, sweep_tables, tally_document,
 };
 use motorfit::setting::Setting;
 use motorfit::settings::{self, values};
@@ -38,13 +38,13 @@ pub(super) fn run(args: &SweepArgs, style: &Style) -> Result<Outcome> {
         Some(SweepAction::Run { dir, shard, threads, json: as_json }) => {
             let shard: Shard = shard.parse()?;
             let tally = shard_run(&Sweep::open(dir)?, shard, threads.threads, style)?;
-            let document = TallyDocument::of(shard, &tally);
+            let document = tally_document(shard, &tally);
             data(&if *as_json { json(&document) } else { tally_text(shard, &tally) })?;
             Ok(ended(&tally))
         }
         Some(SweepAction::Status { dir, json: as_json }) => {
             let status = Sweep::open(dir)?.status()?;
-            data(&if *as_json { json(&StatusDocument::of(&status)) } else { status_text(&status) })?;
+            data(&if *as_json { json(&status_document(&status)) } else { status_text(&status) })?;
             Ok(Outcome::Done)
         }
         Some(SweepAction::Merge { dir, shown, out, json: as_json }) => {
@@ -65,7 +65,7 @@ fn all(args: &SweepArgs, style: &Style) -> Result<Outcome> {
     style.note(tally_text(Shard::ALL, &tally).trim_end());
     if tally.interrupted || tally.lost > 0 {
         if args.json {
-            data(&json(&TallyDocument::of(Shard::ALL, &tally)))?;
+            data(&json(&tally_document(Shard::ALL, &tally)))?;
         }
         return Ok(ended(&tally));
     }
@@ -214,7 +214,7 @@ fn merge(sweep: &Sweep, show: Show<'_>, style: &Style) -> Result<Outcome> {
         style.note(&format!("wrote {}", path.display()));
     }
     style.note(&format!("wrote {}", results.display()));
-    let document = json(&SweepDocument::of(&summary, &limits));
+    let document = json(&sweep_document(&summary, &limits));
     let tables = sweep_tables(&summary, &limits);
     if as_json {
         data(&document)?;

@@ -4,7 +4,7 @@ mod document;
 mod paper;
 mod tables;
 
-pub use document::CompareDocument;
+pub use document::compare_document;
 pub use paper::paper_tables;
-pub(super) use tables::cell;
+pub(super) use tables::{best, cell};
 pub use tables::{quartiles, setting_name, tables};

@@ -1,10 +1,11 @@
 //! The paper's Tables 4 to 8 and its discussion, ours beside.
 
-use super::tables::{cell, current_of, fixed, percent, setting_name, steiglitz_note};
+use super::tables::{cell, current_of, fixed, percent, setting_name, settled, simulated, steiglitz_note};
 use crate::motor::{Parameter, Parameters};
 use crate::report::Table;
-use crate::study::compare::paper::{NOTES, PRINTED, Printed, REAL};
-use crate::study::compare::{Block, Comparison, MethodResult};
+use crate::report::table::dash;
+use crate::study::compare::paper::{NOTES, PRINTED, Printed, REAL, printed};
+use crate::study::compare::{Comparison, MethodEstimates};
 use crate::text::significant;
 
 /// Footnotes by their marks.
@@ -14,20 +15,22 @@ fn noted(table: &mut Table, marks: &str) {
     }
 }
 
-fn result<'a>(block: &'a Block, method: &str) -> Option<&'a MethodResult> {
-    block.results.iter().find(|result| result.method.name() == method)
-}
+/// What the paper printed of a method, and what is found here, where it is compared.
+type Pair = (&'static Printed, Option<MethodEstimates>);
 
 /// Tables 4 to 8 and the figures of the discussion; the first block is the one that the paper's tables show.
 #[must_use]
 pub fn paper_tables(comparison: &Comparison) -> Vec<Table> {
     let mut tables = vec![costs(comparison)];
     let Some(first) = comparison.blocks.first() else { return tables };
-    tables.extend(PRINTED.iter().map(|printed| parameters(comparison, first, printed)));
-    tables.push(summary(comparison, first));
-    tables.push(times(comparison, first));
-    tables.push(deviations(comparison, first));
-    tables.push(responses(comparison, first));
+    let found = comparison.estimates(first);
+    let ours = |printed: &'static Printed| (printed, found.iter().find(|of| of.method == printed.method).cloned());
+    let pairs: Vec<Pair> = PRINTED.iter().map(ours).collect();
+    tables.extend(pairs.iter().map(|pair| parameters(comparison, pair)));
+    tables.push(summary(&pairs));
+    tables.push(times(comparison, &pairs));
+    tables.push(deviations(&pairs));
+    tables.push(responses(comparison, &pairs));
     tables
 }
 
@@ -35,55 +38,51 @@ pub fn paper_tables(comparison: &Comparison) -> Vec<Table> {
 fn costs(comparison: &Comparison) -> Table {
     let heads = ["method", "paper best", "worst", "average", "ours best", "worst", "average", "median"];
     let mut table = Table::new("table4", "Table 4: cost over runs (a)", &heads);
+    let (runs, seed) = (comparison.spec.runs, comparison.spec.seed);
     for (n, block) in comparison.blocks.iter().enumerate() {
         let scale = block.setting.criterion.scale.name();
         for result in &block.results {
             let name = result.method.name();
-            let printed = PRINTED.iter().find(|p| p.method == name).and_then(|p| p.cost).filter(|_| n == 0);
+            let theirs = printed(name).and_then(|p| p.cost).filter(|_| n == 0);
+            let theirs = theirs.map_or_else(|| [dash(), dash(), dash()], |cost| cost.map(|cost| cost.to_string()));
             let mark = if name == "ga" && n == 0 { " (b)" } else { "" };
-            let theirs = |k: usize| printed.map_or("\u{2013}".to_owned(), |cost| cost[k].to_string());
-            let s = result.summary(comparison.spec.seed);
+            let s = result.summary(seed);
             let ours = [s.best, s.worst, s.average, s.median].map(|cost| cell(cost, 3));
-            let head = format!("{name}, {scale}{mark}");
-            table.row([head].into_iter().chain([0, 1, 2].map(theirs)).chain(ours).collect());
+            table.named_row(&format!("{name}, {scale}{mark}"), theirs.into_iter().chain(ours));
         }
     }
-    let runs = comparison.spec.runs;
-    table.note(format!(
-        "{runs} runs each, seed {}, {}.",
-        comparison.spec.seed,
-        setting_name(&comparison.blocks[0].setting)
-    ));
+    table.note(format!("{runs} runs each, seed {seed}, {}.", setting_name(&comparison.blocks[0].setting)));
     noted(&mut table, "ab");
     table
 }
 
 /// Tables 5 and 6, a method each.
-fn parameters(comparison: &Comparison, block: &Block, printed: &Printed) -> Table {
+fn parameters(comparison: &Comparison, (printed, ours): &Pair) -> Table {
     let number = if matches!(printed.method, "sm" | "gwo") { 5 } else { 6 };
     let mark = if printed.method == "jaya" { "c, d" } else { "d" };
     let title = format!("Table {number}, {}: parameters and relative errors [%] ({mark})", printed.method);
     let heads = ["parameter", "nominal", "paper", "error", "ours best", "error", "mean error"];
     let mut table = Table::new(format!("table{number}-{}", printed.method), title, &heads);
     let truth = Parameters::M2;
-    let (best, errors) = ours(comparison, block, printed.method);
-    for (n, parameter) in Parameter::ALL.into_iter().enumerate() {
-        table.row(vec![
-            format!("{} [{}]", parameter.symbol(), parameter.unit()),
-            significant(truth.get(parameter), 6),
-            significant(printed.parameters.get(parameter), 6),
-            percent(printed.error_percent[n]),
-            best.map_or("\u{2013}".to_owned(), |p| significant(p.get(parameter), 6)),
-            percent(errors[n][0]),
-            percent(errors[n][1]),
-        ]);
+    let best = ours.as_ref().and_then(|ours| ours.best);
+    for ((n, parameter), [error, mean]) in Parameter::ALL.into_iter().enumerate().zip(errors(ours.as_ref())) {
+        let value = |of: &Parameters| significant(of.get(parameter), 6);
+        table.named_row(
+            &format!("{} [{}]", parameter.symbol(), parameter.unit()),
+            [
+                value(&truth),
+                value(&printed.parameters),
+                percent(printed.error_percent[n]),
+                best.as_ref().map_or_else(dash, value),
+                percent(error),
+                percent(mean),
+            ],
+        );
     }
-    let mse = best.and_then(|p| mean_squares(comparison, &p));
-    if let Some([current, speed]) = mse {
+    if let Some(squares) = best.and_then(|motor| mean_squares(comparison, &motor)) {
+        let [current, speed] = squares.map(|square| significant(square, 3));
         table.note(format!(
-            "True mean squared error of the best run (Eq. 14): current {} A², speed {} rad²/s².",
-            significant(current, 3),
-            significant(speed, 3)
+            "True mean squared error of the best run (Eq. 14): current {current} A², speed {speed} rad²/s²."
         ));
     }
     if printed.method == "sm" {
@@ -93,24 +92,15 @@ fn parameters(comparison: &Comparison, block: &Block, printed: &Printed) -> Tabl
     table
 }
 
-/// The best parameters of a method and their errors: best run, mean over runs.
-fn ours(comparison: &Comparison, block: &Block, method: &str) -> (Option<Parameters>, [[f64; 2]; 5]) {
-    let none = (None, [[f64::NAN; 2]; 5]);
-    if method == "sm" {
-        let Some(sm) = &comparison.steiglitz else { return none };
-        return (sm.estimate.as_ref().ok().copied(), sm.all_errors(&Parameters::M2));
-    }
-    let Some(result) = result(block, method) else { return none };
-    (result.best().and_then(|run| run.parameters), result.errors(&Parameters::M2))
+/// Errors of the parameters: best run, mean over runs; NaN of a method that is not compared.
+fn errors(ours: Option<&MethodEstimates>) -> [[f64; 2]; 5] {
+    ours.map_or([[f64::NAN; 2]; 5], |ours| ours.errors(&Parameters::M2))
 }
 
 /// Eq. 14 of both channels of the first recording.
-fn mean_squares(comparison: &Comparison, parameters: &Parameters) -> Option<[f64; 2]> {
-    let record = comparison.subject.records.first()?;
-    let drive = crate::experiment::drive(record);
-    let initial = comparison.initial.first().copied().unwrap_or_default();
-    let model = crate::motor::simulate(parameters, &drive, initial, comparison.spec.model.discretization);
-    let [current, speed] = record.measured();
+fn mean_squares(comparison: &Comparison, motor: &Parameters) -> Option<[f64; 2]> {
+    let model = simulated(comparison, motor)?;
+    let [current, speed] = comparison.subject.records.first()?.measured();
     let of = |measured: Option<&[f64]>, model: &[f64]| {
         let squares: Vec<f64> = measured?.iter().zip(model).map(|(a, b)| (a - b).powi(2)).collect();
         Some(crate::numeric::mean(&squares))
@@ -119,37 +109,28 @@ fn mean_squares(comparison: &Comparison, parameters: &Parameters) -> Option<[f64
 }
 
 /// The averages over the parameters, as the text gives them.
-fn summary(comparison: &Comparison, block: &Block) -> Table {
-    let mut table = Table::new(
-        "averages",
-        "Summary: mean relative error over the five parameters [%] (h)",
-        &["method", "paper", "ours best", "ours mean over runs"],
-    );
-    for printed in &PRINTED {
-        let (_, errors) = ours(comparison, block, printed.method);
+fn summary(pairs: &[Pair]) -> Table {
+    let title = "Summary: mean relative error over the five parameters [%] (h)";
+    let mut table = Table::new("averages", title, &["method", "paper", "ours best", "ours mean over runs"]);
+    for (printed, ours) in pairs {
+        let errors = errors(ours.as_ref());
         let average = |n: usize| percent(errors.iter().map(|e| e[n]).sum::<f64>() / 5.0);
         let theirs = percent(printed.error_percent.iter().sum::<f64>() / 5.0);
-        table.row(vec![printed.method.to_owned(), theirs, average(0), average(1)]);
+        table.named_row(printed.method, [theirs, average(0), average(1)]);
     }
     noted(&mut table, "h");
     table
 }
 
 /// Table 7.
-fn times(comparison: &Comparison, block: &Block) -> Table {
-    let mut table =
-        Table::new("table7", "Table 7: computation time (e)", &["method", "paper [min]", "ours [ms]", "ratio"]);
-    for printed in &PRINTED {
-        let seconds = match printed.method {
-            "sm" => comparison.steiglitz.as_ref().map(|sm| sm.seconds),
-            method => result(block, method).and_then(|result| result.seconds),
-        };
-        table.row(vec![
-            printed.method.to_owned(),
-            format!("{}", printed.minutes),
-            seconds.map_or("\u{2013}".to_owned(), |s| significant(1e3 * s, 3)),
-            seconds.map_or("\u{2013}".to_owned(), |s| significant(60.0 * printed.minutes / s, 2)),
-        ]);
+fn times(comparison: &Comparison, pairs: &[Pair]) -> Table {
+    let heads = ["method", "paper [min]", "ours [ms]", "ratio"];
+    let mut table = Table::new("table7", "Table 7: computation time (e)", &heads);
+    for (printed, ours) in pairs {
+        let seconds = ours.as_ref().and_then(|ours| ours.seconds);
+        let milliseconds = seconds.map_or_else(dash, |s| significant(1e3 * s, 3));
+        let ratio = seconds.map_or_else(dash, |s| significant(60.0 * printed.minutes / s, 2));
+        table.named_row(printed.method, [printed.minutes.to_string(), milliseconds, ratio]);
     }
     table.note(format!("On {}, {}.", comparison.device.1, comparison.device.2));
     noted(&mut table, "e");
@@ -157,17 +138,13 @@ fn times(comparison: &Comparison, block: &Block) -> Table {
 }
 
 /// Table 8.
-fn deviations(comparison: &Comparison, block: &Block) -> Table {
+fn deviations(pairs: &[Pair]) -> Table {
     let heads = ["method", "", "R", "L", "K", "B", "J"];
     let mut table = Table::new("table8", "Table 8: standard deviations of the parameters [SI units] (f)", &heads);
-    for printed in &PRINTED {
-        let ours = match printed.method {
-            "sm" => comparison.steiglitz.as_ref().map(crate::study::compare::Steiglitz::deviations),
-            method => result(block, method).map(MethodResult::deviations),
-        };
-        for (whose, values) in [("paper", Some(printed.deviation)), ("ours", ours)] {
-            let cells = values.unwrap_or([f64::NAN; 5]).map(|v| cell(v, 3));
-            table.row([printed.method.to_owned(), whose.to_owned()].into_iter().chain(cells).collect());
+    for (printed, ours) in pairs {
+        let ours = ours.as_ref().map_or([f64::NAN; 5], MethodEstimates::deviations);
+        for (whose, values) in [("paper", printed.deviation), ("ours", ours)] {
+            table.named_row(printed.method, std::iter::once(whose.to_owned()).chain(values.map(|v| cell(v, 3))));
         }
     }
     noted(&mut table, "f");
@@ -175,46 +152,32 @@ fn deviations(comparison: &Comparison, block: &Block) -> Table {
 }
 
 /// The figures of the discussion.
-fn responses(comparison: &Comparison, block: &Block) -> Table {
+fn responses(comparison: &Comparison, pairs: &[Pair]) -> Table {
     let heads = ["method", "", "peak [A]", "at [s]", "settled 2 %", "5 % [s]", "steady [A]", "error [A]"];
     let mut table = Table::new("discussion", "Discussion: the current (g)", &heads);
-    let time = |t: Option<f64>| t.map_or("never".to_owned(), |t| format!("{t:.3}"));
-    let [peak, at, settled, steady] = REAL;
-    let mut theirs = |method: &str, peak: [f64; 2], settled: Option<f64>, own: f64| {
-        table.row(vec![
-            method.to_owned(),
-            "paper".to_owned(),
-            format!("{:.4}", peak[0]),
-            format!("{:.3}", peak[1]),
-            time(settled),
-            "\u{2013}".to_owned(),
-            format!("{own:.4}"),
-            format!("{:.4}", own - steady),
-        ]);
-    };
-    theirs("real", [peak, at], Some(settled), steady);
-    for printed in &PRINTED {
-        theirs(printed.method, printed.peak, printed.settling_s, printed.steady);
+    let mut row =
+        |[method, whose]: [&str; 2], [peak, at]: [f64; 2], settled: [String; 2], steady: f64, error: String| {
+            let [two, five] = settled;
+            let cells = [whose.to_owned(), format!("{peak:.4}"), format!("{at:.3}"), two, five];
+            table.named_row(method, cells.into_iter().chain([format!("{steady:.4}"), error]));
+        };
+    let [peak, at, after, steady] = REAL;
+    let real = ("real", [peak, at], Some(after), steady);
+    let theirs = PRINTED.iter().map(|printed| (printed.method, printed.peak, printed.settling_s, printed.steady));
+    for (method, peak, after, own) in std::iter::once(real).chain(theirs) {
+        row([method, "paper"], peak, [settled(after), dash()], own, format!("{:.4}", own - steady));
     }
-    let truth = current_of(comparison, &Parameters::M2, 0.02).map_or(f64::NAN, |r| r.steady_state);
-    let mut rows = vec![("nominal".to_owned(), "ours", Some(Parameters::M2))];
-    for printed in &PRINTED {
-        rows.push((printed.method.to_owned(), "printed*", Some(printed.parameters)));
-        rows.push((printed.method.to_owned(), "ours", self::ours(comparison, block, printed.method).0));
+    let truth = current_of(comparison, &Parameters::M2).map_or(f64::NAN, |[two, _]| two.steady_state);
+    let mut motors = vec![(["nominal", "ours"], Some(Parameters::M2))];
+    for (printed, ours) in pairs {
+        motors.push(([printed.method, "printed*"], Some(printed.parameters)));
+        motors.push(([printed.method, "ours"], ours.as_ref().and_then(|ours| ours.best)));
     }
-    for (method, whose, parameters) in rows {
-        let response = |band: f64| parameters.and_then(|p| current_of(comparison, &p, band));
-        let (Some(two), Some(five)) = (response(0.02), response(0.05)) else { continue };
-        table.row(vec![
-            method,
-            whose.to_owned(),
-            format!("{:.4}", two.peak),
-            format!("{:.3}", two.peak_time_s),
-            time(two.settling_time_s),
-            time(five.settling_time_s),
-            format!("{:.4}", two.steady_state),
-            fixed(two.steady_state - truth),
-        ]);
+    for (names, motor) in motors {
+        let Some([two, five]) = motor.and_then(|motor| current_of(comparison, &motor)) else { continue };
+        let times = [two, five].map(|response| settled(response.settling_time_s));
+        let error = fixed(two.steady_state - truth);
+        row(names, [two.peak, two.peak_time_s], times, two.steady_state, error);
     }
     table.note("*) Our simulation of the parameters that the paper prints.");
     noted(&mut table, "g");

@@ -1,12 +1,16 @@
 //! Tables of a comparison: costs, ranking, parameters, errors, responses, time.
 
 use crate::identify::Method;
-use crate::motor::{Parameter, Parameters, Response, response, simulate};
+use crate::motor::{Parameter, Parameters, Response, Trajectory, response, simulate};
 use crate::numeric::{mean, quantile, sorted};
 use crate::report::Table;
 use crate::report::spelling::command_line;
+use crate::report::table::dash;
 use crate::study::compare::{Block, Comparison, FEW, MethodResult, Setting, reached};
-use crate::text::significant;
+use crate::text::{engineering, significant};
+
+/// The headings of tables with a column for each parameter.
+const PARAMETERS: [&str; 6] = ["method", "R [ohm]", "L [H]", "K [V s/rad]", "B [N m s/rad]", "J [kg m²]"];
 
 /// The heading of a block: criterion, scale and budget.
 #[must_use]
@@ -26,12 +30,10 @@ fn changed(method: &Method) -> Option<String> {
 
 /// A number for a cell, a dash where there is none.
 pub(in crate::report) fn cell(value: f64, digits: usize) -> String {
-    if value.is_nan() {
-        "\u{2013}".to_owned()
-    } else if value.is_infinite() {
-        "diverged".to_owned()
-    } else {
-        significant(value, digits)
+    match value {
+        v if v.is_nan() => dash(),
+        v if v.is_infinite() => "diverged".to_owned(),
+        v => significant(v, digits),
     }
 }
 
@@ -43,12 +45,10 @@ pub(super) fn fixed(value: f64) -> String {
 
 /// Percent with two decimals, or fewer where they mean nothing.
 pub(super) fn percent(value: f64) -> String {
-    if value.is_nan() {
-        "\u{2013}".to_owned()
-    } else if value < 100.0 {
-        format!("{value:.2}")
-    } else {
-        format!("{value:.0}")
+    match value {
+        v if v.is_nan() => dash(),
+        v if v < 100.0 => format!("{v:.2}"),
+        v => format!("{v:.0}"),
     }
 }
 
@@ -63,57 +63,46 @@ pub fn tables(comparison: &Comparison, block: &Block) -> Vec<Table> {
         tables.push(ranking(block));
     }
     tables.push(parameters(comparison, block));
-    if comparison.expected().is_some() {
-        tables.push(errors(comparison, block));
-    }
+    tables.extend(errors(comparison, block));
     tables.push(deviations(comparison, block));
     tables.push(targets(comparison, block));
     tables.extend(responses(comparison, block));
     tables
 }
 
+/// Runs of each method.
+fn runs(block: &Block) -> usize {
+    block.results.iter().map(|result| result.runs.len()).max().unwrap_or(0)
+}
+
 /// Costs of all runs.
 fn costs(comparison: &Comparison, block: &Block) -> Table {
     let title = format!("Cost ({})", setting_name(&block.setting));
-    let mut table =
-        Table::new("cost", title, &["method", "best", "median", "95 % interval", "worst", "average", "a run"]);
+    let heads = ["method", "best", "median", "95 % interval", "worst", "average", "a run"];
+    let mut table = Table::new("cost", title, &heads);
+    let time = |seconds: Option<f64>| seconds.map_or_else(dash, |s| engineering(s, "s", 3));
+    let seed = comparison.spec.seed;
     for result in &block.results {
-        let s = result.summary(comparison.spec.seed);
-        let interval = if s.interval[0].is_nan() {
-            "\u{2013}".to_owned()
-        } else {
-            format!("{}\u{2026}{}", cell(s.interval[0], 3), cell(s.interval[1], 3))
-        };
-        let seconds = result.seconds.map_or("\u{2013}".to_owned(), |s| crate::text::engineering(s, "s", 3));
-        let name = result.method.name().to_owned();
-        table.row(vec![
-            name,
-            cell(s.best, 3),
-            cell(s.median, 3),
-            interval,
-            cell(s.worst, 3),
-            cell(s.average, 3),
-            seconds,
-        ]);
+        let s = result.summary(seed);
+        let [low, high] = s.interval.map(|end| cell(end, 3));
+        let interval = if s.interval[0].is_nan() { dash() } else { format!("{low}\u{2026}{high}") };
+        let [best, median, worst, average] = [s.best, s.median, s.worst, s.average].map(|cost| cell(cost, 3));
+        let name = result.method.name();
+        table.named_row(name, [best, median, interval, worst, average, time(result.seconds)]);
         if s.failed > 0 {
-            table.note(format!(
-                "{}: {} runs found no candidate that does not diverge.",
-                result.method.name(),
-                s.failed
-            ));
+            table.note(format!("{name}: {} runs found no candidate that does not diverge.", s.failed));
         }
     }
-    let single = |name: &str, cost: f64, seconds: String| {
-        let dash = || "\u{2013}".to_owned();
-        vec![name.to_owned(), cell(cost, 3), dash(), dash(), dash(), dash(), seconds]
+    let mut single = |name: &str, cost: f64, seconds: Option<f64>| {
+        table.named_row(name, [cell(cost, 3), dash(), dash(), dash(), dash(), time(seconds)]);
     };
     if let (Some(cost), Some(sm)) = (block.steiglitz_cost, &comparison.steiglitz) {
-        table.row(single("sm", cost, crate::text::engineering(sm.seconds, "s", 3)));
+        single("sm", cost, Some(sm.seconds));
     }
     if let Some(cost) = block.reference_cost {
-        table.row(single("refined", cost, "\u{2013}".to_owned()));
+        single("refined", cost, None);
     }
-    let runs = block.results.iter().map(|c| c.runs.len()).max().unwrap_or(0);
+    let runs = runs(block);
     if runs == 0 {
         table.note("Interrupted before it was run.");
         return table;
@@ -125,8 +114,7 @@ fn costs(comparison: &Comparison, block: &Block) -> Table {
         table.note("sm: from the first recording alone; its cost is over all.");
     }
     table.note(format!(
-        "{runs} runs each, seed {}; the interval is that of the median (bootstrap). A run's time is that of one run alone.",
-        comparison.spec.seed
+        "{runs} runs each, seed {seed}; the interval is that of the median (bootstrap). A run's time is that of one run alone."
     ));
     table
 }
@@ -134,20 +122,18 @@ fn costs(comparison: &Comparison, block: &Block) -> Table {
 fn ranking(block: &Block) -> Table {
     let ranking = block.ranking();
     let name = |n: usize| block.results[n].method.name();
-    let runs = block.results.iter().map(|c| c.runs.len()).max().unwrap_or(0);
+    let runs = runs(block);
     let order: Vec<&str> = ranking.order.iter().map(|n| name(*n)).collect();
     let title = format!("Ranking by median cost: {}", order.join(", "));
     let mut table = Table::new("ranking", title, &["pair", "first is lower in", "p", "p corrected", "at 5 %"]);
     for pair in &ranking.pairs {
         let [a, b] = pair.methods;
-        let verdict = if runs < FEW {
-            "too few runs"
-        } else if pair.p_holm < 0.05 {
-            "differ"
-        } else {
-            "no difference shown"
+        let verdict = match pair.p_holm < 0.05 {
+            _ if runs < FEW => "too few runs",
+            true => "differ",
+            false => "no difference shown",
         };
-        table.row(vec![
+        table.row([
             format!("{} before {}", name(a), name(b)),
             format!("{:.0} % of pairs", 100.0 * pair.superiority),
             cell(pair.p_value, 2),
@@ -164,30 +150,13 @@ fn ranking(block: &Block) -> Table {
 
 /// The parameters of the best run of each method.
 fn parameters(comparison: &Comparison, block: &Block) -> Table {
-    let mut table = Table::new(
-        "parameters",
-        "Parameters of the best run",
-        &["method", "R [ohm]", "L [H]", "K [V s/rad]", "B [N m s/rad]", "J [kg m²]"],
-    );
-    let mut row = |name: &str, p: Parameters| {
-        let values = Parameter::ALL.iter().map(|q| significant(p.get(*q), 6));
-        table.row(std::iter::once(name.to_owned()).chain(values).collect());
-    };
-    if let Some(truth) = comparison.subject.truth {
-        row("true", truth);
+    let mut table = Table::new("parameters", "Parameters of the best run", &PARAMETERS);
+    let truth = comparison.subject.truth.map(|truth| ("true", truth));
+    let refined = comparison.reference.as_ref().ok().map(|found| ("refined", found.parameters));
+    for (name, motor) in truth.into_iter().chain(best(comparison, block)).chain(refined) {
+        table.named_row(name, motor.to_array().map(|value| significant(value, 6)));
     }
-    for result in &block.results {
-        if let Some(p) = result.best().and_then(|run| run.parameters) {
-            row(result.method.name(), p);
-        }
-    }
-    if let Some(Ok(p)) = comparison.steiglitz.as_ref().map(|sm| sm.estimate.as_ref()) {
-        row("sm", *p);
-    }
-    if let Ok(found) = &comparison.reference {
-        row("refined", found.parameters);
-    }
-    if let Some(Err(reason)) = comparison.steiglitz.as_ref().map(|sm| sm.estimate.as_ref()) {
+    if let Some(Err(reason)) = comparison.steiglitz.as_ref().map(|sm| &sm.estimate) {
         table.note(format!("Steiglitz\u{2013}McBride cannot serve: {reason}."));
     }
     match &comparison.reference {
@@ -197,29 +166,35 @@ fn parameters(comparison: &Comparison, block: &Block) -> Table {
     table
 }
 
-/// Relative errors of the parameters.
-fn errors(comparison: &Comparison, block: &Block) -> Table {
+/// The best motor of each method, Steiglitz–McBride last.
+pub(in crate::report) fn best(comparison: &Comparison, block: &Block) -> Vec<(&'static str, Parameters)> {
+    comparison.estimates(block).into_iter().filter_map(|found| Some((found.method, found.best?))).collect()
+}
+
+/// Relative errors of the parameters; `None` where nothing is known that they could be errors of.
+fn errors(comparison: &Comparison, block: &Block) -> Option<Table> {
+    let expected = comparison.expected()?;
     let against = if comparison.subject.truth.is_some() { "the truth" } else { "the refined estimate" };
     let title = format!("Relative errors to {against} [%]: best run / mean over runs");
     let mut table = Table::new("errors", title, &["method", "R", "L", "K", "B", "J", "average"]);
-    let Some(expected) = comparison.expected() else { return table };
-    let mut row = |name: &str, errors: [[f64; 2]; 5], free: &dyn Fn(Parameter) -> bool| {
-        let pair = |[best, mean]: [f64; 2]| format!("{}/{}", percent(best), percent(mean));
-        let kept: Vec<[f64; 2]> =
-            Parameter::ALL.into_iter().zip(errors).filter(|(p, _)| free(*p)).map(|(_, e)| e).collect();
-        let average = [0, 1].map(|n| mean(&kept.iter().map(|e| e[n]).collect::<Vec<f64>>()));
-        let cells = Parameter::ALL.into_iter().zip(errors);
-        let cells = cells.map(|(p, e)| if free(p) { pair(e) } else { "held".to_owned() }).chain([pair(average)]);
-        table.row(std::iter::once(name.to_owned()).chain(cells).collect());
-    };
-    for result in &block.results {
-        row(result.method.name(), result.errors(&expected), &|p| comparison.is_free(p));
+    let pair = |[best, mean]: [f64; 2]| format!("{}/{}", percent(best), percent(mean));
+    for found in comparison.estimates(block) {
+        let is_steiglitz = found.method == "sm";
+        if is_steiglitz && found.best.is_none() && found.all.is_empty() {
+            continue;
+        }
+        // Steiglitz–McBride estimates what searches hold, too.
+        let is_free = |p: Parameter| is_steiglitz || comparison.is_free(p);
+        let errors: Vec<_> = Parameter::ALL.into_iter().zip(found.errors(&expected)).collect();
+        let free = || errors.iter().filter(|(p, _)| is_free(*p)).map(|(_, error)| error);
+        let average = [0, 1].map(|n| mean(&free().map(|error| error[n]).collect::<Vec<f64>>()));
+        let cells = errors.iter().map(|(p, error)| if is_free(*p) { pair(*error) } else { "held".to_owned() });
+        table.named_row(found.method, cells.chain([pair(average)]));
+        if is_steiglitz {
+            table.note(steiglitz_note(comparison));
+        }
     }
-    if let Some(sm) = comparison.steiglitz.as_ref().filter(|sm| sm.estimate.is_ok() || !sm.spread.is_empty()) {
-        row("sm", sm.all_errors(&expected), &|_| true);
-        table.note(steiglitz_note(comparison));
-    }
-    table
+    Some(table)
 }
 
 /// Where Steiglitz–McBride's spread comes from.
@@ -245,17 +220,18 @@ pub(super) fn steiglitz_note(comparison: &Comparison) -> String {
     )
 }
 
+/// Standard deviations of the parameters.
 fn deviations(comparison: &Comparison, block: &Block) -> Table {
-    let heads = ["method", "R [ohm]", "L [H]", "K [V s/rad]", "B [N m s/rad]", "J [kg m²]"];
-    let mut table = Table::new("deviations", "Standard deviations of the parameters over runs", &heads);
-    for result in &block.results {
-        let cells = result.deviations().map(|d| cell(d, 3));
-        table.row(std::iter::once(result.method.name().to_owned()).chain(cells).collect());
-    }
-    if let Some(sm) = comparison.steiglitz.as_ref().filter(|sm| !sm.spread.is_empty()) {
-        let cells = sm.deviations().map(|d| cell(d, 3));
-        table.row(std::iter::once("sm".to_owned()).chain(cells).collect());
-        table.note(steiglitz_note(comparison));
+    let mut table = Table::new("deviations", "Standard deviations of the parameters over runs", &PARAMETERS);
+    for found in comparison.estimates(block) {
+        let is_steiglitz = found.method == "sm";
+        if is_steiglitz && found.all.is_empty() {
+            continue;
+        }
+        table.named_row(found.method, found.deviations().map(|d| cell(d, 3)));
+        if is_steiglitz {
+            table.note(steiglitz_note(comparison));
+        }
     }
     table
 }
@@ -276,62 +252,61 @@ fn targets(comparison: &Comparison, block: &Block) -> Table {
         let place = |share: f64| reached.share.iter().position(|s| *s >= share);
         let at = |share: f64| place(share).map_or("never".to_owned(), |n| format!("{}", reached.evaluations[n]));
         let seconds = place(0.5).and_then(|n| reached.seconds.get(n));
-        let seconds = seconds.map_or("\u{2013}".to_owned(), |s| crate::text::engineering(*s, "s", 3));
+        let seconds = seconds.map_or_else(dash, |s| engineering(*s, "s", 3));
         let last = percent(100.0 * reached.share.last().copied().unwrap_or(0.0));
-        let name = result.method.name().to_owned();
-        table.row(vec![name, at(0.25), at(0.5), at(0.75), format!("{last} %"), seconds]);
+        table.named_row(result.method.name(), [at(0.25), at(0.5), at(0.75), format!("{last} %"), seconds]);
     }
     table.note("Share of all pairs of a run and a target, after how many evaluations of a run; targets are even in the logarithm.");
     table
 }
 
-/// The response of a motor as the first recording drives it.
-pub(super) fn current_of(comparison: &Comparison, parameters: &Parameters, band: f64) -> Option<Response> {
-    let record = comparison.subject.records.first()?;
-    let drive = crate::experiment::drive(record);
+/// What a motor does as the first recording drives it.
+pub(super) fn simulated(comparison: &Comparison, motor: &Parameters) -> Option<Trajectory> {
+    let drive = crate::experiment::drive(comparison.subject.records.first()?);
     let initial = comparison.initial.first().copied().unwrap_or_default();
-    let model = simulate(parameters, &drive, initial, comparison.spec.model.discretization);
-    response(&record.samples().time_s, &model.current, band)
+    Some(simulate(motor, &drive, initial, comparison.spec.model.discretization))
+}
+
+/// The current of a motor as the first recording drives it: its figures with bands of 2 % and of 5 %.
+pub(super) fn current_of(comparison: &Comparison, motor: &Parameters) -> Option<[Response; 2]> {
+    in_bands(&comparison.subject.records.first()?.samples().time_s, &simulated(comparison, motor)?.current)
+}
+
+fn in_bands(time: &[f64], current: &[f64]) -> Option<[Response; 2]> {
+    Some([response(time, current, 0.02)?, response(time, current, 0.05)?])
+}
+
+/// A settling time.
+pub(super) fn settled(time: Option<f64>) -> String {
+    time.map_or("never".to_owned(), |t| format!("{t:.3}"))
 }
 
 /// Figures of the current: peak, settling, steady state.
 fn responses(comparison: &Comparison, block: &Block) -> Option<Table> {
-    let record = comparison.subject.records.first()?;
-    let time = &record.samples().time_s;
-    let measured = record.samples().current.as_ref()?;
+    let samples = comparison.subject.records.first()?.samples();
+    let measured = in_bands(&samples.time_s, samples.current.as_ref()?)?;
     let heads = ["method", "peak [A]", "at [s]", "over [%]", "2 % [s]", "5 % [s]", "steady [A]", "error [A]"];
     let mut table = Table::new("response", "Current of the first recording, best run", &heads);
-    let [real, wide] = [0.02, 0.05].map(|band| response(time, measured, band));
-    let (real, wide) = (real?, wide?);
-    let mut row = |name: &str, [two, five]: [Response; 2]| {
-        let time = |t: Option<f64>| t.map_or("never".to_owned(), |t| format!("{t:.3}"));
-        table.row(vec![
-            name.to_owned(),
-            format!("{:.4}", two.peak),
-            format!("{:.3}", two.peak_time_s),
-            two.overshoot_percent.map_or("\u{2013}".to_owned(), |o| format!("{o:.0}")),
-            time(two.settling_time_s),
-            time(five.settling_time_s),
-            format!("{:.4}", two.steady_state),
-            fixed(two.steady_state_error(&real)),
-        ]);
-    };
-    row("measured", [real, wide]);
-    let mut best: Vec<(&str, Parameters)> = block.results.iter().filter_map(named_best).collect();
-    best.extend(comparison.steiglitz.as_ref().and_then(|sm| Some(("sm", *sm.estimate.as_ref().ok()?))));
-    for (name, p) in best {
-        if let (Some(two), Some(five)) = (current_of(comparison, &p, 0.02), current_of(comparison, &p, 0.05)) {
-            row(name, [two, five]);
-        }
+    let found = best(comparison, block).into_iter();
+    let found = found.filter_map(|(name, motor)| Some((name, current_of(comparison, &motor)?)));
+    for (name, [two, five]) in std::iter::once(("measured", measured)).chain(found) {
+        table.named_row(
+            name,
+            [
+                format!("{:.4}", two.peak),
+                format!("{:.3}", two.peak_time_s),
+                two.overshoot_percent.map_or_else(dash, |o| format!("{o:.0}")),
+                settled(two.settling_time_s),
+                settled(five.settling_time_s),
+                format!("{:.4}", two.steady_state),
+                fixed(two.steady_state_error(&measured[0])),
+            ],
+        );
     }
     table.note(
         "over: overshoot. 2 % and 5 %: from when on the current stays within that band around its mean over the last tenth.",
     );
     Some(table)
-}
-
-fn named_best(result: &MethodResult) -> Option<(&'static str, Parameters)> {
-    Some((result.method.name(), result.best()?.parameters?))
 }
 
 /// Quartiles of the lowest cost after each generation.

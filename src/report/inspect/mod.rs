@@ -6,10 +6,10 @@ mod page;
 #[cfg(feature = "report")]
 pub use page::inspect_page;
 
-use super::document::warnings;
+use super::document::{by_symbol, warnings};
 use super::spelling::command_line;
 use crate::identify::{Identifiability, Inspection};
-use crate::motor::{Parameter, response};
+use crate::motor::response;
 use crate::numeric::{mean, noise_sigma, rms, standard_deviation};
 use crate::record::{Quantity, Record, Severity};
 use serde_json::{Map, Value, json as value};
@@ -41,23 +41,15 @@ impl SignalFacts {
     /// The facts of all signals; `band` is that of the settling time.
     #[must_use]
     pub fn of(record: &Record, band: f64) -> Vec<Self> {
-        let samples = record.samples();
-        let signals = [
-            (Quantity::Voltage, Some(&samples.voltage).filter(|voltage| !voltage.is_empty())),
-            (Quantity::Torque, samples.torque.as_ref()),
-            (Quantity::Current, samples.current.as_ref()),
-            (Quantity::Speed, samples.speed.as_ref()),
-        ];
-        let facts = |(quantity, signal): (Quantity, Option<&Vec<f64>>)| {
-            let signal = signal?;
+        let facts = |(quantity, signal): (Quantity, &[f64])| {
             let output = matches!(quantity, Quantity::Current | Quantity::Speed) && quantity != record.driver();
-            let mut response = if output { response(&samples.time_s, signal, band) } else { None };
+            let mut response = if output { response(&record.samples().time_s, signal, band) } else { None };
             let noise_sigma = noise_sigma(signal);
             let settling_hidden = response.is_some_and(|r| 3.0 * noise_sigma > band * r.steady_state.abs());
             if let (Some(response), true) = (&mut response, settling_hidden) {
                 response.settling_time_s = None;
             }
-            Some(Self {
+            Self {
                 quantity,
                 min: signal.iter().copied().fold(f64::INFINITY, f64::min),
                 max: signal.iter().copied().fold(f64::NEG_INFINITY, f64::max),
@@ -67,58 +59,64 @@ impl SignalFacts {
                 noise_sigma,
                 response,
                 settling_hidden,
-            })
+            }
         };
-        signals.into_iter().filter_map(facts).collect()
+        signals(record).map(facts).collect()
     }
 }
 
-/// The JSON document of inspections.
-pub struct InspectDocument;
+/// The signals that a recording has.
+fn signals(record: &Record) -> impl Iterator<Item = (Quantity, &[f64])> {
+    let samples = record.samples();
+    let all = [
+        (Quantity::Voltage, Some(&samples.voltage).filter(|voltage| !voltage.is_empty())),
+        (Quantity::Torque, samples.torque.as_ref()),
+        (Quantity::Current, samples.current.as_ref()),
+        (Quantity::Speed, samples.speed.as_ref()),
+    ];
+    all.into_iter().filter_map(|(quantity, signal)| Some((quantity, signal?.as_slice())))
+}
 
-impl InspectDocument {
-    /// What each recording holds.
-    #[must_use]
-    pub fn of(inspections: &[Inspection<'_>], band: f64) -> Value {
-        value!({
-            "motorfit": env!("CARGO_PKG_VERSION"),
-            "records": inspections.iter().map(|inspection| Self::record(inspection, band)).collect::<Value>(),
-        })
-    }
+/// Returns the JSON document of inspections: what each recording holds.
+#[must_use]
+pub fn inspect_document(inspections: &[Inspection<'_>], band: f64) -> Value {
+    value!({
+        "motorfit": env!("CARGO_PKG_VERSION"),
+        "records": inspections.iter().map(|inspection| record_document(inspection, band)).collect::<Value>(),
+    })
+}
 
-    fn record(inspection: &Inspection<'_>, band: f64) -> Value {
-        let record = inspection.record;
-        let mut document = value!(record);
-        let signals = SignalFacts::of(record, band).into_iter().map(|s| {
-            let response = s.response.map(|r| {
-                value!({
-                    "peak": r.peak, "peak_time_s": r.peak_time_s, "overshoot_percent": r.overshoot_percent,
-                    "settling_time_s": r.settling_time_s, "settling_band": band, "steady_state": r.steady_state,
-                })
-            });
-            let facts = value!({
-                "unit": s.quantity.unit(), "min": s.min, "max": s.max, "mean": s.mean, "rms": s.rms, "std": s.std,
-                "noise_sigma": s.noise_sigma, "response": response,
-            });
-            (s.quantity.to_string().replace(' ', "_"), facts)
+fn record_document(inspection: &Inspection<'_>, band: f64) -> Value {
+    let record = inspection.record;
+    let mut document = value!(record);
+    let signals = SignalFacts::of(record, band).into_iter().map(|s| {
+        let response = s.response.map(|r| {
+            value!({
+                "peak": r.peak, "peak_time_s": r.peak_time_s, "overshoot_percent": r.overshoot_percent,
+                "settling_time_s": r.settling_time_s, "settling_band": band, "steady_state": r.steady_state,
+            })
         });
-        document["jitter"] = record.steps().jitter.into();
-        document["duration_s"] = (record.samples().time_s[record.len() - 1] - record.samples().time_s[0]).into();
-        document["ignored_columns"] = record.source().ignored.clone().into();
-        document["signals"] = signals.collect::<Map<_, _>>().into();
-        document["identifiability"] = match &inspection.identifiability {
-            Identifiability::Identifies { relative_error } => {
-                let errors = Parameter::ALL.iter().zip(relative_error);
-                let errors: Map<String, Value> = errors.map(|(p, e)| (p.symbol().to_owned(), (*e).into())).collect();
-                value!({"identifies": true, "relative_std_error": errors, "message": null, "remedy": null})
-            }
-            Identifiability::Lacks { message, remedy } => {
-                let (message, remedy) = (message.spelled(command_line), remedy.spelled(command_line));
-                value!({"identifies": false, "relative_std_error": null, "message": message, "remedy": remedy})
-            }
-        };
-        document["warnings"] = warnings(&inspection.warnings, Severity::Report);
-        document["remarks"] = warnings(&inspection.warnings, Severity::Mention);
-        document
-    }
+        let facts = value!({
+            "unit": s.quantity.unit(), "min": s.min, "max": s.max, "mean": s.mean, "rms": s.rms, "std": s.std,
+            "noise_sigma": s.noise_sigma, "response": response,
+        });
+        (s.quantity.to_string().replace(' ', "_"), facts)
+    });
+    document["jitter"] = record.steps().jitter.into();
+    document["duration_s"] = (record.samples().time_s[record.len() - 1] - record.samples().time_s[0]).into();
+    document["ignored_columns"] = record.source().ignored.clone().into();
+    document["signals"] = signals.collect::<Map<_, _>>().into();
+    document["identifiability"] = match &inspection.identifiability {
+        Identifiability::Identifies { relative_error } => {
+            let errors = by_symbol(*relative_error);
+            value!({"identifies": true, "relative_std_error": errors, "message": null, "remedy": null})
+        }
+        Identifiability::Lacks { message, remedy } => {
+            let (message, remedy) = (message.spelled(command_line), remedy.spelled(command_line));
+            value!({"identifies": false, "relative_std_error": null, "message": message, "remedy": remedy})
+        }
+    };
+    document["warnings"] = warnings(&inspection.warnings, Severity::Report);
+    document["remarks"] = warnings(&inspection.warnings, Severity::Mention);
+    document
 }

@@ -3,11 +3,11 @@
 use super::SignalFacts;
 use crate::identify::{Identifiability, Inspection};
 use crate::record::{Quantity, Record, Severity};
-use crate::report::page::{Figure, Item, Page, Part, Section};
+use crate::report::page::{Figure, Item, Page, Part, Section, capital};
 use crate::report::pages::{Reproduced, reproduce, section};
 use crate::report::plot::{Chart, Line, Mark, panels};
 use crate::report::spelling::command_line;
-use crate::report::table::Table;
+use crate::report::table::{Table, dash};
 use crate::text::{engineering, significant};
 use crate::warning::Warning;
 
@@ -26,7 +26,7 @@ pub fn inspect_page(inspections: &[Inspection<'_>], band: f64, how: &Reproduced)
     for (n, inspection) in inspections.iter().enumerate() {
         let heading = if inspections.len() == 1 { "What is odd".to_owned() } else { name(inspection.record) };
         sections.push(section(&heading, odd(inspection, inspections.len() > 1)));
-        sections.push(section("Signals", vec![Part::Figure(Box::new(signals(inspection, n)))]));
+        sections.push(section("Signals", vec![Part::Figure(signals(inspection, n))]));
         sections.push(section("What was understood", understood(inspection.record, band)));
     }
     sections.push(reproduce(inspections.iter().map(|i| i.record), how, None));
@@ -111,35 +111,25 @@ fn odd(inspection: &Inspection<'_>, several: bool) -> Vec<Part> {
     parts
 }
 
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
 /// All signals over time, with the places of the findings.
 fn signals(inspection: &Inspection<'_>, n: usize) -> Figure {
     let record = inspection.record;
-    let samples = record.samples();
-    let signals = [
-        (Quantity::Voltage, "Voltage", Some(&samples.voltage).filter(|voltage| !voltage.is_empty())),
-        (Quantity::Torque, "Load torque", samples.torque.as_ref()),
-        (Quantity::Current, "Current", samples.current.as_ref()),
-        (Quantity::Speed, "Speed", samples.speed.as_ref()),
-    ];
-    let chart = |(quantity, title, signal): (Quantity, &str, Option<&Vec<f64>>)| {
-        let points = samples.time_s.iter().copied().zip(signal?.iter().copied()).collect();
+    let chart = |(quantity, signal): (Quantity, &[f64])| {
+        let points = record.samples().time_s.iter().copied().zip(signal.iter().copied()).collect();
         let steps = quantity == Quantity::Voltage && record.slope().is_empty();
-        let line = Line { name: title.to_lowercase(), points, steps, ..Line::default() };
+        let line = Line { name: quantity.to_string(), points, steps, ..Line::default() };
         let own: Vec<(usize, &Warning)> =
             inspection.warnings.iter().enumerate().filter(|(_, w)| is_of(w, quantity, record.driver())).collect();
         let numbers: Vec<String> = own.iter().map(|(n, _)| (n + 1).to_string()).collect();
-        let title =
-            if numbers.is_empty() { title.to_owned() } else { format!("{title} (findings {})", numbers.join(", ")) };
+        let mut title = capital(&quantity.to_string());
+        if !numbers.is_empty() {
+            title.push_str(&format!(" (findings {})", numbers.join(", ")));
+        }
         let label = format!("{} [{}]", quantity, quantity.unit());
         let marks = own.iter().flat_map(|(n, warning)| marks(*n, warning)).collect();
-        Some(Chart { lines: vec![line], marks, ..Chart::new(title, ["time [s]", &label]) })
+        Chart { lines: vec![line], marks, ..Chart::new(title, ["time [s]", &label]) }
     };
-    let charts: Vec<Chart> = signals.into_iter().filter_map(chart).collect();
+    let charts: Vec<Chart> = super::signals(record).map(chart).collect();
     Figure {
         id: format!("signals-{}", n + 1),
         map: false,
@@ -173,7 +163,7 @@ fn understood(record: &Record, band: f64) -> Vec<Part> {
     let mut columns = Table::new("columns", "Columns", &["heading", "holds", "cells", "unit"]);
     for column in &source.columns {
         let unit = if column.unit_named { column.unit.clone() } else { format!("{}, assumed", column.unit) };
-        columns.row(vec![column.heading.clone(), column.quantity.to_string(), column.conversion.clone(), unit]);
+        columns.row([column.heading.clone(), column.quantity.to_string(), column.conversion.clone(), unit]);
     }
     if !source.ignored.is_empty() {
         columns.note(format!("Not used: {}.", source.ignored.join(", ")));
@@ -184,9 +174,9 @@ fn understood(record: &Record, band: f64) -> Vec<Part> {
     for facts in SignalFacts::of(record, band) {
         let number = |value: f64| significant(value, 4);
         let response = |of: &dyn Fn(&crate::motor::Response) -> Option<f64>| {
-            facts.response.as_ref().and_then(of).map_or_else(|| "\u{2013}".to_owned(), number)
+            facts.response.as_ref().and_then(of).map_or_else(dash, number)
         };
-        signals.row(vec![
+        signals.row([
             format!("{} [{}]", facts.quantity, facts.quantity.unit()),
             number(facts.min),
             number(facts.max),

@@ -52,8 +52,7 @@ pub fn heat_map(map: Map<'_>) -> String {
 }
 
 /// A matrix of correlations with its values written in.
-#[must_use]
-pub fn correlation(names: &[String], values: Vec<Vec<f64>>) -> String {
+pub(in crate::report) fn correlation(names: &[String], values: Vec<Vec<f64>>) -> String {
     let all = || values.iter().flatten().copied().filter(|v| v.is_finite());
     let (low, high) = (all().fold(1.0, f64::min), all().fold(-1.0, f64::max));
     // Colours that dark figures are read on: blue above 0, orange below, white at 0.

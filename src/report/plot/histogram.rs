@@ -1,11 +1,10 @@
 //! Histograms in panels, with limits as dashed lines.
 
-use super::{COLORS, nothing, small};
+use super::{COLORS, grid, nothing, small};
 use crate::numeric::{self, quantile, sorted, whole};
 use kuva::backend::svg::SvgBackend;
 use kuva::plot::Histogram as Bars;
 use kuva::plot::annotations::ReferenceLine;
-use kuva::render::figure::Figure;
 use kuva::render::layout::{Layout, TickFormat};
 use kuva::render::plots::Plot;
 
@@ -16,7 +15,7 @@ const FENCE: f64 = 15.0;
 
 /// A panel: how often values are where.
 #[derive(Debug, Clone, Default)]
-pub struct Histogram {
+pub(in crate::report) struct Histogram {
     /// What it shows.
     pub title: String,
     /// The axes, with units.
@@ -37,22 +36,17 @@ struct Bins {
 impl Histogram {
     /// From where to where values are drawn: a stray one does not squeeze the others, and one alone has some room.
     fn range(&self) -> [f64; 2] {
-        let [low, high] = self.reach();
-        let room = if high - low <= 1e-9 * low.abs() { 0.01 * low.abs().max(1e-9) } else { 0.0 };
-        [low - room, high + room]
-    }
-
-    fn reach(&self) -> [f64; 2] {
         let sorted = sorted(&self.values);
         let [low, high] = [0.25, 0.75].map(|p| quantile(&sorted, p));
         let reach = if high > low { FENCE * (high - low) } else { f64::INFINITY };
         let near = || sorted.iter().copied().filter(|v| (low - reach..=high + reach).contains(v));
-        [near().next().unwrap_or(f64::NAN), near().next_back().unwrap_or(f64::NAN)]
+        let [low, high] = [near().next(), near().next_back()].map(|end| end.unwrap_or(f64::NAN));
+        let room = if high - low <= 1e-9 * low.abs() { 0.01 * low.abs().max(1e-9) } else { 0.0 };
+        [low - room, high + room]
     }
 
     /// How many values lie beyond what is drawn.
-    #[must_use]
-    pub fn beyond(&self) -> usize {
+    pub(in crate::report) fn beyond(&self) -> usize {
         let [low, high] = self.range();
         self.values.iter().filter(|v| !(low..=high).contains(*v)).count()
     }
@@ -125,8 +119,7 @@ pub(super) fn decimals(step: f64) -> TickFormat {
 }
 
 /// Histograms side by side in so many columns. Panels without values are left out.
-#[must_use]
-pub fn histograms(panels: &[Histogram], columns: usize) -> String {
+pub(in crate::report) fn histograms(panels: &[Histogram], columns: usize) -> String {
     let (mut plots, mut layouts) = (Vec::new(), Vec::new());
     for panel in panels {
         if let Some(bins) = panel.bins() {
@@ -140,11 +133,7 @@ pub fn histograms(panels: &[Histogram], columns: usize) -> String {
     }
     let columns = columns.min(plots.len());
     let width = 1150.0 / f64::from(u8::try_from(columns).unwrap_or(1));
-    let figure = Figure::new(plots.len().div_ceil(columns), columns)
-        .with_plots(plots)
-        .with_layouts(layouts)
-        .with_cell_size(width, 290.0);
-    SvgBackend::default().render_scene(&figure.render())
+    SvgBackend::default().render_scene(&grid(plots, layouts, columns, [width, 290.0]).render())
 }
 
 #[cfg(test)]

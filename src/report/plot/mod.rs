@@ -5,9 +5,10 @@ mod heat;
 mod histogram;
 mod rows;
 
-pub use heat::{Map, correlation, heat_map};
-pub use histogram::{Histogram, histograms};
-pub use rows::box_rows;
+pub(super) use heat::correlation;
+pub use heat::{Map, heat_map};
+pub(super) use histogram::{Histogram, histograms};
+pub(super) use rows::box_rows;
 
 use kuva::backend::svg::SvgBackend;
 use kuva::plot::BoxPlot;
@@ -17,6 +18,7 @@ use kuva::render::figure::Figure;
 use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
 use kuva::render::render::render_multiple;
+use maud::html;
 
 /// M. Okabe and K. Ito's colours, the yellow left out: it is lost on white.
 const COLORS: [&str; 7] = ["#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00"];
@@ -38,7 +40,7 @@ pub struct Line {
 
 /// Lines over two axes.
 #[derive(Debug, Clone, Default)]
-pub struct Chart {
+pub(in crate::report) struct Chart {
     /// What it shows.
     pub title: String,
     /// The axes, with units.
@@ -47,15 +49,13 @@ pub struct Chart {
     pub log: [bool; 2],
     /// The lines.
     pub lines: Vec<Line>,
-    /// What is shown of the first axis, if not all.
-    pub range: Option<[f64; 2]>,
     /// Stretches of the first axis that are marked.
     pub marks: Vec<Mark>,
 }
 
 /// A stretch of the first axis that is marked.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Mark {
+pub(in crate::report) struct Mark {
     /// From where to where; at least a hair is shown.
     pub range: [f64; 2],
     /// What stands at it; nothing where it is empty.
@@ -64,14 +64,12 @@ pub struct Mark {
 
 impl Chart {
     /// A chart with nothing in it.
-    #[must_use]
-    pub fn new(title: impl Into<String>, labels: [&str; 2]) -> Self {
+    pub(in crate::report) fn new(title: impl Into<String>, labels: [&str; 2]) -> Self {
         Self { title: title.into(), labels: labels.map(str::to_owned), ..Self::default() }
     }
 
     /// The same with logarithmic axes.
-    #[must_use]
-    pub fn log(self, log: [bool; 2]) -> Self {
+    pub(in crate::report) fn log(self, log: [bool; 2]) -> Self {
         Self { log, ..self }
     }
 
@@ -96,9 +94,6 @@ impl Chart {
         }
         if self.log[1] {
             layout = layout.with_log_y();
-        }
-        if let Some([from, to]) = self.range {
-            layout = layout.with_x_axis_min(from).with_x_axis_max(to);
         }
         let hair = 0.003 * self.width();
         for Mark { range: [from, to], label } in &self.marks {
@@ -165,8 +160,7 @@ fn thinned(kept: &[usize], points: &[(f64, f64)]) -> Vec<usize> {
 }
 
 /// One chart.
-#[must_use]
-pub fn chart(chart: &Chart) -> String {
+pub(in crate::report) fn chart(chart: &Chart) -> String {
     let plots = chart.plots(true);
     if plots.is_empty() {
         return nothing(&chart.title);
@@ -182,8 +176,7 @@ pub fn log_log(title: &str, labels: [&str; 2], lines: Vec<Line>) -> String {
 }
 
 /// Charts side by side in so many columns, with one legend for all, that of the first.
-#[must_use]
-pub fn panels(charts: &[Chart], columns: usize, [width, height]: [f64; 2]) -> String {
+pub(in crate::report) fn panels(charts: &[Chart], columns: usize, [width, height]: [f64; 2]) -> String {
     let charts: Vec<&Chart> = charts.iter().filter(|chart| !chart.plots(false).is_empty()).collect();
     if charts.is_empty() {
         return nothing("");
@@ -195,12 +188,15 @@ pub fn panels(charts: &[Chart], columns: usize, [width, height]: [f64; 2]) -> St
     let legend = most > 1;
     let plots: Vec<Vec<Plot>> = charts.iter().enumerate().map(|(n, chart)| chart.plots(legend && n == named)).collect();
     let layouts = charts.iter().zip(&plots).map(|(chart, plots)| small(chart.layout(plots))).collect();
-    let figure = Figure::new(charts.len().div_ceil(columns), columns)
-        .with_plots(plots)
-        .with_layouts(layouts)
-        .with_cell_size(width, height);
+    let figure = grid(plots, layouts, columns, [width, height]);
     let figure = if legend { figure.with_shared_legend_bottom() } else { figure };
     SvgBackend::default().render_scene(&figure.render())
+}
+
+/// Panels in so many columns.
+fn grid(plots: Vec<Vec<Plot>>, layouts: Vec<Layout>, columns: usize, [width, height]: [f64; 2]) -> Figure {
+    let figure = Figure::new(plots.len().div_ceil(columns), columns);
+    figure.with_plots(plots).with_layouts(layouts).with_cell_size(width, height)
 }
 
 /// Writing that is still read where a panel is a part of a page's width.
@@ -208,54 +204,44 @@ fn small(layout: Layout) -> Layout {
     layout.with_title_size(19).with_label_size(17).with_tick_size(15)
 }
 
-/// A panel of boxes.
-#[derive(Debug, Clone)]
-pub struct Boxes {
-    /// What it shows, with its unit.
-    pub title: String,
-    /// Names and values of the boxes.
-    pub groups: Vec<(String, Vec<f64>)>,
-}
+/// Boxes by name: groups of values.
+pub(in crate::report) type Groups = Vec<(String, Vec<f64>)>;
 
-/// Boxes (quartiles, Tukey's whiskers) of groups of values, panels side by side.
-#[must_use]
-pub fn boxes(panels: &[Boxes], label: &str) -> String {
-    let plot = |panel: &Boxes| {
-        let finite = |values: &[f64]| values.iter().copied().filter(|v| v.is_finite()).collect::<Vec<f64>>();
-        let groups = panel.groups.iter().map(|(name, values)| (name, finite(values)));
-        let groups = groups.filter(|(_, values)| !values.is_empty());
-        let plot = groups.fold(BoxPlot::new(), |plot, (name, values)| plot.with_group(name.clone(), values));
-        vec![Plot::Box(plot.with_color(COLORS[5]).with_width(0.6))]
-    };
-    let panels: Vec<&Boxes> =
-        panels.iter().filter(|p| p.groups.iter().any(|(_, v)| v.iter().any(|v| v.is_finite()))).collect();
-    if panels.is_empty() {
+/// Boxes (quartiles, Tukey's whiskers) of groups of values, panels with their titles side by side.
+pub(in crate::report) fn boxes(panels: Vec<(&str, Groups)>, label: &str) -> String {
+    let (mut plots, mut layouts) = (Vec::new(), Vec::new());
+    for (title, groups) in panels {
+        let finite = groups.into_iter().map(|(name, mut values)| {
+            values.retain(|v| v.is_finite());
+            (name, values)
+        });
+        let groups: Groups = finite.filter(|(_, values)| !values.is_empty()).collect();
+        if !groups.is_empty() {
+            let plot = grouped(groups).with_color(COLORS[5]).with_width(0.6);
+            let panel = vec![Plot::Box(plot)];
+            let layout = Layout::auto_from_plots(&panel).with_title(title);
+            layouts.push(small(if plots.is_empty() { layout.with_y_label(label) } else { layout }));
+            plots.push(panel);
+        }
+    }
+    if plots.is_empty() {
         return nothing(label);
     }
-    let plots: Vec<Vec<Plot>> = panels.iter().map(|panel| plot(panel)).collect();
-    let layout = |(n, plots): (usize, &Vec<Plot>)| {
-        let layout = Layout::auto_from_plots(plots).with_title(panels[n].title.clone());
-        small(if n == 0 { layout.with_y_label(label) } else { layout })
-    };
-    let layouts = plots.iter().enumerate().map(layout).collect();
-    let figure = Figure::new(1, panels.len()).with_plots(plots).with_layouts(layouts).with_cell_size(230.0, 360.0);
-    SvgBackend::default().render_scene(&figure.render())
+    let columns = plots.len();
+    SvgBackend::default().render_scene(&grid(plots, layouts, columns, [230.0, 360.0]).render())
+}
+
+fn grouped(groups: Groups) -> BoxPlot {
+    groups.into_iter().fold(BoxPlot::new(), |plot, (name, values)| plot.with_group(name, values))
 }
 
 /// A drawing that says that there is nothing to draw.
 fn nothing(title: &str) -> String {
-    let mut escaped = String::new();
-    for c in format!("{title}: no data").trim_start_matches(": ").chars() {
-        match c {
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '&' => escaped.push_str("&amp;"),
-            c => escaped.push(c),
-        }
-    }
+    let text = format!("{title}: no data");
+    let text = html! { (text.trim_start_matches(": ")) }.into_string();
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"600\" height=\"60\"><text x=\"10\" y=\"35\" \
-         font-family=\"sans-serif\" font-size=\"16\">{escaped}</text></svg>"
+         font-family=\"sans-serif\" font-size=\"16\">{text}</text></svg>"
     )
 }
 

@@ -1,31 +1,27 @@
 //! Boxes one below the other, so that their names can be read.
 
 use super::histogram::{decimals, round_step};
-use super::{Boxes, COLORS, nothing};
+use super::{COLORS, Groups, grouped, nothing};
 use crate::numeric::count;
 use crate::text::significant;
-use kuva::plot::BoxPlot;
 use kuva::render::layout::{Layout, TickFormat};
 use kuva::render::plots::Plot;
 use std::sync::Arc;
 
 /// Boxes (quartiles, Tukey's whiskers) of groups of values in rows, the first on top, on an axis that holds a range. On a
 /// logarithmic one, boxes and whiskers are those of the logarithms.
-#[must_use]
-pub fn box_rows(panel: &Boxes, label: &str, [low, high]: [f64; 2], is_log: bool) -> String {
+pub(in crate::report) fn box_rows(groups: Groups, label: &str, [low, high]: [f64; 2], is_log: bool) -> String {
     let shown = |value: &f64| value.is_finite() && (!is_log || *value > 0.0);
     let placed = |value: &f64| if is_log { value.log10() } else { *value };
-    let of = |(name, values): &(String, Vec<f64>)| {
-        (name.clone(), values.iter().filter(|v| shown(v)).map(placed).collect::<Vec<f64>>())
-    };
+    let of = |(name, values): (String, Vec<f64>)| (name, values.iter().filter(|v| shown(v)).map(placed).collect());
     // Rows are counted from below.
-    let groups: Vec<_> = panel.groups.iter().map(of).filter(|(_, values)| !values.is_empty()).rev().collect();
+    let groups: Groups =
+        groups.into_iter().map(of).filter(|(_, values): &(_, Vec<f64>)| !values.is_empty()).rev().collect();
     if groups.is_empty() {
-        return nothing(&panel.title);
+        return nothing("");
     }
     let names: Vec<String> = groups.iter().map(|(name, _)| name.clone()).collect();
-    let plot = groups.into_iter().fold(BoxPlot::new(), |plot, (name, values)| plot.with_group(name, values));
-    let plots = vec![Plot::Box(plot.with_color(COLORS[1]).with_width(0.6).with_horizontal(true))];
+    let plots = vec![Plot::Box(grouped(groups).with_color(COLORS[1]).with_width(0.6).with_horizontal(true))];
     let margin = 0.03 * (placed(&high) - placed(&low));
     let mut layout = Layout::auto_from_plots(&plots)
         .with_x_label(label)
@@ -33,9 +29,6 @@ pub fn box_rows(panel: &Boxes, label: &str, [low, high]: [f64; 2], is_log: bool)
         .with_x_axis_min(placed(&low) - margin)
         .with_x_axis_max(placed(&high) + margin)
         .with_width(1000.0);
-    if !panel.title.is_empty() {
-        layout = layout.with_title(panel.title.clone());
-    }
     if is_log {
         let power = |v: f64| {
             let digits = if (v - v.round()).abs() < 1e-9 { 1 } else { 2 };

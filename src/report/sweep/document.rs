@@ -1,57 +1,65 @@
-//! The JSON document of the results of a sweep.
+//! The JSON documents of a sweep: its results, its state.
 
 use super::line::{Excess, Spread, excesses, spreads};
 use super::words::cell_of;
 use crate::motor::Parameter;
-use crate::study::sweep::{Cell, Factors, Limits, Named, NamedRun, Quantiles, SweepBlock, SweepSummary};
+use crate::report::document::joined;
+use crate::report::spelling::command_line;
+use crate::study::sweep::{
+    Cell, Factors, Limits, NamedRun, Quantiles, Shard, SweepBlock, SweepStatus, SweepSummary, Tally,
+};
+use crate::warning::Warning;
 use serde_json::{Map, Value, json as value};
 
-/// The JSON document of the results of a sweep.
-pub struct SweepDocument;
-
-impl SweepDocument {
-    /// Everything that was found.
-    #[must_use]
-    pub fn of(summary: &SweepSummary, limits: &Limits) -> Value {
-        let failure = |run: &crate::study::sweep::FailedRun| value!({"id": run.id, "runs": run.runs, "motor": run.motor, "message": run.message});
-        let motors = spreads(summary, limits);
-        let motors = motors.iter().map(|s| (name_of(&s.named), spread(s, !limits.is_empty())));
-        let bounds = |p: Parameter| Some((p.symbol().to_owned(), value!(limits.of(p)?)));
-        value!({
-            "motorfit": env!("CARGO_PKG_VERSION"),
-            "name": summary.name,
-            "runs": summary.runs,
-            "missing": summary.missing,
-            "failed": summary.failed,
-            "failures": summary.failures.named.iter().map(failure).collect::<Value>(),
-            "taken_over": summary.taken_over,
-            "device": {"kind": summary.device[0], "precision": summary.device[1]},
-            "varied": summary.varied,
-            "stride": summary.stride,
-            "blocks": summary.blocks.iter().map(block).collect::<Value>(),
-            "motors": {
-                "count": summary.motors,
-                "identified": summary.results.len(),
-                "parameters": motors.collect::<Map<String, Value>>(),
-            },
-            "limits": Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS).filter_map(bounds).collect::<Map<String, Value>>(),
-            "outside": excesses(summary, limits).iter().map(outside).collect::<Value>(),
-        })
-    }
+/// Returns the JSON document of the results of a sweep.
+#[must_use]
+pub fn sweep_document(summary: &SweepSummary, limits: &Limits) -> Value {
+    let motors = spreads(summary, limits);
+    let motors = motors.iter().map(|s| (s.named.1.name(s.named.0), spread(s, !limits.is_empty())));
+    let bounds = |p: Parameter| Some((p.symbol().to_owned(), value!(limits.of(p)?)));
+    value!({
+        "motorfit": env!("CARGO_PKG_VERSION"),
+        "name": summary.name,
+        "runs": summary.runs,
+        "missing": summary.missing,
+        "failed": summary.failed,
+        "failures": summary.failures.named,
+        "taken_over": summary.taken_over,
+        "device": {"kind": summary.device[0], "precision": summary.device[1]},
+        "varied": summary.varied,
+        "stride": summary.stride,
+        "blocks": summary.blocks.iter().map(block).collect::<Value>(),
+        "motors": {
+            "count": summary.motors,
+            "identified": summary.results.len(),
+            "parameters": motors.collect::<Map<String, Value>>(),
+        },
+        "limits": Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS).filter_map(bounds).collect::<Map<String, Value>>(),
+        "outside": excesses(summary, limits).iter().map(outside).collect::<Value>(),
+    })
 }
 
-fn quantiles(values: &[f64]) -> Map<String, Value> {
-    let q = Quantiles::of(values);
-    let named = [
-        ("min", q.min),
-        ("q05", q.q05),
-        ("q25", q.q25),
-        ("median", q.median),
-        ("q75", q.q75),
-        ("q95", q.q95),
-        ("max", q.max),
-    ];
-    named.into_iter().map(|(name, value)| (name.to_owned(), Value::from(value))).collect()
+/// Returns the JSON document of what a run of a shard did.
+#[must_use]
+pub fn tally_document(shard: Shard, tally: &Tally) -> Value {
+    let warning = |w: &Warning| value!({"code": w.code, "message": w.message.spelled(command_line)});
+    value!({
+        "motorfit": env!("CARGO_PKG_VERSION"),
+        "shard": shard,
+        "runs": tally.total, "before": tally.before, "finished": tally.finished, "failed": tally.failed,
+        "lost": tally.lost,
+        "failures": tally.failures.named,
+        "warnings": tally.warnings.iter().map(warning).collect::<Value>(),
+        "device": tally.device.as_ref().map(|(name, precision)| value!({"name": name, "precision": precision})),
+        "stop": if tally.interrupted { "interrupted" } else { "done" },
+        "seconds": tally.seconds,
+    })
+}
+
+/// Returns the JSON document of how far a sweep is.
+#[must_use]
+pub fn status_document(status: &SweepStatus) -> Value {
+    joined(value!({"motorfit": env!("CARGO_PKG_VERSION")}), value!(status))
 }
 
 fn block(block: &SweepBlock) -> Value {
@@ -64,36 +72,23 @@ fn block(block: &SweepBlock) -> Value {
     })
 }
 
-fn name_of((parameter, scope): &Named) -> String {
-    scope.name(*parameter)
-}
-
 /// Levels of the factors that cells and runs have. Extensions are named where the study names them.
-fn levels(f: &Factors, with: Option<&String>) -> Map<String, Value> {
-    let mut levels = Map::new();
-    levels.insert("method".to_owned(), f.method.name().into());
-    levels.insert("polish".to_owned(), f.polish.name().into());
-    levels.extend(with.map(|name| ("with".to_owned(), name.as_str().into())));
-    levels.insert("population".to_owned(), f.population.into());
-    levels.insert("generations".to_owned(), f.generations.into());
-    levels
-}
-
-/// A map with others behind it.
-fn joined(mut first: Map<String, Value>, others: Value) -> Value {
-    if let Value::Object(others) = others {
-        first.extend(others);
-    }
-    first.into()
+fn levels(f: &Factors, with: Option<&String>) -> Value {
+    let first = value!({"method": f.method.name(), "polish": f.polish.name()});
+    let with = with.map_or(Value::Null, |name| value!({"with": name}));
+    joined(joined(first, with), value!({"population": f.population, "generations": f.generations}))
 }
 
 fn cell(cell: &Cell) -> Value {
-    let parameters = cell.parameters.iter().map(|(named, values)| (name_of(named), quantiles(values).into()));
+    let parameters = cell
+        .parameters
+        .iter()
+        .map(|((parameter, scope), values)| (scope.name(*parameter), value!(Quantiles::of(values))));
     let others = value!({
         "noise": cell.noise,
         "runs": cell.runs,
         "failed": cell.failed,
-        "cost": quantiles(&cell.costs),
+        "cost": Quantiles::of(&cell.costs),
         "parameters": parameters.collect::<Map<String, Value>>(),
         "seconds": cell.seconds,
     });
@@ -103,23 +98,20 @@ fn cell(cell: &Cell) -> Value {
 fn worst(block: &SweepBlock, run: &NamedRun) -> Value {
     let f = &run.job.factors;
     let cell = cell_of(block, f);
-    let mut first =
-        Map::from_iter([("id".to_owned(), run.job.id.into()), ("motor".to_owned(), run.motor.as_str().into())]);
-    first.extend(levels(f, cell.and_then(|cell| cell.with.as_ref())));
-    let noise = cell.map_or("", |cell| &cell.noise);
-    joined(first, value!({"noise": noise, "seed": f.seed, "cost": run.outcome.cost}))
+    let first = value!({"id": run.job.id, "motor": run.motor});
+    let others = value!({"noise": cell.map_or("", |cell| &cell.noise), "seed": f.seed, "cost": run.outcome.cost});
+    joined(joined(first, levels(f, cell.and_then(|cell| cell.with.as_ref()))), others)
 }
 
 /// A parameter over the motors; without limits nothing is said of them.
 fn spread(spread: &Spread, is_limited: bool) -> Value {
-    let mut entry = Map::from_iter([("unit".to_owned(), spread.named.0.unit().into())]);
-    entry.extend(quantiles(&spread.values));
-    entry.insert("std_error".to_owned(), spread.std_error.into());
+    let mut entry = joined(value!({"unit": spread.named.0.unit()}), value!(Quantiles::of(&spread.values)));
+    entry["std_error"] = spread.std_error.into();
     if is_limited {
-        entry.insert("outside".to_owned(), spread.limits.map(|_| spread.outside).into());
-        entry.insert("not_sure".to_owned(), spread.limits.and(spread.unsure).into());
+        entry["outside"] = spread.limits.map(|_| spread.outside).into();
+        entry["not_sure"] = spread.limits.and(spread.unsure).into();
     }
-    entry.into()
+    entry
 }
 
 fn outside(excess: &Excess<'_>) -> Value {

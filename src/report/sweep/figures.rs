@@ -2,18 +2,17 @@
 
 use super::line::{Spread, spreads};
 use super::tables::id;
-use super::words::{Unit, block_name, label, many, plural};
+use super::words::{Unit, block_name, counted, label, many};
 use crate::motor::Scope;
-use crate::report::Figure;
-use crate::report::plot::{Boxes, Histogram, box_rows, histograms};
-use crate::study::sweep::{Limits, SweepSummary};
+use crate::report::page::{Figure, capital};
+use crate::report::plot::{Histogram, box_rows, histograms};
+use crate::study::sweep::{Cell, Limits, SweepSummary};
 
 /// Boxes of a figure, and boxes all in all.
 const BOXES: usize = 12;
 const BOXES_ALL: usize = 36;
 
 /// How the parameters spread over the motors; `None` of one motor.
-#[must_use]
 pub(super) fn motors(summary: &SweepSummary, limits: &Limits) -> Option<Figure> {
     if summary.results.len() < 2 {
         return None;
@@ -23,7 +22,7 @@ pub(super) fn motors(summary: &SweepSummary, limits: &Limits) -> Option<Figure> 
         let unit = Unit::for_all(spread.named, &spread.values);
         let of = if let Scope::Recording(n) = scope { format!(" of recording {}", n + 1) } else { String::new() };
         Histogram {
-            title: title_case(parameter.name()) + &of,
+            title: capital(parameter.name()) + &of,
             labels: [unit.head(), "motors [1]".to_owned()],
             values: spread.values.iter().map(|value| unit.scale(*value)).collect(),
             limits: spread.limits.map(|pair| pair.map(|limit| unit.scale(limit))),
@@ -34,11 +33,7 @@ pub(super) fn motors(summary: &SweepSummary, limits: &Limits) -> Option<Figure> 
     if !limits.is_empty() {
         caption.push_str(" Dashed: the limits; motors outside of them are of the same colour.");
     }
-    let beyond: usize = panels.iter().map(Histogram::beyond).sum();
-    if beyond > 0 {
-        let values = plural(beyond as u64, "value lies", "values lie");
-        caption.push_str(&format!(" {} {values} so far from the others that no bar shows them.", many(beyond)));
-    }
+    caption.push_str(&beyond(&panels, "value lies", "values lie"));
     Some(Figure {
         id: "motors".to_owned(),
         map: false,
@@ -49,13 +44,7 @@ pub(super) fn motors(summary: &SweepSummary, limits: &Limits) -> Option<Figure> 
     })
 }
 
-fn title_case(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
 /// Costs of a block: boxes for each cell, or of a single cell a histogram.
-#[must_use]
 pub(super) fn costs(summary: &SweepSummary, n: usize) -> Vec<Figure> {
     let block = &summary.blocks[n];
     let all = || block.cells.iter().flat_map(|cell| &cell.costs).copied();
@@ -66,13 +55,12 @@ pub(super) fn costs(summary: &SweepSummary, n: usize) -> Vec<Figure> {
     }
     let shown = &block.cells[..block.cells.len().min(BOXES_ALL)];
     let label_of = format!("cost ({}) [1]", block_name(block));
-    let figure = |(k, cells): (usize, &[crate::study::sweep::Cell])| {
+    let figure = |(k, cells): (usize, &[Cell])| {
         let groups = cells.iter().map(|cell| (label(summary, cell), cell.costs.clone())).collect();
-        let panel = Boxes { title: String::new(), groups };
         Figure {
             id: format!("{}-{}", id(summary, "costs", n), k + 1),
             map: false,
-            svg: box_rows(&panel, &label_of, [low, high], is_log),
+            svg: box_rows(groups, &label_of, [low, high], is_log),
             alternative: "Boxes of the costs of all runs, one for each combination of levels".to_owned(),
             caption: String::new(),
         }
@@ -97,18 +85,20 @@ fn single(summary: &SweepSummary, n: usize, costs: &[f64], is_log: bool) -> Opti
     let name = block_name(&summary.blocks[n]);
     let values = costs.iter().map(|cost| if is_log { cost.log10() } else { *cost }).collect();
     let axis = if is_log { format!("log10 of the cost ({name}) [1]") } else { format!("cost ({name}) [1]") };
-    let panel = Histogram { labels: [axis, "runs [1]".to_owned()], values, ..Histogram::default() };
-    let mut caption = format!("The costs of {} runs.", many(costs.len()));
-    let beyond = panel.beyond();
-    if beyond > 0 {
-        let runs = plural(beyond as u64, "run is", "runs are");
-        caption.push_str(&format!(" {} {runs} so far from the others that no bar shows them.", many(beyond)));
-    }
+    let panels = [Histogram { labels: [axis, "runs [1]".to_owned()], values, ..Histogram::default() }];
     Some(Figure {
         id: id(summary, "costs", n),
         map: false,
-        svg: histograms(&[panel], 1),
+        caption: format!("The costs of {} runs.{}", many(costs.len()), beyond(&panels, "run is", "runs are")),
+        svg: histograms(&panels, 1),
         alternative: "Histogram of the costs of all runs".to_owned(),
-        caption,
     })
+}
+
+/// How many values no bar shows, in words.
+fn beyond(panels: &[Histogram], one: &str, more: &str) -> String {
+    match panels.iter().map(Histogram::beyond).sum::<usize>() {
+        0 => String::new(),
+        n => format!(" {} so far from the others that no bar shows them.", counted(n as u64, one, more)),
+    }
 }

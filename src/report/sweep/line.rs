@@ -1,10 +1,11 @@
 //! The motors of a production line: their parameters, and which are outside of limits.
 
-use super::words::{Unit, block_name, many, plural};
+use super::words::{Unit, block_name, counted, many};
 use crate::identify::ParameterEstimate;
 use crate::numeric::{quantile, sorted};
-use crate::report::Table;
+use crate::report::table::{Table, dash};
 use crate::study::sweep::{Limits, MOTOR, Named, NamedRun, Quantiles, SweepSummary};
+use std::collections::BTreeSet;
 
 /// A parameter over all motors.
 pub(super) struct Spread {
@@ -54,20 +55,25 @@ pub(super) struct Excess<'a> {
     pub share: f64,
 }
 
-/// Everything that is outside, the farthest first.
+/// Everything that is outside, the farthest first. A parameter that is not identifiable is not.
 pub(super) fn excesses<'a>(summary: &'a SweepSummary, limits: &Limits) -> Vec<Excess<'a>> {
     let one = |run: &'a NamedRun, estimate: &'a ParameterEstimate| {
         let ([low, high], value) = (limits.of(estimate.parameter)?, estimate.value?);
         let is_above = value > high;
-        let beyond = if is_above { value - high } else { low - value };
         let limit = if is_above { high } else { low };
-        Some(Excess { run, estimate, value, limit, is_above, share: beyond / (high - low) })
+        let share = (value - limit).abs() / (high - low);
+        (!(low..=high).contains(&value)).then_some(Excess { run, estimate, value, limit, is_above, share })
     };
-    let outside = summary.outside(limits).into_iter();
-    let mut all: Vec<Excess<'a>> =
-        outside.flat_map(|(run, list)| list.into_iter().filter_map(move |e| one(run, e))).collect();
+    let estimates = |run: &'a NamedRun| run.outcome.estimates.iter().flat_map(|estimates| &estimates.list);
+    let all = summary.results.iter().flat_map(|run| estimates(run).map(move |estimate| (run, estimate)));
+    let mut all: Vec<Excess<'a>> = all.filter_map(|(run, estimate)| one(run, estimate)).collect();
     all.sort_by(|a, b| b.share.total_cmp(&a.share));
     all
+}
+
+/// How many motors are outside.
+pub(super) fn motors_outside(excesses: &[Excess<'_>]) -> u64 {
+    excesses.iter().map(|excess| excess.run.job.motor).collect::<BTreeSet<_>>().len() as u64
 }
 
 /// The tables: what is outside of limits, the limits, the parameters of several motors.
@@ -90,15 +96,12 @@ pub(super) fn line_tables(summary: &SweepSummary, limits: &Limits) -> Vec<Table>
 
 fn motors(summary: &SweepSummary, spreads: &[Spread], units: &[Unit]) -> Table {
     let heads = ["parameter", "min", "5 %", "median", "95 %", "max", "std. error"];
-    let count = summary.results.len();
-    let title = format!("Parameters of {} {}", many(count), plural(count as u64, "motor", "motors"));
+    let title = format!("Parameters of {}", counted(summary.results.len() as u64, "motor", "motors"));
     let mut table = Table::new("motors", title, &heads);
     for (spread, unit) in spreads.iter().zip(units) {
         let q = Quantiles::of(&spread.values);
-        let mut row = vec![unit.head()];
-        row.extend([q.min, q.q05, q.median, q.q95, q.max].map(|value| unit.write(value, 4)));
-        row.push(unit.write(spread.std_error, 2));
-        table.row(row);
+        let quantiles = [q.min, q.q05, q.median, q.q95, q.max].map(|value| unit.write(value, 4));
+        table.named_row(&unit.head(), quantiles.into_iter().chain([unit.write(spread.std_error, 2)]));
     }
     let block = summary.blocks.first().map_or_else(String::new, block_name);
     table.note(format!("Of each motor the best run ({block}); std. error: that of a typical motor, the median."));
@@ -112,12 +115,12 @@ fn limits(spreads: &[Spread], units: &[Unit]) -> Table {
     for (spread, unit) in spreads.iter().zip(units) {
         let Some([low, high]) = spread.limits else { continue };
         has_intervals |= spread.unsure.is_some();
-        table.row(vec![
+        table.row([
             unit.head(),
             unit.limit(low),
             unit.limit(high),
             many(spread.values.len() - spread.outside),
-            spread.unsure.map_or_else(|| "\u{2013}".to_owned(), many),
+            spread.unsure.map_or_else(dash, many),
             many(spread.outside),
         ]);
     }
@@ -131,21 +134,19 @@ fn limits(spreads: &[Spread], units: &[Unit]) -> Table {
 
 /// What is outside; `None` where nothing is.
 fn outside(excesses: &[Excess<'_>], units: &[Unit]) -> Option<Table> {
-    let motors = excesses.iter().map(|e| e.run.job.motor).collect::<std::collections::BTreeSet<_>>().len();
-    if motors == 0 {
+    if excesses.is_empty() {
         return None;
     }
     let heads = ["motor", "parameter", "value", "95 % interval", "limit", "fit [%]"];
-    let title = format!("Outside of the limits: {} {}", many(motors), plural(motors as u64, "motor", "motors"));
+    let title = format!("Outside of the limits: {}", counted(motors_outside(excesses), "motor", "motors"));
     let mut table = Table::new("outside", title, &heads);
-    let dash = || "\u{2013}".to_owned();
     for Excess { run, estimate, value, limit, is_above, .. } in excesses {
         let named = (estimate.parameter, estimate.scope);
         let Some(unit) = units.iter().find(|unit| unit.named == named) else { continue };
         let write = |value: f64| unit.write(value, 5);
         let fit = run.outcome.fit_percent.map(|fit| [fit.current, fit.speed]);
         let fit = fit.map(|fit| fit.map(|f| f.map_or_else(dash, |f| format!("{f:.2}"))).join(" / "));
-        table.row(vec![
+        table.row([
             run.motor.clone(),
             unit.head(),
             write(*value),

@@ -8,18 +8,15 @@ mod page;
 mod parquet;
 #[cfg(test)]
 mod sample;
-mod state;
 mod tables;
 mod terminal;
 #[cfg(test)]
 mod tests;
 mod words;
 
-pub use document::SweepDocument;
-pub use page::sweep_page;
+pub use document::{status_document, sweep_document, tally_document};
+pub use page::{sweep_answer, sweep_page};
 #[cfg(feature = "parquet")]
 pub use parquet::write_parquet;
-pub use state::{StatusDocument, TallyDocument};
 pub use tables::sweep_tables;
 pub use terminal::shortened;
-pub use words::{grouped, sweep_answer};

@@ -1,11 +1,11 @@
 //! The page of a sweep: the answer, the motors, costs by factor, what failed, how it was made.
 
-use super::line::line_tables;
+use super::figures;
+use super::line::{excesses, line_tables, motors_outside};
 use super::tables::{block_tables, failed};
-use super::words::{block_name, grouped, plural, sweep_answer};
-use super::{figures, words};
+use super::words::{block_name, counted, grouped, lowest, many, plural};
 use crate::report::pages::{reproduce, section};
-use crate::report::{Figure, Page, Part, Reproduced, Section};
+use crate::report::{Page, Part, Reproduced, Section};
 use crate::study::sweep::{Limits, SweepSummary};
 
 /// The page of a sweep.
@@ -16,14 +16,13 @@ pub fn sweep_page(summary: &SweepSummary, limits: &Limits, how: &Reproduced) -> 
     if !warnings.is_empty() {
         sections.push(section("What to know first", warnings));
     }
-    let boxed = |figure: Figure| Part::Figure(Box::new(figure));
-    let mut motors: Vec<Part> = figures::motors(summary, limits).map(boxed).into_iter().collect();
+    let mut motors: Vec<Part> = figures::motors(summary, limits).map(Part::Figure).into_iter().collect();
     motors.extend(line_tables(summary, limits).into_iter().map(Part::Table));
     if !motors.is_empty() {
         sections.push(section(if summary.motors > 1 { "The motors" } else { "The motor" }, motors));
     }
     for (n, block) in summary.blocks.iter().enumerate() {
-        let mut parts: Vec<Part> = figures::costs(summary, n).into_iter().map(boxed).collect();
+        let mut parts: Vec<Part> = figures::costs(summary, n).into_iter().map(Part::Figure).collect();
         parts.extend(block_tables(summary, n).into_iter().map(Part::Table));
         sections.push(section(&format!("Runs under {}", block_name(block)), parts));
     }
@@ -32,35 +31,47 @@ pub fn sweep_page(summary: &SweepSummary, limits: &Limits, how: &Reproduced) -> 
     Page { title: format!("Sweep \u{201c}{}\u{201d}", summary.name), answer: sweep_answer(summary, limits), sections }
 }
 
+/// The answer in one sentence, or two.
+#[must_use]
+pub fn sweep_answer(summary: &SweepSummary, limits: &Limits) -> String {
+    let found = if summary.motors > 1 {
+        format!("{} of {} motors identified", many(summary.results.len()), many(summary.motors))
+    } else {
+        let done = summary.runs - summary.missing - summary.failed;
+        format!("{} of {} runs of one motor have a result", grouped(done), grouped(summary.runs))
+    };
+    let verdict = match (limits.is_empty() || summary.results.is_empty(), motors_outside(&excesses(summary, limits))) {
+        (true, _) => String::new(),
+        (_, 0) if summary.motors > 1 => "; all of them are within the limits".to_owned(),
+        (_, 0) => "; it is within the limits".to_owned(),
+        (_, _) if summary.motors == 1 => "; it is outside the limits".to_owned(),
+        (_, n) => format!("; {} outside the limits", counted(n, "is", "are")),
+    };
+    let best = summary.blocks.first().and_then(|block| lowest(summary, block));
+    let best = best.map_or_else(String::new, |[under, best]| format!(" Lowest median cost{under}: {best}."));
+    format!("{found}{verdict}.{best}")
+}
+
 /// What must not be overlooked.
 fn warnings(summary: &SweepSummary) -> Vec<Part> {
-    let mut texts = Vec::new();
-    if summary.missing > 0 {
-        let runs = plural(summary.missing, "run is", "runs are");
-        texts.push(format!(
-            "{} of {} {runs} not finished: run the sweep on, and merge it again.",
-            grouped(summary.missing),
-            grouped(summary.runs)
-        ));
-    }
-    if summary.failed > 0 {
-        let runs = plural(summary.failed, "run has", "runs have");
-        texts.push(format!("{} of {} {runs} no result: see below.", grouped(summary.failed), grouped(summary.runs)));
-    }
-    if summary.taken_over > 0 {
-        let runs = plural(summary.taken_over, "run was", "runs were");
-        let count = grouped(summary.taken_over);
-        let device = &summary.device[0];
-        texts.push(format!("{count} {runs} done by the cpu in place of the {device}: its last digits differ."));
-    }
-    texts.into_iter().map(Part::Warning).collect()
+    let SweepSummary { missing, failed, taken_over, .. } = *summary;
+    let (all, device) = (grouped(summary.runs), &summary.device[0]);
+    let texts = [
+        (missing, plural(missing, "run is", "runs are"), "not finished: run the sweep on, and merge it again."),
+        (failed, plural(failed, "run has", "runs have"), "no result: see below."),
+    ];
+    let texts = texts.map(|(count, runs, what)| (count, format!("{} of {all} {runs} {what}", grouped(count))));
+    let taken_over_runs = counted(taken_over, "run was", "runs were");
+    let by = format!("{taken_over_runs} done by the cpu in place of the {device}: its last digits differ.");
+    let shown = texts.into_iter().chain([(taken_over, by)]).filter(|(count, _)| *count > 0);
+    shown.map(|(_, text)| Part::Warning(text)).collect()
 }
 
 fn made(summary: &SweepSummary, how: &Reproduced) -> Section {
     let mut how = how.clone();
     let facts = [
         ("runs", grouped(summary.runs)),
-        ("motors", words::many(summary.motors)),
+        ("motors", many(summary.motors)),
         ("factors varied", if summary.varied.is_empty() { "none".to_owned() } else { summary.varied.join(", ") }),
     ];
     let facts = facts.map(|(name, value)| (name.to_owned(), value));

@@ -1,7 +1,7 @@
 //! The merged results as Parquet: a row a run, values flat, in groups of rows whose size memory is bounded by.
 
 use crate::identify::ParameterEstimate;
-use crate::study::sweep::{Named, Outcome, SweepSummary, replace};
+use crate::study::sweep::{Line, Named, SweepSummary, replace, unwritable};
 use crate::{Error, Result};
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
@@ -9,7 +9,6 @@ use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
-use serde::Deserialize;
 use std::fs::File;
 use std::io::{BufRead as _, BufReader, Write};
 use std::path::Path;
@@ -18,34 +17,16 @@ use std::sync::Arc;
 /// Rows of a group.
 const GROUP: usize = 1 << 16;
 
-/// A line of the merged results.
-#[derive(Deserialize)]
-struct Row {
-    id: u64,
-    motor: String,
-    method: String,
-    polish: String,
-    population: u64,
-    generations: u64,
-    criterion: String,
-    scale: String,
-    noise: String,
-    seed: u64,
-    with: Option<String>,
-    #[serde(flatten)]
-    outcome: Outcome,
-}
-
 /// How a column is read off a row.
 enum Column {
-    Whole(fn(&Row) -> u64),
-    Text(fn(&Row) -> String),
-    Reason(fn(&Row) -> Option<String>),
+    Whole(fn(&Line) -> u64),
+    Text(fn(&Line) -> String),
+    Reason(fn(&Line) -> Option<String>),
     Real(Real),
 }
 
 /// How a number that may be missing is read.
-type Real = Box<dyn Fn(&Row) -> Option<f64>>;
+type Real = Box<dyn Fn(&Line) -> Option<f64>>;
 
 /// The columns by name: those of the parameters that results of the sweep have, and of what its study has.
 fn columns(sweep: &SweepSummary) -> Vec<(String, Column)> {
@@ -54,12 +35,12 @@ fn columns(sweep: &SweepSummary) -> Vec<(String, Column)> {
     let each = |prefix: &str, of: fn(&ParameterEstimate) -> Option<f64>| {
         let one = |&(parameter, scope): &Named| {
             let is_own = move |e: &&ParameterEstimate| e.parameter == parameter && e.scope == scope;
-            let read = move |row: &Row| of(row.outcome.estimates.as_ref()?.list.iter().find(is_own)?);
+            let read = move |row: &Line| of(row.outcome.estimates.as_ref()?.list.iter().find(is_own)?);
             (format!("{prefix}{}", scope.name(parameter)), Column::Real(Box::new(read)))
         };
         sweep.parameters.iter().map(one).collect::<Vec<_>>()
     };
-    let real = |name: &str, of: fn(&Row) -> Option<f64>| (name.to_owned(), Column::Real(Box::new(of)));
+    let real = |name: &str, of: fn(&Line) -> Option<f64>| (name.to_owned(), Column::Real(Box::new(of)));
     let mut columns = vec![
         whole("id", |row| row.id),
         text("motor", |row| row.motor.clone()),
@@ -80,7 +61,7 @@ fn columns(sweep: &SweepSummary) -> Vec<(String, Column)> {
     columns.extend(each("ci95_low_", |e| Some(e.ci95?[0])));
     columns.extend(each("ci95_high_", |e| Some(e.ci95?[1])));
     columns.extend([
-        text("at_bound", Row::at_bound),
+        text("at_bound", at_bound),
         real("cost", |row| row.outcome.cost),
         real("fit_current", |row| row.outcome.fit_percent?.current),
         real("fit_speed", |row| row.outcome.fit_percent?.speed),
@@ -100,13 +81,11 @@ fn columns(sweep: &SweepSummary) -> Vec<(String, Column)> {
     columns
 }
 
-impl Row {
-    /// Which parameters stand at a bound: `R:max,J:min`.
-    fn at_bound(&self) -> String {
-        let name = |e: &ParameterEstimate| Some(format!("{}:{}", e.name(), e.at_bound?));
-        let all = self.outcome.estimates.iter().flat_map(|estimates| &estimates.list);
-        all.filter_map(name).collect::<Vec<_>>().join(",")
-    }
+/// Which parameters stand at a bound: `R:max,J:min`.
+fn at_bound(row: &Line) -> String {
+    let name = |e: &ParameterEstimate| Some(format!("{}:{}", e.name(), e.at_bound?));
+    let all = row.outcome.estimates.iter().flat_map(|estimates| &estimates.list);
+    all.filter_map(name).collect::<Vec<_>>().join(",")
 }
 
 /// The columns in the words of the format; seeds take all 64 bits.
@@ -126,69 +105,40 @@ fn schema(columns: &[(String, Column)]) -> String {
 /// # Errors
 /// `Data` when the results cannot be read or the file cannot be written.
 pub fn write_parquet(results: &Path, sweep: &SweepSummary, out: &Path) -> Result<()> {
-    let mut fault: Option<Error> = None;
-    let written = replace(out, |file| {
-        let made = table((results, &columns(sweep)), file);
-        made.map_err(|error| match error {
-            Fault::Read(error) => {
-                fault = Some(error);
-                std::io::ErrorKind::Other.into()
-            }
-            Fault::Written(ParquetError::External(error)) => match error.downcast() {
-                Ok(error) => *error,
-                Err(error) => std::io::Error::other(error),
-            },
-            Fault::Written(error) => std::io::Error::other(error),
-        })
-    });
-    written.map_err(|error| fault.unwrap_or(error))
-}
-
-/// What can be wrong: with the results, or with the file that is made.
-enum Fault {
-    Read(Error),
-    Written(ParquetError),
-}
-
-impl From<ParquetError> for Fault {
-    fn from(error: ParquetError) -> Self {
-        Self::Written(error)
-    }
-}
-
-fn table<W: Write + Send>(
-    (results, columns): (&Path, &[(String, Column)]),
-    file: &mut W,
-) -> std::result::Result<(), Fault> {
     let remedy = "Merge the sweep again.";
-    let unread = |error| Fault::Read(Error::data(format!("cannot be read: {error}"), remedy).in_file(results));
-    let schema = Arc::new(parse_message_type(&schema(columns))?);
-    let properties = WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default()));
-    let mut writer = SerializedFileWriter::new(file, schema, Arc::new(properties.build()))?;
-    let mut lines = BufReader::with_capacity(1 << 18, File::open(results).map_err(unread)?).lines();
-    let (mut rows, mut number) = (Vec::with_capacity(GROUP), 0);
-    loop {
-        for line in lines.by_ref().take(GROUP) {
-            number += 1;
-            let damaged =
-                |_| Fault::Read(Error::data("is no line of results", remedy).in_file(results).at_line(number));
-            rows.push(serde_json::from_str::<Row>(&line.map_err(unread)?).map_err(damaged)?);
+    let unread = |error| Error::data(format!("cannot be read: {error}"), remedy).in_file(results);
+    let unwritten = |error: ParquetError| match error {
+        ParquetError::External(error) => error.downcast().map_or_else(std::io::Error::other, |error| *error),
+        error => std::io::Error::other(error),
+    };
+    let failed = |error| unwritable(out, &unwritten(error));
+    let columns = columns(sweep);
+    replace(out, |file| {
+        let schema = Arc::new(parse_message_type(&schema(&columns)).map_err(failed)?);
+        let properties = WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default()));
+        let mut writer = SerializedFileWriter::new(file, schema, Arc::new(properties.build())).map_err(failed)?;
+        let mut lines = BufReader::with_capacity(1 << 18, File::open(results).map_err(unread)?).lines();
+        let (mut rows, mut number) = (Vec::with_capacity(GROUP), 0);
+        loop {
+            for line in lines.by_ref().take(GROUP) {
+                number += 1;
+                let damaged = |_| Error::data("is no line of results", remedy).in_file(results).at_line(number);
+                rows.push(serde_json::from_str::<Line>(&line.map_err(unread)?).map_err(damaged)?);
+            }
+            if rows.is_empty() {
+                return writer.close().map(drop).map_err(failed);
+            }
+            group(&mut writer, &columns, &rows).map_err(failed)?;
+            rows.clear();
         }
-        if rows.is_empty() {
-            break;
-        }
-        group(&mut writer, columns, &rows)?;
-        rows.clear();
-    }
-    writer.close()?;
-    Ok(())
+    })
 }
 
 /// Writes a group of rows, column by column.
 fn group<W: Write + Send>(
     writer: &mut SerializedFileWriter<W>,
     columns: &[(String, Column)],
-    rows: &[Row],
+    rows: &[Line],
 ) -> std::result::Result<(), ParquetError> {
     let mut group = writer.next_row_group()?;
     let bytes = |text: String| ByteArray::from(text.into_bytes());
@@ -219,7 +169,7 @@ fn group<W: Write + Send>(
 }
 
 /// The values that are there, and for each row whether it has one.
-fn present<T>(rows: &[Row], of: impl Fn(&Row) -> Option<T>) -> (Vec<T>, Vec<i16>) {
+fn present<T>(rows: &[Line], of: impl Fn(&Line) -> Option<T>) -> (Vec<T>, Vec<i16>) {
     let cells: Vec<Option<T>> = rows.iter().map(of).collect();
     let levels = cells.iter().map(|cell| i16::from(cell.is_some())).collect();
     (cells.into_iter().flatten().collect(), levels)
@@ -284,7 +234,7 @@ mod tests {
         assert_eq!((reader.num_row_groups(), reader.metadata().file_metadata().num_rows()), (2, rows as i64));
         let columns = columns(&summary());
         for (id, read) in (0..rows).zip(reader.get_row_iter(None).unwrap()) {
-            let row: Row = serde_json::from_str(&line(id)).unwrap();
+            let row: Line = serde_json::from_str(&line(id)).unwrap();
             let (read, mut cells) = (read.unwrap(), 0);
             for ((name, field), (expected, column)) in read.get_column_iter().zip(&columns) {
                 let text = |text: Option<String>| text.map_or(Field::Null, Field::Str);

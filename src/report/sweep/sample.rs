@@ -5,7 +5,7 @@ use crate::identify::{Method, Polish};
 use crate::motor::{Parameter, Parameters};
 use crate::named::Named as _;
 use crate::report::Reproduced;
-use crate::study::sweep::{Cell, Factors, Failures, Job, Limits, MOTOR, NamedRun, Outcome, SweepBlock, SweepSummary};
+use crate::study::sweep::{Cell, Factors, Job, Limits, MOTOR, NamedRun, Outcome, SweepBlock, SweepSummary};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde_json::json;
@@ -58,20 +58,12 @@ fn summary(name: &str, blocks: Vec<SweepBlock>, runs: u64) -> SweepSummary {
     SweepSummary {
         name: name.to_owned(),
         runs,
-        missing: 0,
-        failed: 0,
-        failures: Failures::default(),
-        taken_over: 0,
         stride: 1,
         blocks,
         motors: 1,
-        results: Vec::new(),
         parameters: MOTOR.to_vec(),
-        names_with: false,
-        holds_out: false,
-        varied: Vec::new(),
         device: ["cpu".to_owned(), "f64".to_owned()],
-        places: Vec::new(),
+        ..SweepSummary::default()
     }
 }
 

@@ -1,10 +1,11 @@
 //! Tables of a sweep: costs and parameters by factor, the worst runs, runs without a result.
 
 use super::line::line_tables;
-use super::words::{Unit, block_name, cell_of, factors, grouped, heads, label, level, levels, lowest, plural, under};
+use super::words::{Unit, block_name, cell_of, counted, factors, grouped, heads, level, levels, lowest};
 use crate::numeric::count_u64;
 use crate::report::Table;
 use crate::report::compare::cell as number;
+use crate::report::table::dash;
 use crate::study::sweep::{Cell, Limits, MOTOR, Named, Quantiles, SweepSummary};
 use crate::text::{engineering, significant};
 
@@ -52,9 +53,8 @@ fn costs(summary: &SweepSummary, n: usize) -> Table {
         row.push(seconds(cell));
         table.row(row);
     }
-    if let Some((best, median)) = lowest(block).filter(|_| block.cells.len() > 1) {
-        let under = under(summary, block);
-        table.note(format!("Lowest median{under}: {} ({}).", label(summary, best), significant(median, 3)));
+    if let Some([under, best]) = lowest(summary, block) {
+        table.note(format!("Lowest median{under}: {best}."));
     }
     if summary.stride > 1 {
         table.note(format!("Quantiles are of one run in {}.", grouped(summary.stride)));
@@ -65,17 +65,14 @@ fn costs(summary: &SweepSummary, n: usize) -> Table {
 /// The mean time of a run.
 fn seconds(cell: &Cell) -> String {
     let mean = cell.seconds / count_u64(cell.runs);
-    if mean > 0.0 { engineering(mean, "s", 3) } else { "\u{2013}".to_owned() }
+    if mean > 0.0 { engineering(mean, "s", 3) } else { dash() }
 }
 
 /// Parameters by factor; `None` without any.
 fn parameters(summary: &SweepSummary, n: usize) -> Option<Table> {
     let block = &summary.blocks[n];
-    let quantiles = |named: &Named| -> Vec<Quantiles> {
-        block.cells.iter().map(|cell| Quantiles::of(cell.values(*named))).collect()
-    };
     let of = |named: &Named| {
-        let all = quantiles(named);
+        let all: Vec<Quantiles> = block.cells.iter().map(|cell| Quantiles::of(cell.values(*named))).collect();
         let typical = all.iter().map(|q| q.median).find(|median| !median.is_nan());
         let is_shown = typical.is_some() || MOTOR.contains(named);
         is_shown.then(|| (Unit::of(*named, typical.unwrap_or(f64::NAN)), all))
@@ -92,9 +89,9 @@ fn parameters(summary: &SweepSummary, n: usize) -> Option<Table> {
     for (place, cell) in block.cells.iter().enumerate() {
         let values = columns.iter().map(|(unit, all)| {
             let q = &all[place];
-            if q.median.is_nan() { "\u{2013}".to_owned() } else { spread(unit, q) }
+            if q.median.is_nan() { dash() } else { spread(unit, q) }
         });
-        table.row(levels(summary, cell).into_iter().chain(values).collect());
+        table.row(levels(summary, cell).into_iter().chain(values));
     }
     let over = if summary.motors > 1 { "runs and motors" } else { "runs" };
     table.note(format!("Median over {over} ± half of the quartile range, in percent of the median."));
@@ -122,17 +119,13 @@ fn worst(summary: &SweepSummary, n: usize) -> Option<Table> {
     }
     let others: Vec<&str> = factors(summary).into_iter().filter(|name| *name != "method").collect();
     let title = format!("Runs with the highest costs ({})", block_name(block));
-    let motor = (summary.motors > 1).then_some("motor");
-    let mut heads = vec!["run"];
-    heads.extend(motor);
-    heads.push("method");
-    heads.extend(&others);
-    heads.extend(["seed", "cost"]);
+    let motor = if summary.motors > 1 { &["motor"][..] } else { &[] };
+    let heads = [&["run"], motor, &["method"], &others, &["seed", "cost"]].concat();
     let mut table = Table::new(id(summary, "worst", n), title, &heads);
     for run in &block.worst {
         let f = &run.job.factors;
         let mut row = vec![run.job.id.to_string()];
-        row.extend(motor.map(|_| run.motor.clone()));
+        row.extend(motor.iter().map(|_| run.motor.clone()));
         row.push(f.method.name().to_owned());
         row.extend(others.iter().map(|name| cell_of(block, f).map_or_else(String::new, |cell| level(name, f, cell))));
         row.extend([f.seed.to_string(), number(run.outcome.cost.unwrap_or(f64::NAN), 4)]);
@@ -146,15 +139,10 @@ pub(super) fn failed(summary: &SweepSummary) -> Option<Table> {
     if summary.failed == 0 {
         return None;
     }
-    let title = format!(
-        "{} {} without a result",
-        grouped(summary.failed),
-        plural(summary.failed, "run that ended", "runs that ended")
-    );
+    let title = format!("{} without a result", counted(summary.failed, "run that ended", "runs that ended"));
     let mut table = Table::new("failed", title, &["motor", "runs", "first", "why"]);
     for failed in &summary.failures.named {
-        let (runs, first) = (grouped(failed.runs), failed.id.to_string());
-        table.row(vec![failed.motor.clone(), runs, first, failed.message.clone()]);
+        table.named_row(&failed.motor, [grouped(failed.runs), failed.id.to_string(), failed.message.clone()]);
     }
     if summary.failures.others > 0 {
         table.note(format!("And {} more; all are in results.jsonl.", grouped(summary.failures.others)));

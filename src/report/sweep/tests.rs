@@ -1,7 +1,8 @@
 //! Proves: the tables, the page and the document of made-up sweeps say what was put in.
 
 use super::sample::{how, line, product};
-use super::{SweepDocument, grouped, shortened, sweep_answer, sweep_page, sweep_tables};
+use super::words::grouped;
+use super::{shortened, sweep_answer, sweep_document, sweep_page, sweep_tables};
 use crate::report::Table;
 use crate::study::sweep::Limits;
 
@@ -43,7 +44,7 @@ fn what_is_outside_is_named_the_farthest_first() {
     assert!(counts(4) <= counts(3));
     assert_eq!(sweep_answer(&summary, &limits), "300 of 302 motors identified; 5 are outside the limits.");
     assert!(sweep_answer(&summary, &Limits::default()).ends_with("identified."));
-    let document = SweepDocument::of(&summary, &limits);
+    let document = sweep_document(&summary, &limits);
     assert_eq!(document["outside"].as_array().unwrap().len(), 5);
     assert_eq!((&document["outside"][0]["id"], &document["outside"][0]["parameter"]), (&80.into(), &"L".into()));
     assert_eq!(document["motors"]["parameters"]["R"]["outside"], 2);
@@ -58,7 +59,7 @@ fn cells_come_in_the_order_of_the_study_with_their_quantiles() {
     assert_eq!(cost.heads[..3], ["method", "noise", "runs"]);
     assert_eq!(cost.rows[0][..3], ["gwo", "none", "200"]);
     assert_eq!(cost.rows[11][..2], ["random", "80dB"]);
-    let document = SweepDocument::of(&summary, &Limits::default());
+    let document = sweep_document(&summary, &Limits::default());
     let cells = document["blocks"][0]["cells"].as_array().unwrap();
     assert_eq!((cells.len(), &cells[4]["noise"]), (12, &"85dB".into()));
     let q = &cells[7]["cost"];
@@ -96,7 +97,7 @@ fn a_sweep_without_results_is_a_page_too() {
     (summary.failed, summary.blocks[0].worst) = (302, Vec::new());
     assert_eq!(sweep_answer(&summary, &limits), "0 of 302 motors identified.");
     assert!(sweep_page(&summary, &limits, &how()).html().contains("302 of 302 runs have no result"));
-    assert!(SweepDocument::of(&summary, &limits)["blocks"][0]["cells"][0]["cost"]["median"].is_null());
+    assert!(sweep_document(&summary, &limits)["blocks"][0]["cells"][0]["cost"]["median"].is_null());
     summary.blocks.clear();
     assert!(!sweep_page(&summary, &limits, &how()).html().contains("NaN"));
 }

@@ -1,22 +1,16 @@
-//! How blocks, cells, units and counts of a sweep are written, and its answer in one sentence.
+//! How blocks, cells, units and counts of a sweep are written.
 
 use crate::motor::Parameter;
 use crate::numeric::{quantile, sorted};
-use crate::study::sweep::{Cell, Factors, Limits, Named, SweepBlock, SweepSummary};
+use crate::report::table::dash;
+use crate::study::sweep::{Cell, Factors, Named, SweepBlock, SweepSummary};
 use crate::text::{printable, significant};
 
 /// A count with its thousands set apart.
-#[must_use]
-pub fn grouped(count: u64) -> String {
+pub(super) fn grouped(count: u64) -> String {
     let digits = count.to_string();
-    let mut text = String::new();
-    for (n, digit) in digits.chars().enumerate() {
-        if n > 0 && (digits.len() - n).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
+    let thousands: Vec<_> = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy).collect();
+    thousands.join(",")
 }
 
 /// The same of what is counted in memory.
@@ -29,6 +23,11 @@ pub(super) fn plural<'a>(count: u64, one: &'a str, more: &'a str) -> &'a str {
     if count == 1 { one } else { more }
 }
 
+/// A count with its word.
+pub(super) fn counted(count: u64, one: &str, more: &str) -> String {
+    format!("{} {}", grouped(count), plural(count, one, more))
+}
+
 /// The factors that tell cells apart: those with several levels, or else the method.
 pub(super) fn factors(summary: &SweepSummary) -> Vec<&'static str> {
     if summary.varied.is_empty() { vec!["method"] } else { summary.varied.clone() }
@@ -36,10 +35,7 @@ pub(super) fn factors(summary: &SweepSummary) -> Vec<&'static str> {
 
 /// Their headings in tables.
 pub(super) fn heads(summary: &SweepSummary) -> Vec<&'static str> {
-    let head = |name| match name {
-        "population" => "agents",
-        name => name,
-    };
+    let head = |name| if name == "population" { "agents" } else { name };
     factors(summary).into_iter().map(head).collect()
 }
 
@@ -113,7 +109,7 @@ impl Unit {
 
     /// A value in the unit, written; a dash where there is none.
     pub fn write(&self, value: f64, digits: usize) -> String {
-        if value.is_nan() { "\u{2013}".to_owned() } else { significant(self.scale(value), digits) }
+        if value.is_nan() { dash() } else { significant(self.scale(value), digits) }
     }
 
     /// A limit in the unit, as it was given.
@@ -144,40 +140,13 @@ impl Unit {
     }
 }
 
-/// The answer in one sentence, or two.
-#[must_use]
-pub fn sweep_answer(summary: &SweepSummary, limits: &Limits) -> String {
-    let found = if summary.motors > 1 {
-        format!("{} of {} motors identified", many(summary.results.len()), many(summary.motors))
-    } else {
-        let done = summary.runs - summary.missing - summary.failed;
-        format!("{} of {} runs of one motor have a result", grouped(done), grouped(summary.runs))
-    };
-    let outside = summary.outside(limits).len();
-    let verdict = match (limits.is_empty() || summary.results.is_empty(), outside) {
-        (true, _) => String::new(),
-        (_, 0) if summary.motors > 1 => "; all of them are within the limits".to_owned(),
-        (_, 0) => "; it is within the limits".to_owned(),
-        (_, _) if summary.motors == 1 => "; it is outside the limits".to_owned(),
-        (_, n) => format!("; {} {} outside the limits", many(n), plural(n as u64, "is", "are")),
-    };
-    let best = summary.blocks.first().and_then(|block| lowest(block).filter(|_| block.cells.len() > 1));
-    let best = best.map_or_else(String::new, |(cell, median)| {
-        let under = summary.blocks.first().map_or_else(String::new, |block| under(summary, block));
-        format!(" Lowest median cost{under}: {} ({}).", label(summary, cell), significant(median, 3))
-    });
-    format!("{found}{verdict}.{best}")
-}
-
-/// Where noise is varied: that costs are compared under its first level alone.
-pub(super) fn under(summary: &SweepSummary, block: &SweepBlock) -> String {
-    let first = block.cells.first().filter(|_| summary.varied.contains(&"noise"));
-    first.map_or_else(String::new, |cell| format!(" under noise {}", printable(&cell.noise)))
-}
-
-/// The cell with the lowest median cost, of those with the first noise, and its median.
-pub(super) fn lowest(block: &SweepBlock) -> Option<(&Cell, f64)> {
-    let noise = block.cells.first()?.factors.noise;
-    let cells = block.cells.iter().filter(|cell| cell.factors.noise == noise && !cell.costs.is_empty());
-    cells.map(|cell| (cell, quantile(&sorted(&cell.costs), 0.5))).min_by(|a, b| a.1.total_cmp(&b.1))
+/// The cell with the lowest median cost, in words with its median; before it, where noise is varied, that costs are compared
+/// under its first level alone. `None` of a single cell.
+pub(super) fn lowest(summary: &SweepSummary, block: &SweepBlock) -> Option<[String; 2]> {
+    let first = block.cells.first().filter(|_| block.cells.len() > 1)?;
+    let cells = block.cells.iter().filter(|cell| cell.factors.noise == first.factors.noise && !cell.costs.is_empty());
+    let medians = cells.map(|cell| (cell, quantile(&sorted(&cell.costs), 0.5)));
+    let (best, median) = medians.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let noise = summary.varied.contains(&"noise").then(|| format!(" under noise {}", printable(&first.noise)));
+    Some([noise.unwrap_or_default(), format!("{} ({})", label(summary, best), significant(median, 3))])
 }

@@ -3,6 +3,7 @@
 //! Runs of the same number start from the same random numbers, whatever the method: their populations are the same, which
 //! is what makes comparisons between methods paired.
 
+mod estimates;
 mod ranking;
 mod settings;
 
@@ -11,6 +12,7 @@ mod spec;
 mod steiglitz;
 mod targets;
 
+pub use estimates::MethodEstimates;
 pub use ranking::{FEW, PairwiseTest, Ranking, Summary};
 pub use settings::CompareSettings;
 pub use spec::{CompareSpec, Preset, Setting, Subject};
@@ -101,13 +103,27 @@ impl Comparison {
     pub fn expected(&self) -> Option<Parameters> {
         self.subject.truth.or_else(|| self.reference.as_ref().ok().map(|found| found.parameters))
     }
-}
 
-impl Comparison {
     /// Whether a parameter is searched for; the others are held.
     #[must_use]
     pub fn is_free(&self, parameter: Parameter) -> bool {
         self.spec.space.free().iter().any(|axis| axis.parameter == parameter)
+    }
+
+    /// Adds the costs of the motors that were estimated without a search, in the criterion of each block.
+    fn add_costs(&mut self) -> Result<()> {
+        let steiglitz = self.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok());
+        // The refinement may have estimated another initial state than the searches take.
+        let same = |found: &&Box<Identification>| found.initial.iter().flatten().eq(self.initial.iter().flatten());
+        let refined = self.reference.as_ref().ok().filter(same).map(|found| &found.parameters);
+        for block in &mut self.blocks {
+            // Of all five parameters: what is held in the searches is not held in these.
+            let (records, criterion) = (&self.subject.records, block.setting.criterion);
+            let problem = Problem::new(records, self.spec.model, Space::table2(), criterion)?;
+            let cost = |p: &Parameters| Some(Scalar::cost(&problem, &p.to_array())).filter(|cost| cost.is_finite());
+            (block.reference_cost, block.steiglitz_cost) = (refined.and_then(cost), steiglitz.and_then(cost));
+        }
+        Ok(())
     }
 }
 
@@ -137,16 +153,13 @@ pub fn compare(
 ) -> Result<Comparison> {
     check(spec)?;
     needs_voltage(&subject.records)?;
-    let of = |setting: &Setting| {
-        let problem = Problem::new(&subject.records, spec.model, spec.space.clone(), setting.criterion)?;
-        Ok(Arc::new(problem))
-    };
-    let problems: Vec<Arc<Problem>> = spec.settings.iter().map(of).collect::<Result<_>>()?;
+    let problem =
+        |s: &Setting| Problem::new(&subject.records, spec.model, spec.space.clone(), s.criterion).map(Arc::new);
+    let problems: Vec<Arc<Problem>> = spec.settings.iter().map(problem).collect::<Result<_>>()?;
     let mut batches: BTreeMap<usize, Vec<Entry>> = BTreeMap::new();
     for (s, setting) in spec.settings.iter().enumerate() {
-        let entries = batches.entry(setting.generations).or_default();
-        let places = (0..setting.methods.len()).flat_map(|m| (0..spec.runs as u64).map(move |run| (m, run)));
-        entries.extend(places.map(|(m, run)| Entry { place: [s, m], run }));
+        let runs = |m| (0..spec.runs as u64).map(move |run| Entry { place: [s, m], run });
+        batches.entry(setting.generations).or_default().extend((0..setting.methods.len()).flat_map(runs));
     }
     let agents: usize = batches.values().flatten().map(|e| spec.settings[e.place[0]].population).sum();
     let generations = spec.settings.iter().map(|s| s.generations).max().unwrap_or(1);
@@ -176,34 +189,28 @@ pub fn compare(
     if !interrupted {
         interrupted = comparison_run.alone(&mut blocks, &mut || observe(&last))?.is_break();
     }
+    let ComparisonRun { problems, searches, .. } = comparison_run;
     let reference = reference(&subject, spec);
-    let steiglitz = spec
-        .steiglitz_mcbride
-        .then(|| Steiglitz::of(&subject, spec, reference.as_ref().ok().map(AsRef::as_ref)))
-        .transpose()?;
-    let initial: Vec<[f64; 2]> = comparison_run.problems[0].signals().iter().map(|signals| signals.initial()).collect();
-    let estimate = steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok());
-    let estimated = Estimated { refined: reference.as_deref().ok(), steiglitz: estimate, initial: &initial };
-    add_costs(&mut blocks, &subject, spec, &estimated)?;
-    let (device, mut warnings) = (comparison_run.searches.device(), comparison_run.searches.warnings().to_vec());
+    let steiglitz = spec.steiglitz_mcbride.then(|| Steiglitz::of(&subject, spec, reference.as_deref().ok()));
+    let mut warnings = searches.warnings().to_vec();
     if subject.truth.is_none() {
         warnings.extend(warnings_of_records(&subject.records));
     }
-    let spec = spec.clone();
-    let evaluations = before;
-    Ok(Comparison {
+    let mut comparison = Comparison {
         subject,
-        spec,
+        spec: spec.clone(),
         blocks,
-        steiglitz,
+        steiglitz: steiglitz.transpose()?,
         reference,
-        initial,
-        device,
+        initial: problems[0].signals().iter().map(|signals| signals.initial()).collect(),
+        device: searches.device(),
         warnings,
         interrupted,
-        evaluations,
+        evaluations: before,
         batch_seconds,
-    })
+    };
+    comparison.add_costs()?;
+    Ok(comparison)
 }
 
 fn check(spec: &CompareSpec) -> Result<()> {
@@ -215,27 +222,6 @@ fn check(spec: &CompareSpec) -> Result<()> {
     }
     if spec.target.is_some_and(|cost| !(cost.is_finite() && cost > 0.0)) {
         return Err(Error::usage(text!([Target] " is no cost"), "Give a positive number."));
-    }
-    Ok(())
-}
-
-/// The motors that were estimated without a search, and the initial states of the searches.
-struct Estimated<'a> {
-    refined: Option<&'a Identification>,
-    steiglitz: Option<&'a Parameters>,
-    initial: &'a [[f64; 2]],
-}
-
-/// Adds the costs of these motors in the criterion of each block.
-fn add_costs(blocks: &mut [Block], subject: &Subject, spec: &CompareSpec, estimated: &Estimated<'_>) -> Result<()> {
-    for block in blocks {
-        // Of all five parameters: what is held in the searches is not held in these.
-        let problem = Problem::new(&subject.records, spec.model, Space::table2(), block.setting.criterion)?;
-        let cost = |p: &Parameters| Some(Scalar::cost(&problem, &p.to_array())).filter(|cost| cost.is_finite());
-        // The refinement may have estimated another initial state than the searches take.
-        let same = |found: &&Identification| found.initial.iter().flatten().eq(estimated.initial.iter().flatten());
-        block.reference_cost = estimated.refined.filter(same).and_then(|found| cost(&found.parameters));
-        block.steiglitz_cost = estimated.steiglitz.and_then(cost);
     }
     Ok(())
 }

@@ -1,21 +1,21 @@
-//! What the runs of a block say: summaries, errors of parameters, a ranking that stands up.
+//! What the runs of a block say: summaries, a ranking that stands up.
 
 use super::{Block, MethodResult};
-use crate::motor::{Parameter, Parameters};
-use crate::numeric::{mean, quantile, sample_deviation, sorted};
+use crate::numeric::{mean, quantile, sorted};
 use crate::study::statistics::{holm, median_interval, superiority, wilcoxon};
 
 /// Runs below which neither an interval nor a test of 5 % can be had.
 pub const FEW: usize = 6;
 
 /// Costs of a method's runs.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Summary {
     /// The lowest.
     pub best: f64,
     /// The median.
     pub median: f64,
     /// Its 95 % bootstrap interval.
+    #[serde(rename = "median_ci95")]
     pub interval: [f64; 2],
     /// The highest.
     pub worst: f64,
@@ -74,34 +74,6 @@ impl MethodResult {
             failed: self.runs.iter().filter(|run| run.parameters.is_none()).count(),
         }
     }
-
-    /// Estimates of a parameter by all runs that have one.
-    #[must_use]
-    pub fn values(&self, parameter: Parameter) -> Vec<f64> {
-        self.runs.iter().filter_map(|run| Some(run.parameters?.get(parameter))).collect()
-    }
-
-    /// Relative errors of the best run's parameters and their means over runs, in percent; NaN without runs.
-    #[must_use]
-    pub fn errors(&self, expected: &Parameters) -> [[f64; 2]; 5] {
-        let best = self.best().and_then(|run| run.parameters);
-        Parameter::ALL.map(|p| {
-            let error = |value: f64| relative(value, expected.get(p));
-            let all: Vec<f64> = self.values(p).into_iter().map(error).collect();
-            [best.map_or(f64::NAN, |best| error(best.get(p))), mean(&all)]
-        })
-    }
-
-    /// Standard deviations of the parameters over runs.
-    #[must_use]
-    pub fn deviations(&self) -> [f64; 5] {
-        Parameter::ALL.map(|p| sample_deviation(&self.values(p)))
-    }
-}
-
-/// The error of a value in percent of what it should be.
-pub(super) fn relative(value: f64, expected: f64) -> f64 {
-    100.0 * ((value - expected) / expected).abs()
 }
 
 impl Block {

@@ -38,25 +38,21 @@ impl CompareSettings {
     /// `Usage` for what cannot be, and for what is asked twice.
     pub fn settings(&self) -> Result<Vec<Setting>> {
         let variants = self.variants()?;
-        for (name, twice) in [
-            (Named::Criteria, has_twice(&self.criteria)),
-            (Named::Population, has_twice(&self.population)),
-            (Named::Generations, has_twice(&self.generations)),
-        ] {
-            if twice {
-                return Err(Error::usage(text!({name} " has a value twice"), "Give each once."));
-            }
+        let repeated = [
+            (Named::Criteria, twice(&self.criteria).is_some()),
+            (Named::Population, twice(&self.population).is_some()),
+            (Named::Generations, twice(&self.generations).is_some()),
+        ];
+        if let Some((name, _)) = repeated.into_iter().find(|(_, is_repeated)| *is_repeated) {
+            return Err(Error::usage(text!({name} " has a value twice"), "Give each once."));
         }
         let mut settings = Vec::new();
         for criterion in &self.criteria {
             let criterion: Criterion = criterion.parse()?;
             for &population in &self.population {
                 for &generations in &self.generations {
-                    let setting = |methods: &Vec<Method>| {
-                        let methods = methods.clone();
-                        Setting { criterion, population, generations, methods }
-                    };
-                    settings.extend(variants.iter().map(setting));
+                    let setting = |methods| Setting { criterion, population, generations, methods };
+                    settings.extend(variants.iter().cloned().map(setting));
                 }
             }
         }
@@ -67,8 +63,8 @@ impl CompareSettings {
     fn variants(&self) -> Result<Vec<Vec<Method>>> {
         let all = &self.methods;
         let searches = SEARCHES.map(|search| search.name);
-        if let Some(twice) = (1..all.len()).find(|n| all[..*n].contains(&all[*n])) {
-            let message = text!([Methods](" names {} twice", all[twice].name()));
+        if let Some(twice) = twice(all) {
+            let message = text!([Methods](" names {} twice", twice.name()));
             return Err(Error::usage(message, "Name each once."));
         }
         if all.contains(&Method::Auto) {
@@ -119,6 +115,7 @@ impl CompareSettings {
     }
 }
 
-fn has_twice<T: PartialEq>(list: &[T]) -> bool {
-    (1..list.len()).any(|n| list[..n].contains(&list[n]))
+/// The first value that a list has twice.
+fn twice<T: PartialEq>(list: &[T]) -> Option<&T> {
+    (1..list.len()).find(|n| list[..*n].contains(&list[*n])).map(|n| &list[n])
 }

@@ -1,14 +1,12 @@
 //! Steiglitz–McBride beside the searches. It has no seeds: its spread is over records with new noise.
 
-use super::ranking::relative;
-use super::{CompareSpec, Subject};
+use super::{CompareSpec, MethodEstimates, Subject};
 use crate::Result;
 use crate::criterion::Noise;
 use crate::estimate::{SmOptions, try_steiglitz_mcbride};
 use crate::experiment::{Excitation, noise_of, simulated, with_noise};
 use crate::identify::Identification;
-use crate::motor::{Parameter, Parameters};
-use crate::numeric::{mean, sample_deviation};
+use crate::motor::Parameters;
 use crate::record::Record;
 use rayon::prelude::*;
 use std::time::Instant;
@@ -37,28 +35,30 @@ impl Steiglitz {
         };
         let first = &subject.records[0];
         let estimate = attempt(first)?;
-        let mut seconds = Vec::new();
-        for _ in 0..5 {
+        let mut seconds = [0.0; 5];
+        for seconds in &mut seconds {
             let begun = Instant::now();
             attempt(first)?.ok();
-            seconds.push(begun.elapsed().as_secs_f64());
+            *seconds = begun.elapsed().as_secs_f64();
         }
         seconds.sort_by(f64::total_cmp);
-        if spec.noise_records == 0 {
-            return Ok(Self { estimate, spread: Vec::new(), records: 0, sigma: [0.0; 2], seconds: seconds[2] });
-        }
-        let (clean, sigma) = match noiseless(subject, spec, reference)? {
-            Some(pair) => pair,
-            None => return Ok(Self { estimate, spread: Vec::new(), records: 0, sigma: [0.0; 2], seconds: seconds[2] }),
-        };
+        let alone = Self { estimate, spread: Vec::new(), records: 0, sigma: [0.0; 2], seconds: seconds[2] };
+        let noiseless = if spec.noise_records == 0 { None } else { noiseless(subject, spec, reference)? };
+        let Some((clean, sigma)) = noiseless else { return Ok(alone) };
         let again = |n: u64| -> Result<Option<Parameters>> {
             let seed = spec.seed.wrapping_mul(1_000_003).wrapping_add(n);
             Ok(attempt(&with_noise(&clean, sigma, seed)?)?.ok())
         };
         let spread: Vec<Option<Parameters>> =
             (0..spec.noise_records as u64).into_par_iter().map(again).collect::<Result<_>>()?;
-        let spread = spread.into_iter().flatten().collect();
-        Ok(Self { estimate, spread, records: spec.noise_records, sigma, seconds: seconds[2] })
+        Ok(Self { spread: spread.into_iter().flatten().collect(), records: spec.noise_records, sigma, ..alone })
+    }
+
+    /// Returns its estimate, with those from records with new noise as runs.
+    #[must_use]
+    pub fn estimates(&self) -> MethodEstimates {
+        let best = self.estimate.as_ref().ok().copied();
+        MethodEstimates { method: "sm", best, all: self.spread.clone(), seconds: Some(self.seconds) }
     }
 }
 
@@ -80,34 +80,4 @@ fn noiseless(
     let samples = first.samples().clone();
     let excitation = Excitation { time_s: samples.time_s, voltage: samples.voltage, torque: samples.torque };
     Ok(Some((simulated(&found.parameters, &excitation, spec.model.discretization)?, [current, speed])))
-}
-
-impl Steiglitz {
-    /// Standard deviations of the parameters over the records with new noise.
-    #[must_use]
-    pub fn deviations(&self) -> [f64; 5] {
-        Parameter::ALL.map(|p| sample_deviation(&self.values(p)))
-    }
-
-    /// Mean relative errors over them, in percent.
-    #[must_use]
-    pub fn errors(&self, expected: &Parameters) -> [f64; 5] {
-        let error = |p: Parameter| -> Vec<f64> {
-            self.values(p).into_iter().map(|value| relative(value, expected.get(p))).collect()
-        };
-        Parameter::ALL.map(|p| mean(&error(p)))
-    }
-
-    /// Relative errors of its estimate, and their means over the records with new noise, in percent; NaN without.
-    #[must_use]
-    pub fn all_errors(&self, expected: &Parameters) -> [[f64; 2]; 5] {
-        let means = self.errors(expected);
-        let own =
-            |p: Parameter| self.estimate.as_ref().map_or(f64::NAN, |found| relative(found.get(p), expected.get(p)));
-        Parameter::ALL.map(|p| [own(p), means[p as usize]])
-    }
-
-    fn values(&self, parameter: Parameter) -> Vec<f64> {
-        self.spread.iter().map(|found| found.get(parameter)).collect()
-    }
 }

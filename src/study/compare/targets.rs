@@ -10,7 +10,7 @@ use crate::numeric::{count, quantile, sorted};
 const TARGETS: usize = 51;
 
 /// A method's share of targets reached.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Reached {
     /// Evaluations of a run.
     pub evaluations: Vec<f64>,

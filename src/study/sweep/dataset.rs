@@ -29,7 +29,10 @@ pub(super) struct Recordings {
 }
 
 /// The recordings of a motor, or why there are none.
-pub(super) type Read = std::result::Result<Recordings, Error>;
+pub(super) type Read = Result<Recordings>;
+
+/// The motor that was read last, with its recordings: one with many drawings of noise is read once.
+pub(super) type Kept = Option<(usize, Read)>;
 
 impl Recordings {
     /// A result with how well it explains what was held out.
@@ -53,6 +56,11 @@ impl Sweep {
             None => fitted,
         };
         Ok(Recordings { fitted: Arc::new(fitted), held_out: Arc::new(held_out) })
+    }
+
+    /// The recordings of a motor, which may be the one that was kept.
+    pub(super) fn read_or_kept(&self, motor: usize, kept: Option<&(usize, Read)>) -> Read {
+        kept.filter(|(of, _)| *of == motor).map_or_else(|| self.read(motor), |(_, recordings)| recordings.clone())
     }
 
     fn read_all(&self, files: &[File]) -> Result<Vec<Record>> {

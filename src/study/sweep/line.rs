@@ -18,7 +18,7 @@ use sha2::{Digest as _, Sha256};
 type Name = &'static str;
 
 /// The part of an identification that the line of a run has.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// The parameters; `None` where there is no result.
     #[serde(flatten, serialize_with = "estimates")]
@@ -36,10 +36,10 @@ pub struct Outcome {
     #[serde(serialize_with = "stop", deserialize_with = "read_stop")]
     pub stop: Option<Stop>,
     /// cpu or gpu.
-    #[serde(deserialize_with = "read_device")]
+    #[serde(deserialize_with = "read_name")]
     pub device: Name,
     /// f32 or f64.
-    #[serde(deserialize_with = "read_precision")]
+    #[serde(deserialize_with = "read_name")]
     pub precision: Name,
     /// Codes of warnings.
     pub warnings: Vec<String>,
@@ -83,17 +83,10 @@ fn read_stop<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Stop>,
     if known.is_none() && name != FAILED { Err(D::Error::custom("an unknown reason")) } else { Ok(known) }
 }
 
-fn read_device<'de, D: Deserializer<'de>>(deserializer: D) -> Result<&'static str, D::Error> {
-    one_of(deserializer, ["cpu", "gpu"])
-}
-
-fn read_precision<'de, D: Deserializer<'de>>(deserializer: D) -> Result<&'static str, D::Error> {
-    one_of(deserializer, ["f64", "f32"])
-}
-
-fn one_of<'de, D: Deserializer<'de>>(deserializer: D, all: [&'static str; 2]) -> Result<&'static str, D::Error> {
+fn read_name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Name, D::Error> {
     let name = String::deserialize(deserializer)?;
-    all.into_iter().find(|known| *known == name).ok_or_else(|| D::Error::custom("an unknown name"))
+    let known = ["cpu", "gpu", "f64", "f32"].into_iter().find(|known| *known == name);
+    known.ok_or_else(|| D::Error::custom("an unknown name"))
 }
 
 /// Why a run has no result.
@@ -120,18 +113,8 @@ impl Outcome {
         // Where the files lie is no part of a result.
         let message = error.text().respelled(as_key).to_string().replace(root, "");
         let remedy = error.hint().respelled(as_key).to_string();
-        Self {
-            estimates: None,
-            cost: None,
-            fit_percent: None,
-            validation: None,
-            evaluations: 0,
-            stop: None,
-            device: "cpu",
-            precision: "f64",
-            warnings: Vec::new(),
-            error: Some(Failure { kind: kind.to_owned(), message, remedy }),
-        }
+        let error = Some(Failure { kind: kind.to_owned(), message, remedy });
+        Self { device: "cpu", precision: "f64", error, ..Self::default() }
     }
 
     /// The part of a result that a line has.
@@ -174,23 +157,23 @@ impl Row {
     }
 }
 
-/// A line as it is written.
-#[derive(Serialize)]
-struct Line<'a> {
-    id: u64,
-    motor: &'a str,
-    method: &'a str,
-    polish: &'a str,
+/// A line without its time.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Line {
+    pub id: u64,
+    pub motor: String,
+    pub method: String,
+    pub polish: String,
     #[serde(skip_serializing_if = "Option::is_none")]
-    with: Option<&'a str>,
-    population: usize,
-    generations: usize,
-    criterion: &'a str,
-    scale: &'a str,
-    noise: &'a str,
-    seed: u64,
+    pub with: Option<String>,
+    pub population: u64,
+    pub generations: u64,
+    pub criterion: String,
+    pub scale: String,
+    pub noise: String,
+    pub seed: u64,
     #[serde(flatten)]
-    outcome: &'a Outcome,
+    pub outcome: Outcome,
 }
 
 /// What stands between the result and its time: no text in JSON can hold it, for it has bare quotes.
@@ -201,17 +184,17 @@ pub(super) fn line(study: &Study, job: &Job, motor: &str, outcome: &Outcome, sec
     let f = &job.factors;
     let line = Line {
         id: job.id,
-        motor,
-        method: f.method.name(),
-        polish: f.polish.name(),
-        with: study.with_name(f),
-        population: f.population,
-        generations: f.generations,
-        criterion: f.criterion.name(),
-        scale: f.scale.name(),
-        noise: &study.noise[f.noise].name,
+        motor: motor.to_owned(),
+        method: f.method.name().to_owned(),
+        polish: f.polish.name().to_owned(),
+        with: study.with_name(f).map(str::to_owned),
+        population: f.population as u64,
+        generations: f.generations as u64,
+        criterion: f.criterion.name().to_owned(),
+        scale: f.scale.name().to_owned(),
+        noise: study.noise[f.noise].name.clone(),
         seed: f.seed,
-        outcome,
+        outcome: outcome.clone(),
     };
     let mut text = printable_json(&serde_json::to_string(&line).unwrap_or_default());
     text.pop();
@@ -239,37 +222,10 @@ pub(super) fn split(line: &str) -> Option<(String, f64)> {
     (timing.check == check(text)).then(|| (format!("{text}}}"), timing.seconds))
 }
 
-/// An outcome for tests: that of the M2 motor with a Coulomb friction and a load of the second recording.
-#[cfg(test)]
-pub(super) fn sample() -> Outcome {
-    use crate::identify::ParameterEstimate;
-    use crate::motor::{Parameter, Parameters, Scope};
-    let own = Parameter::ALL.map(|p| (p, Scope::Shared, Parameters::M2.get(p)));
-    let more = [(Parameter::Coulomb, Scope::Shared, 1e-300), (Parameter::Load, Scope::Recording(1), -0.1)];
-    let estimate = |(n, &(parameter, scope, value)): (usize, &(Parameter, Scope, f64))| ParameterEstimate {
-        std_error: (n % 2 == 0).then_some(0.1),
-        ci95: (n % 2 == 0).then_some([1e-9, 1e300]),
-        at_bound: (n == 3).then_some("max"),
-        ..ParameterEstimate::new(parameter, scope, (n != 1).then_some(value))
-    };
-    let list = own.iter().chain(&more).enumerate().map(estimate).collect();
-    Outcome {
-        estimates: Some(Estimates { list, polished: true }),
-        cost: Some(0.025),
-        fit_percent: Some([Some(99.5), None].into()),
-        validation: None,
-        evaluations: 4,
-        stop: Some(Stop::Converged),
-        device: "cpu",
-        precision: "f64",
-        warnings: Vec::new(),
-        error: None,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::sweep::sample::sample;
 
     #[test]
     fn a_line_comes_back_and_its_time_comes_off() {

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// The version of the manifest and of the results.
 pub(super) const FORMAT: u32 = 1;
 /// What is read of a file at once.
-const PIECE: usize = 64 << 10;
+const PIECE: u64 = 64 << 10;
 /// The most runs of a sweep.
 const RUNS_MAX: u64 = 100_000_000;
 
@@ -131,38 +131,21 @@ impl Manifest {
         if let Some((old, _)) = self.motors.iter().zip(&other.motors).find(|(a, b)| a != b) {
             return format!("the recording of {} has changed", excerpt(&old.motor));
         }
-        format!(
-            "the device is {} {} instead of {} {}",
-            other.device.kind, other.device.precision, self.device.kind, self.device.precision
-        )
-    }
-
-    /// As text; the same sweep always gives the same.
-    pub(super) fn text(&self) -> Result<String> {
-        let text = serde_json::to_string_pretty(self);
-        text.map(|text| text + "\n")
-            .map_err(|e| Error::data(format!("the manifest cannot be made: {e}"), "Check the names."))
+        let [new, old] = [other, self].map(|of| format!("{} {}", of.device.kind, of.device.precision));
+        format!("the device is {new} instead of {old}")
     }
 
     /// The file of a motor from where we are.
     pub(super) fn file(&self, file: &File) -> PathBuf {
         // Each part of a joined recording is a path of its own.
-        let parts: Vec<String> = Reading::files(Path::new(&file.path))
-            .iter()
-            .map(|part| Path::new(&self.folder).join(part).to_string_lossy().into_owned())
-            .collect();
-        let whole = Path::new(&self.folder).join(&file.path);
-        if whole.exists() { whole } else { PathBuf::from(parts.join("+")) }
+        let folder = Path::new(&self.folder);
+        let parts = parts(folder, &file.path).into_iter().map(|part| folder.join(part).to_string_lossy().into_owned());
+        PathBuf::from(parts.collect::<Vec<_>>().join("+"))
     }
 }
 
-/// A motor whose files are found.
-struct MotorFiles {
-    /// Its name, where the study gives one.
-    name: Option<String>,
-    files: Vec<String>,
-    validate: Vec<String>,
-}
+/// A motor whose files are found: its name, where the study gives one, the files that are fitted and those held out.
+type MotorFiles = (Option<String>, Vec<String>, Vec<String>);
 
 /// The motors of a study.
 fn motors(study: &Study, folder: &Path, path: &Path) -> Result<Vec<Motor>> {
@@ -171,23 +154,22 @@ fn motors(study: &Study, folder: &Path, path: &Path) -> Result<Vec<Motor>> {
         Ok(found.concat())
     };
     let held_out = all(&study.validate)?;
-    let mut found = Vec::new();
+    let mut found: Vec<MotorFiles> = Vec::new();
     for entry in &study.recordings {
         match entry {
-            Entry::Files(pattern) => found.extend(files(pattern, folder, path)?.into_iter().map(|file| MotorFiles {
-                name: None,
-                files: vec![file],
-                validate: held_out.clone(),
-            })),
-            Entry::Motor { name, files, validate } => found.push(MotorFiles {
-                name: Some(name.clone()),
-                files: all(files)?,
-                validate: if validate.is_empty() { held_out.clone() } else { all(validate)? },
-            }),
+            Entry::Files(pattern) => {
+                let files = files(pattern, folder, path)?.into_iter();
+                found.extend(files.map(|file| (None, vec![file], held_out.clone())));
+            }
+            Entry::Motor { name, files, validate } => {
+                let files = all(files)?;
+                let validate = if validate.is_empty() { held_out.clone() } else { all(validate)? };
+                found.push((Some(name.clone()), files, validate));
+            }
         }
     }
     let mut seen = BTreeSet::new();
-    for file in found.iter().flat_map(|motor| &motor.files) {
+    for file in found.iter().flat_map(|(_, files, _)| files) {
         let whole = folder.join(file);
         if !seen.insert(whole.canonicalize().unwrap_or(whole)) {
             let message = format!("recordings: {} is named twice", excerpt(file));
@@ -201,18 +183,21 @@ fn motors(study: &Study, folder: &Path, path: &Path) -> Result<Vec<Motor>> {
         return Err(Error::usage(message, "Give each motor a name of its own.").in_file(path));
     }
     let pinned = |files: &[String]| files.iter().map(|file| pinned(folder, file)).collect();
-    let pin =
-        |(motor, of): (String, &MotorFiles)| Motor { motor, files: pinned(&of.files), validate: pinned(&of.validate) };
-    Ok(names.into_par_iter().zip(&found).map(pin).collect())
+    let motor = |(motor, (_, files, validate)): (String, &MotorFiles)| {
+        let (files, validate) = (pinned(files), pinned(validate));
+        Motor { motor, files, validate }
+    };
+    Ok(names.into_par_iter().zip(&found).map(motor).collect())
 }
 
 /// Names of motors: as given, else the file's name without its ending where that is unique, else its path.
 fn names(found: &[MotorFiles]) -> Vec<String> {
     let stem = |file: &str| Path::new(file).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-    let stems: Vec<String> = found.iter().map(|of| of.name.clone().unwrap_or_else(|| stem(&of.files[0]))).collect();
-    let unique = stems.iter().collect::<BTreeSet<_>>().len() == stems.len();
-    let whole = |of: &MotorFiles| of.name.clone().unwrap_or_else(|| of.files[0].clone());
-    if unique { stems } else { found.iter().map(whole).collect() }
+    let all = |of: &dyn Fn(&str) -> String| -> Vec<String> {
+        found.iter().map(|(name, files, _)| name.clone().unwrap_or_else(|| of(&files[0]))).collect()
+    };
+    let stems = all(&stem);
+    if stems.iter().collect::<BTreeSet<_>>().len() == stems.len() { stems } else { all(&str::to_owned) }
 }
 
 /// The files of a pattern, sorted; of a plain path the path itself.
@@ -288,16 +273,11 @@ fn pinned(folder: &Path, file: &str) -> File {
 /// The digest of a file, and its size.
 fn digest(path: &Path) -> std::io::Result<(String, u64)> {
     let (mut file, mut hasher, mut bytes) = (std::fs::File::open(path)?, Sha256::new(), 0);
-    let mut piece = vec![0; PIECE];
-    loop {
-        match file.read(&mut piece) {
-            Ok(0) => return Ok((hexadecimal(&hasher.finalize()), bytes)),
-            Ok(count) => {
-                hasher.update(&piece[..count]);
-                bytes += count as u64;
-            }
-            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
+    let mut piece = Vec::new();
+    while file.by_ref().take(PIECE).read_to_end(&mut piece)? > 0 {
+        hasher.update(&piece);
+        bytes += piece.len() as u64;
+        piece.clear();
     }
+    Ok((hexadecimal(&hasher.finalize()), bytes))
 }

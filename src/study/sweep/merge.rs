@@ -1,14 +1,14 @@
 //! All shards put in order: `results.jsonl` without times, `timings.jsonl` with them, and what a sweep has done so far.
 
 use super::line::{Outcome, split};
-use super::run::Bits;
+use super::runs::Bits;
 use super::shard::Shard;
 use super::store::{Place, ResultsFile, files, scan, unreadable, unwritable};
 use super::summary::SweepSummary;
 use super::{Sweep, replace};
 use crate::{Error, Result};
 use std::fs::{File, TryLockError};
-use std::io::{BufReader, Read as _, Seek as _, SeekFrom, Write as _};
+use std::io::{BufReader, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
 /// The merged results.
@@ -29,9 +29,10 @@ pub struct Merged {
 }
 
 /// A results file of a sweep.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct ShardStatus {
     /// Which shard.
+    #[serde(flatten)]
     pub shard: Shard,
     /// Finished runs in its file.
     pub done: u64,
@@ -42,7 +43,7 @@ pub struct ShardStatus {
 }
 
 /// How far a sweep is.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct SweepStatus {
     /// The study's name.
     pub name: String,
@@ -52,41 +53,32 @@ pub struct SweepStatus {
     pub done: u64,
     /// Of these, runs without a result.
     pub failed: u64,
-    /// The results files.
-    pub shards: Vec<ShardStatus>,
+    /// Runs that are not finished.
+    pub missing: u64,
     /// Whether the merged results are there.
     pub merged: bool,
+    /// The results files.
+    pub shards: Vec<ShardStatus>,
 }
 
-/// Where the line of each run stands.
-struct Index {
-    /// File (from 1 on, 0 for none), length, offset.
-    places: Vec<(u32, u32, u64)>,
-    /// Whether the run at that place has a result.
-    good: Bits,
-    damaged: u64,
-}
+/// Where the line of a run stands: file (from 1 on, 0 for none), length, offset.
+type Spot = (u32, u32, u64);
 
-impl Index {
-    fn new(sweep: &Sweep, found: &[ResultsFile]) -> Result<Self> {
-        let runs = usize::try_from(sweep.manifest.runs).unwrap_or(usize::MAX);
-        let mut index = Self { places: vec![(0, 0, 0); runs], good: Bits::new(sweep.manifest.runs), damaged: 0 };
-        for (file, found) in (1..).zip(found) {
-            index.damaged += scan(&found.path, |place| index_one(&mut index.places, &mut index.good, file, &place))?;
-        }
-        Ok(index)
+/// Where the line of each run stands, and how many lines are damaged.
+fn index(sweep: &Sweep, found: &[ResultsFile]) -> Result<(Vec<Spot>, u64)> {
+    let runs = usize::try_from(sweep.manifest.runs).unwrap_or(usize::MAX);
+    let (mut spots, mut good, mut damaged) = (vec![(0, 0, 0); runs], Bits::new(sweep.manifest.runs), 0);
+    for (file, found) in (1..).zip(found) {
+        // A run that another shard count did again counts once: the first result, and of failures the last.
+        damaged += scan(&found.path, |Place { row, length, offset }| {
+            let spot = usize::try_from(row.id).ok().and_then(|n| spots.get_mut(n));
+            if let Some(spot) = spot.filter(|_| !good.get(row.id)) {
+                *spot = (file, length, offset);
+                good.set(row.id, !row.is_retried());
+            }
+        })?;
     }
-}
-
-/// A run that another shard count did again counts once: the first result, and of failures the last.
-fn index_one(places: &mut [(u32, u32, u64)], good: &mut Bits, file: u32, place: &Place) {
-    let id = place.row.id;
-    if let Some(slot) = usize::try_from(id).ok().and_then(|n| places.get_mut(n))
-        && !good.get(id)
-    {
-        *slot = (file, place.length, place.offset);
-        good.set(id, !place.row.is_retried());
-    }
+    Ok((spots, damaged))
 }
 
 impl Sweep {
@@ -97,40 +89,32 @@ impl Sweep {
     pub fn merge(&self) -> Result<Merged> {
         remove_leftovers(&self.folder);
         let found = files(&self.folder, &self.digest)?;
-        let index = Index::new(self, &found)?;
-        let mut readers = found
-            .iter()
-            .map(|f| File::open(&f.path).map(|file| Reader::new(file, &f.path)).map_err(|e| unreadable(&f.path, &e)))
-            .collect::<Result<Vec<_>>>()?;
+        let (spots, damaged) = index(self, &found)?;
+        let mut readers = found.into_iter().map(|found| Reader::open(found.path)).collect::<Result<Vec<_>>>()?;
         let mut summary = SweepSummary::new(self);
         let (results, timings) = (self.folder.join(RESULTS), self.folder.join(TIMINGS));
-        let mut fault: Option<Error> = None;
+        let failed = |error: std::io::Error| unwritable(&results, &error);
         replace(&results, |sorted| {
-            let made = replace(&timings, |times| {
-                let read = self.sorted(&index, &mut readers, &mut summary, &mut |result, id, seconds| {
-                    sorted.write_all(result.as_bytes())?;
-                    sorted.write_all(b"\n")?;
-                    writeln!(times, "{{\"id\":{id},\"seconds\":{seconds:.9}}}")
-                });
-                fault = read.err();
-                Ok(())
-            });
-            fault = fault.take().or(made.err());
-            if fault.is_some() { Err(std::io::ErrorKind::Other.into()) } else { Ok(()) }
-        })
-        .map_err(|error| fault.take().unwrap_or(error))?;
-        Ok(Merged { results, summary, damaged: index.damaged })
+            replace(&timings, |times| {
+                self.sorted(&spots, &mut readers, &mut summary, &mut |result, id, seconds| {
+                    sorted.write_all(result.as_bytes()).map_err(failed)?;
+                    sorted.write_all(b"\n").map_err(failed)?;
+                    writeln!(times, "{{\"id\":{id},\"seconds\":{seconds:.9}}}").map_err(failed)
+                })
+            })
+        })?;
+        Ok(Merged { results, summary, damaged })
     }
 
     /// Goes through the runs by number.
     fn sorted(
         &self,
-        index: &Index,
+        spots: &[Spot],
         readers: &mut [Reader],
         summary: &mut SweepSummary,
-        write: &mut dyn FnMut(&str, u64, f64) -> std::io::Result<()>,
+        write: &mut dyn FnMut(&str, u64, f64) -> Result<()>,
     ) -> Result<()> {
-        for (id, &(file, length, offset)) in (0..).zip(&index.places) {
+        for (id, &(file, length, offset)) in (0..).zip(spots) {
             if file == 0 {
                 summary.missing += 1;
                 continue;
@@ -143,7 +127,7 @@ impl Sweep {
             };
             let (result, seconds) = split(line.trim_end()).ok_or_else(broken)?;
             let outcome: Outcome = serde_json::from_str(&result).map_err(|_| broken())?;
-            write(&result, id, seconds).map_err(|error| unwritable(&self.folder.join(RESULTS), &error))?;
+            write(&result, id, seconds)?;
             summary.add(self, &self.runs.job(id), outcome, seconds);
         }
         Ok(())
@@ -159,11 +143,9 @@ impl Sweep {
         for file in files(&self.folder, &self.digest)? {
             let (mut done, mut own) = (bits(), bits());
             scan(&file.path, |Place { row, .. }| {
-                done.set(row.id, true);
-                all.set(row.id, true);
+                [&mut done, &mut all].into_iter().for_each(|bits| bits.set(row.id, true));
                 if row.error.is_none() {
-                    own.set(row.id, true);
-                    good.set(row.id, true);
+                    [&mut own, &mut good].into_iter().for_each(|bits| bits.set(row.id, true));
                 }
             })?;
             let running = File::open(&file.path)
@@ -176,8 +158,9 @@ impl Sweep {
             runs: self.manifest.runs,
             done: all.count(),
             failed: all.count() - good.count(),
-            shards,
+            missing: self.manifest.runs - all.count(),
             merged: self.folder.join(RESULTS).exists(),
+            shards,
         })
     }
 }
@@ -206,21 +189,16 @@ struct Reader {
 }
 
 impl Reader {
-    fn new(file: File, path: &Path) -> Self {
-        Self { file: BufReader::with_capacity(1 << 16, file), at: 0, path: path.to_path_buf() }
+    fn open(path: PathBuf) -> Result<Self> {
+        let file = File::open(&path).map_err(|error| unreadable(&path, &error))?;
+        Ok(Self { file: BufReader::with_capacity(1 << 16, file), at: 0, path })
     }
 
     fn line(&mut self, offset: u64, length: u32) -> Result<String> {
         let mut bytes = vec![0; length as usize];
-        let mut read = || {
-            match i64::try_from(offset).ok().zip(i64::try_from(self.at).ok()) {
-                // Within what is buffered nothing is read again.
-                Some((to, from)) => self.file.seek_relative(to - from)?,
-                None => self.file.seek(SeekFrom::Start(offset)).map(|_| ())?,
-            }
-            self.file.read_exact(&mut bytes)
-        };
-        read().map_err(|error| unreadable(&self.path, &error))?;
+        // Within what is buffered nothing is read again.
+        let moved = self.file.seek_relative(offset.cast_signed() - self.at.cast_signed());
+        moved.and_then(|()| self.file.read_exact(&mut bytes)).map_err(|error| unreadable(&self.path, &error))?;
         self.at = offset + u64::from(length);
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     }

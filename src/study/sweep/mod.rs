@@ -15,6 +15,8 @@ mod plan;
 mod remote_shard;
 mod run;
 mod runs;
+#[cfg(test)]
+mod sample;
 mod search;
 mod shard;
 mod store;
@@ -23,16 +25,23 @@ mod study;
 mod summary;
 mod toml;
 
+#[cfg(all(feature = "report", feature = "parquet"))]
+pub(crate) use line::Line;
 pub use line::{Failure, HeldOutFit, Outcome};
 pub use manifest::{File, Manifest, Motor, PinnedDevice};
 pub use merge::{Merged, ShardStatus, SweepStatus};
-pub use run::{FailedRun, Failures, SweepProgress, Tally};
-pub use runs::{Job, Runs};
+pub use run::{FailedRun, Failures, Observe, SweepProgress, Tally};
+pub use runs::Job;
+use runs::Runs;
 pub use shard::Shard;
-pub use study::{AddedNoise, Entry, Factors, Level, Seeds, Study, keys};
-pub use summary::{Cell, Limits, MOTOR, MotorResult, Named, NamedRun, Quantiles, SweepBlock, SweepSummary};
+pub(crate) use store::unwritable;
+pub use study::Factors;
+use study::Study;
+pub use summary::{Cell, Limits, MOTOR, Named, NamedRun, Quantiles, SweepBlock, SweepSummary};
 
-use std::path::PathBuf;
+use crate::{Error, Result};
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A planned sweep.
@@ -53,15 +62,9 @@ impl Sweep {
         &self.manifest
     }
 
-    /// Its runs by number.
-    #[must_use]
-    pub fn runs(&self) -> &Runs {
-        &self.runs
-    }
-
     /// Its folder.
     #[must_use]
-    pub fn folder(&self) -> &std::path::Path {
+    pub fn folder(&self) -> &Path {
         &self.folder
     }
 
@@ -86,36 +89,30 @@ impl Sweep {
         self.owner(shard.count, id) == shard.index - 1
     }
 
-    fn failed(&self, error: &crate::Error) -> Outcome {
+    fn failed(&self, error: &Error) -> Outcome {
         let root = format!("{}{}", self.manifest.folder, std::path::MAIN_SEPARATOR);
         Outcome::failed(error, &crate::text::printable(&root))
     }
 }
 
 /// A name beside a file, of its own for all who write that file at once.
-fn beside(path: &std::path::Path) -> std::path::PathBuf {
+fn beside(path: &Path) -> PathBuf {
     static WRITTEN: AtomicU64 = AtomicU64::new(0);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!(".{name}.{}.{}", std::process::id(), WRITTEN.fetch_add(1, Ordering::Relaxed)))
 }
 
 /// A file that is replaced as a whole: beside, synced, renamed.
-pub(crate) fn replace(
-    path: &std::path::Path,
-    write: impl FnOnce(&mut std::io::BufWriter<std::fs::File>) -> std::io::Result<()>,
-) -> crate::Result<()> {
-    use std::io::Write as _;
+pub(crate) fn replace(path: &Path, write: impl FnOnce(&mut BufWriter<std::fs::File>) -> Result<()>) -> Result<()> {
     let beside = beside(path);
+    let failed = |error: std::io::Error| unwritable(path, &error);
     let all = || {
-        let mut file = std::io::BufWriter::with_capacity(1 << 18, std::fs::File::create(&beside)?);
+        let mut file = BufWriter::with_capacity(1 << 18, std::fs::File::create(&beside).map_err(failed)?);
         write(&mut file)?;
-        file.flush()?;
-        file.get_ref().sync_all()?;
+        let file = file.into_inner().map_err(|error| failed(error.into_error()))?;
+        file.sync_all().map_err(failed)?;
         drop(file);
-        std::fs::rename(&beside, path)
+        std::fs::rename(&beside, path).map_err(failed)
     };
-    all().map_err(|error| {
-        let _ = std::fs::remove_file(&beside);
-        store::unwritable(path, &error)
-    })
+    all().inspect_err(|_| drop(std::fs::remove_file(&beside)))
 }

@@ -2,7 +2,7 @@
 
 use super::manifest::{Manifest, PinnedDevice};
 use super::runs::Runs;
-use super::store::unreadable;
+use super::store::{unreadable, unwritable};
 use super::study::Study;
 use super::{Sweep, replace};
 use crate::device::{BatchSearchEvaluator, DeviceSpec, PrecisionSpec, ThroughputProfile};
@@ -52,8 +52,10 @@ impl Sweep {
             let message = format!("holds another sweep: {difference}");
             return Err(Error::data(message, remedy).in_file(folder));
         }
-        std::fs::create_dir_all(folder).map_err(|e| super::store::unwritable(folder, &e))?;
-        let text = manifest.text()?;
+        std::fs::create_dir_all(folder).map_err(|e| unwritable(folder, &e))?;
+        let failed = |e| Error::data(format!("the manifest cannot be made: {e}"), "Check the names.");
+        // The same sweep always gives the same text.
+        let text = serde_json::to_string_pretty(&manifest).map_err(failed)? + "\n";
         place(&folder.join(NAME), &text)?;
         Ok((Self::open(folder)?, false))
     }
@@ -117,9 +119,8 @@ fn read(path: &Path, most: u64) -> Result<String> {
 /// Puts a manifest where none is: two plans at once must not both think it theirs.
 fn place(path: &Path, text: &str) -> Result<()> {
     let beside = super::beside(path);
-    replace(&beside, |file| file.write_all(text.as_bytes()))?;
-    let placed = std::fs::hard_link(&beside, path);
-    let placed = match placed {
+    replace(&beside, |file| file.write_all(text.as_bytes()).map_err(|error| unwritable(&beside, &error)))?;
+    let placed = match std::fs::hard_link(&beside, path) {
         // A file system without links.
         Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => std::fs::rename(&beside, path),
         placed => placed,
@@ -130,7 +131,7 @@ fn place(path: &Path, text: &str) -> Result<()> {
             let message = "holds a sweep that was planned at the same time";
             Error::data(message, "Run the command again, or name another folder.").in_file(path)
         }
-        _ => super::store::unwritable(path, &error),
+        _ => unwritable(path, &error),
     })
 }
 
@@ -140,9 +141,8 @@ fn check_empty(folder: &Path) -> Result<()> {
         return Ok(());
     }
     let entries = std::fs::read_dir(folder).map_err(|error| unreadable(folder, &error))?;
-    let is_left =
-        |name: &std::ffi::OsStr| name.to_string_lossy().trim_start_matches('.').starts_with(&format!("{NAME}."));
-    if entries.flatten().any(|entry| !is_left(&entry.file_name())) {
+    let mut names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
+    if names.any(|name| !name.trim_start_matches('.').starts_with(&format!("{NAME}."))) {
         let message = "holds something else than a sweep: it is left as it is";
         return Err(Error::data(message, text!("Name a new folder with " [Out] ".")).in_file(folder));
     }
@@ -163,19 +163,20 @@ fn pinned(study: &Study, manifest: &Manifest, paces: Option<ThroughputProfile>) 
         DeviceSpec::GpuName(name) => format!("gpu:{name}"),
         _ => "gpu".to_owned(),
     };
-    match opened(study, manifest, paces) {
-        Ok(("cpu", _)) => Ok(cpu),
-        Ok((kind, precision)) => Ok(PinnedDevice { kind: kind.to_owned(), select, precision: precision.to_owned() }),
+    let (kind, precision) = match opened(study, manifest, paces) {
+        Ok(("cpu", _)) => return Ok(cpu),
+        Ok(device) => device,
         // Planned where there is no GPU, for machines that have one.
         Err(error) if error.kind() == ErrorKind::Device && spec.precision != PrecisionSpec::Auto => {
-            Ok(PinnedDevice { kind: "gpu".to_owned(), select, precision: spec.precision.name().to_owned() })
+            ("gpu", spec.precision.name())
         }
         Err(error) if error.kind() == ErrorKind::Device => {
             let remedy = "Give precision = \"f32\" or \"f64\" to plan for another machine, or device = \"cpu\".";
-            Err(Error::new(ErrorKind::Device, error.to_string(), remedy))
+            return Err(Error::new(ErrorKind::Device, error.to_string(), remedy));
         }
-        Err(error) => Err(error),
-    }
+        Err(error) => return Err(error),
+    };
+    Ok(PinnedDevice { kind: kind.to_owned(), select, precision: precision.to_owned() })
 }
 
 /// Opens the device of a study, and tells its kind and numbers.

@@ -1,7 +1,7 @@
 //! A shard on a machine that does not see the folder: what it needs there, and how its results come back.
 
 use super::manifest::{FORMAT, parts};
-use super::run::Bits;
+use super::runs::Bits;
 use super::store::{Head, Log, files, row, scan, scan_lines};
 use super::{Shard, Sweep};
 use crate::text::printable;
@@ -25,16 +25,11 @@ impl Sweep {
     pub fn left(&self, count: u64) -> Result<Vec<u64>> {
         let mut done = Bits::new(self.manifest.runs);
         for found in files(&self.folder, &self.digest)? {
-            scan(&found.path, |place| {
-                if !place.row.is_retried() {
-                    done.set(place.row.id, true);
-                }
-            })?;
+            mark(&found.path, &mut done)?;
         }
         let mut left = vec![0; usize::try_from(count).unwrap_or(0)];
         for id in (0..self.manifest.runs).filter(|id| !done.get(*id)) {
-            let shard = usize::try_from(self.owner(count, id)).ok().and_then(|shard| left.get_mut(shard));
-            shard.into_iter().for_each(|left| *left += 1);
+            left[crate::numeric::index(self.owner(count, id))] += 1;
         }
         Ok(left)
     }
@@ -97,14 +92,11 @@ impl Sweep {
         }
         let mut log = Log::open(&self.folder, &head)?;
         let mut done = Bits::new(self.manifest.runs);
-        scan(&self.folder.join(shard.file()), |place| {
-            if !place.row.is_retried() {
-                done.set(place.row.id, true);
-            }
-        })?;
+        mark(&self.folder.join(shard.file()), &mut done)?;
         let (mut new, mut count) = (String::new(), 0);
         for line in lines {
-            let whole = row(line).filter(|row| line.ends_with(b"\n") && self.is_own(shard, row.id));
+            let is_own = |id: u64| id < self.manifest.runs && self.owns(shard, id);
+            let whole = row(line).filter(|row| line.ends_with(b"\n") && is_own(row.id));
             let (Some(row), Ok(text)) = (whole, std::str::from_utf8(line)) else {
                 return Err(wrong("came back damaged"));
             };
@@ -115,13 +107,16 @@ impl Sweep {
             }
         }
         log.add(&new);
-        match log.close() {
-            (_, Some(fault)) => Err(fault),
-            _ => Ok(count),
-        }
+        log.close().1.map_or(Ok(count), Err)
     }
+}
 
-    fn is_own(&self, shard: Shard, id: u64) -> bool {
-        id < self.manifest.runs && self.owns(shard, id)
-    }
+/// Marks the runs of a results file that need not be done again.
+fn mark(path: &Path, done: &mut Bits) -> Result<()> {
+    scan(path, |place| {
+        if !place.row.is_retried() {
+            done.set(place.row.id, true);
+        }
+    })
+    .map(drop)
 }

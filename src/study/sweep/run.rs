@@ -3,7 +3,7 @@
 use super::Sweep;
 use super::line::{Outcome, line};
 use super::manifest::FORMAT;
-use super::runs::Job;
+use super::runs::{Bits, Job};
 use super::shard::Shard;
 use super::store::{Head, Log, files, scan};
 use crate::evaluate::Level;
@@ -46,7 +46,7 @@ impl SweepProgress {
 }
 
 /// Runs of a motor without a result, for one reason.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct FailedRun {
     /// The number of the first.
     pub id: u64,
@@ -113,7 +113,7 @@ pub struct Tally {
 }
 
 /// Sees the progress, and may end the run.
-pub(super) type Observe<'a> = dyn FnMut(&SweepProgress) -> ControlFlow<()> + 'a;
+pub type Observe<'a> = dyn FnMut(&SweepProgress) -> ControlFlow<()> + 'a;
 
 /// A shard on its way.
 pub(super) struct Running<'a> {
@@ -131,7 +131,17 @@ pub(super) enum End {
     Interrupted,
     /// The disk takes nothing more.
     Stuck,
+    Failed(Error),
 }
+
+impl From<Error> for End {
+    fn from(error: Error) -> Self {
+        Self::Failed(error)
+    }
+}
+
+/// A step of a run, which may be its last.
+pub(super) type Step = std::result::Result<(), End>;
 
 impl Sweep {
     /// Runs what is left of a shard, in the rayon pool of the caller. `observe` sees the progress and may end it.
@@ -139,11 +149,7 @@ impl Sweep {
     /// # Errors
     /// `Data` when the folder cannot be written, another run has the shard, or results are of another study; `Device`
     /// when the device is not there or is lost for good. What was finished until then is kept.
-    pub fn run<'a>(
-        &'a self,
-        shard: Shard,
-        observe: &'a mut (dyn FnMut(&SweepProgress) -> ControlFlow<()> + 'a),
-    ) -> Result<Tally> {
+    pub fn run<'a>(&'a self, shard: Shard, observe: &'a mut Observe<'a>) -> Result<Tally> {
         let head = Head {
             motorfit: env!("CARGO_PKG_VERSION").to_owned(),
             format: FORMAT,
@@ -174,41 +180,25 @@ impl Sweep {
             }
         }
         let mut running = Running { sweep: self, shard, done, log, tally, observe, begun: Instant::now() };
-        for id in 0..self.manifest.runs {
-            if running.owns(id) {
-                running.tally.total += 1;
-                running.tally.before += u64::from(running.done.get(id));
-                running.tally.failed += u64::from(failed.get(id));
-            }
+        for id in (0..self.manifest.runs).filter(|id| self.owns(shard, *id)) {
+            running.tally.total += 1;
+            running.tally.before += u64::from(running.done.get(id));
+            running.tally.failed += u64::from(failed.get(id));
         }
         if damaged > 0 && running.tally.before < running.tally.total {
             let message =
                 format!("{damaged} lines of results are damaged; runs that are missing for it are done again");
             running.tally.warnings.push(Warning::new("results_damaged", message));
         }
-        let end = running.all();
+        let end = running.stream(false).and_then(|()| running.stream(true)).and_then(|()| running.search());
         running.close(end)
     }
 }
 
 impl Running<'_> {
-    fn all(&mut self) -> Result<Option<End>> {
-        for may_search in [false, true] {
-            if let Some(end) = self.stream(may_search)? {
-                return Ok(Some(end));
-            }
-        }
-        self.search()
-    }
-
-    /// Whether a run belongs to the shard.
-    fn owns(&self, id: u64) -> bool {
-        self.sweep.owns(self.shard, id)
-    }
-
     /// Whether a run is still to be done here.
     pub(super) fn is_due(&self, id: u64) -> bool {
-        self.owns(id) && !self.done.get(id)
+        self.sweep.owns(self.shard, id) && !self.done.get(id)
     }
 
     /// Whether anything of a motor may be due: a quick look before all of its runs are.
@@ -219,24 +209,15 @@ impl Running<'_> {
     }
 
     /// Tells the observer; `under_way` in runs.
-    pub(super) fn progress(&mut self, under_way: f64) -> Option<End> {
-        let progress = self.state(under_way);
-        (self.observe)(&progress).is_break().then_some(End::Interrupted)
-    }
-
-    fn state(&self, under_way: f64) -> SweepProgress {
-        SweepProgress {
-            done: self.tally.before + self.tally.finished,
-            total: self.tally.total,
-            before: self.tally.before,
-            failed: self.tally.failed,
-            under_way,
-            seconds: self.begun.elapsed().as_secs_f64(),
-        }
+    pub(super) fn progress(&mut self, under_way: f64) -> Step {
+        let Tally { total, before, finished, failed, .. } = self.tally;
+        let (done, seconds) = (before + finished, self.begun.elapsed().as_secs_f64());
+        let progress = SweepProgress { done, total, before, failed, under_way, seconds };
+        if (self.observe)(&progress).is_break() { Err(End::Interrupted) } else { Ok(()) }
     }
 
     /// Keeps finished runs.
-    pub(super) fn keep(&mut self, runs: Vec<Finished>) -> Option<End> {
+    pub(super) fn keep(&mut self, runs: Vec<Finished>) -> Step {
         let mut lines = String::new();
         for Finished { id, line, failure } in runs {
             lines.push_str(&line);
@@ -248,18 +229,18 @@ impl Running<'_> {
             }
         }
         self.log.add(&lines);
-        if self.log.is_stuck() { Some(End::Stuck) } else { self.progress(0.0) }
+        if self.log.is_stuck() { Err(End::Stuck) } else { self.progress(0.0) }
     }
 
     /// Ends the run: what waits is tried once more, and the error, if there is one, comes after that.
-    fn close(self, end: Result<Option<End>>) -> Result<Tally> {
+    fn close(self, end: Step) -> Result<Tally> {
         let Self { mut tally, log, begun, .. } = self;
         (tally.lost, tally.fault) = log.close();
         tally.finished -= tally.lost.min(tally.finished);
         tally.failed = tally.failed.min(tally.before + tally.finished);
         tally.seconds = begun.elapsed().as_secs_f64();
-        tally.interrupted = matches!(end?, Some(End::Interrupted));
-        Ok(tally)
+        tally.interrupted = matches!(end, Err(End::Interrupted));
+        if let Err(End::Failed(error)) = end { Err(error) } else { Ok(tally) }
     }
 }
 
@@ -276,43 +257,5 @@ impl Finished {
         let motor = &sweep.manifest.motors[job.motor].motor;
         let failure = outcome.error.as_ref().map(|failure| (motor.clone(), failure.message.clone()));
         Self { id: job.id, line: line(sweep.study(), job, motor, outcome, seconds), failure }
-    }
-}
-
-/// A bit for each run.
-pub(super) struct Bits {
-    words: Vec<u64>,
-    size: u64,
-}
-
-impl Bits {
-    pub(super) fn new(size: u64) -> Self {
-        let words = usize::try_from(size.div_ceil(64)).unwrap_or(usize::MAX);
-        Self { words: vec![0; words], size }
-    }
-
-    fn place(id: u64) -> (usize, u64) {
-        (usize::try_from(id / 64).unwrap_or(usize::MAX), 1 << (id % 64))
-    }
-
-    pub(super) fn get(&self, id: u64) -> bool {
-        let (word, bit) = Self::place(id);
-        id < self.size && self.words[word] & bit != 0
-    }
-
-    /// How many are set.
-    pub(super) fn count(&self) -> u64 {
-        self.words.iter().map(|word| u64::from(word.count_ones())).sum()
-    }
-
-    pub(super) fn set(&mut self, id: u64, value: bool) {
-        if id < self.size {
-            let (word, bit) = Self::place(id);
-            if value {
-                self.words[word] |= bit;
-            } else {
-                self.words[word] &= !bit;
-            }
-        }
     }
 }

@@ -1,6 +1,6 @@
 //! The runs of a sweep by number: nothing is listed, so that memory does not grow with them.
 
-use super::study::{Factors, Study};
+use super::study::{FACTORS, Factors, Study};
 use crate::numeric::index;
 
 /// A run: a motor under levels of the factors.
@@ -14,9 +14,7 @@ pub struct Job {
     pub factors: Factors,
 }
 
-/// Factors but the motor and the seed.
-pub(super) const FACTORS: usize = 8;
-/// The place of a level of each of them, in the order in which they change.
+/// The place of a level of each factor but the motor and the seed, in the order in which they change.
 pub(super) type Levels = [u64; FACTORS];
 /// Where the noise is among them.
 pub(super) const NOISE: usize = FACTORS - 1;
@@ -24,7 +22,7 @@ pub(super) const NOISE: usize = FACTORS - 1;
 /// How runs are numbered: the motor changes slowest, then method, polish, extensions, population, generations, criterion,
 /// scale, noise; the seed fastest.
 #[derive(Debug, Clone)]
-pub struct Runs {
+pub(super) struct Runs {
     study: Study,
     motors: usize,
 }
@@ -35,42 +33,27 @@ impl Runs {
     }
 
     /// The study.
-    #[must_use]
-    pub fn study(&self) -> &Study {
+    pub(super) fn study(&self) -> &Study {
         &self.study
     }
 
     /// How many levels each factor has, from the slowest to the fastest.
     fn levels(&self) -> Levels {
-        let s = &self.study;
-        let counts = [
-            s.methods.len(),
-            s.polish.len(),
-            s.with.len(),
-            s.population.len(),
-            s.generations.len(),
-            s.criterion.len(),
-            s.scale.len(),
-            s.noise.len(),
-        ];
-        counts.map(|count| count as u64)
+        self.study.levels().map(|(_, count)| count as u64)
     }
 
     /// Runs of each motor.
-    #[must_use]
-    pub fn per_motor(&self) -> u64 {
+    pub(super) fn per_motor(&self) -> u64 {
         self.levels().iter().fold(self.study.seeds.count(), |product, levels| product.saturating_mul(*levels))
     }
 
     /// How many there are.
-    #[must_use]
-    pub fn count(&self) -> u64 {
+    pub(super) fn count(&self) -> u64 {
         self.per_motor().saturating_mul(self.motors as u64)
     }
 
     /// A run by its number.
-    #[must_use]
-    pub fn job(&self, id: u64) -> Job {
+    pub(super) fn job(&self, id: u64) -> Job {
         let s = &self.study;
         let seeds = s.seeds.count();
         let (places, rest) = self.places(id / seeds);
@@ -108,5 +91,43 @@ impl Runs {
     /// Places of all factors but the seed, for each combination.
     pub(super) fn combinations(&self) -> Vec<Levels> {
         (0..self.levels().iter().product()).map(|n| self.places(n).0).collect()
+    }
+}
+
+/// A bit for each run.
+pub(super) struct Bits {
+    words: Vec<u64>,
+    size: u64,
+}
+
+impl Bits {
+    pub(super) fn new(size: u64) -> Self {
+        let words = usize::try_from(size.div_ceil(64)).unwrap_or(usize::MAX);
+        Self { words: vec![0; words], size }
+    }
+
+    fn place(id: u64) -> (usize, u64) {
+        (usize::try_from(id / 64).unwrap_or(usize::MAX), 1 << (id % 64))
+    }
+
+    pub(super) fn get(&self, id: u64) -> bool {
+        let (word, bit) = Self::place(id);
+        id < self.size && self.words[word] & bit != 0
+    }
+
+    /// How many are set.
+    pub(super) fn count(&self) -> u64 {
+        self.words.iter().map(|word| u64::from(word.count_ones())).sum()
+    }
+
+    pub(super) fn set(&mut self, id: u64, value: bool) {
+        if id < self.size {
+            let (word, bit) = Self::place(id);
+            if value {
+                self.words[word] |= bit;
+            } else {
+                self.words[word] &= !bit;
+            }
+        }
     }
 }

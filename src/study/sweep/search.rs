@@ -1,17 +1,16 @@
 //! Population searches: many runs in lock step, all agents of a generation as one batch, piece by piece.
 
 use super::Sweep;
-use super::dataset::{Dataset, Read, Recordings};
+use super::dataset::{Dataset, Kept, Read, Recordings};
 use super::line::Outcome;
-use super::run::{End, Finished, Running};
+use super::run::{End, Finished, Running, Step};
 use super::runs::Job;
 use super::streaming::{RUNS, Unit, Units};
 use super::study::Factors;
-use crate::device::BatchSearchEvaluator;
+use crate::device::{BatchSearchEvaluator, DeviceSpec, OnLoss, PrecisionSpec};
 use crate::evaluate::{Problem, Scalar};
 use crate::identify::{IdentifySpec, PreparedSearch, SearchRun, has_all_channels};
-use crate::motor::Parameter;
-use crate::motor::With;
+use crate::motor::{Parameter, With};
 use crate::numeric;
 use crate::optimize::{Budget, Run, SearchSettings, Stop, minimize};
 use crate::{Error, ErrorKind, Result};
@@ -33,16 +32,12 @@ const VALUES: usize = 1 << 23;
 /// Linear searches whose preparation and polish take as long as those of one with extensions.
 const EXTENDED: usize = 32;
 
-/// A search with all its runs: they differ in their polish alone.
-struct Search {
-    jobs: Vec<Job>,
-    /// Place of its dataset in the piece.
-    dataset: usize,
-}
+/// The runs of a search: they differ in their polish alone.
+type Search = Vec<Job>;
 
 /// A search that can begin.
 struct Ready {
-    jobs: Vec<Job>,
+    jobs: Search,
     recordings: Recordings,
     prepared: Arc<PreparedSearch>,
 }
@@ -52,7 +47,7 @@ type Key = (usize, [&'static str; 2], usize, Option<&'static str>);
 
 impl Running<'_> {
     /// Runs of population searches, those of as many generations together.
-    pub(super) fn search(&mut self) -> Result<Option<End>> {
+    pub(super) fn search(&mut self) -> Step {
         let mut device: Option<BatchSearchEvaluator> = None;
         let mut generations = self.sweep.study().generations.clone();
         generations.sort_unstable();
@@ -60,28 +55,26 @@ impl Running<'_> {
             let mut units =
                 Units::new(self, RUNS, |job| job.factors.method.is_search() && job.factors.generations == generations);
             let mut rest: Option<(Dataset, Vec<Search>)> = None;
-            let mut kept: Option<(usize, Read)> = None;
+            let mut kept: Kept = None;
             loop {
                 let (datasets, searches) = self.piece(&mut units, &mut rest, generations);
                 if searches.is_empty() {
                     break;
                 }
                 let (ready, finished) = self.sweep.ready(&datasets, searches, &mut kept);
-                if let Some(end) = self.together(generations, ready, finished, &mut device)? {
-                    return Ok(Some(end));
-                }
+                self.together(generations, ready, finished, &mut device)?;
             }
         }
-        Ok(None)
+        Ok(())
     }
 
-    /// The searches of the next piece, with their datasets. What does not fit any more is the `rest`.
+    /// The searches of the next piece, each with the place of its dataset. What does not fit any more is the `rest`.
     fn piece(
         &self,
         units: &mut Units,
         rest: &mut Option<(Dataset, Vec<Search>)>,
         generations: usize,
-    ) -> (Vec<Dataset>, Vec<Search>) {
+    ) -> (Vec<Dataset>, Vec<(usize, Search)>) {
         let (mut datasets, mut searches) = (Vec::new(), Vec::new());
         let (mut agents, mut room, mut samples, mut work) = (0, 0, 0, 0);
         while searches.is_empty() || (agents < room && samples < SAMPLES && work < RUNS && rest.is_none()) {
@@ -93,15 +86,14 @@ impl Running<'_> {
             let mut left = Vec::new();
             let mut prepared: BTreeSet<(&str, &str, usize)> = BTreeSet::new();
             for search in own {
-                let f = search.jobs[0].factors;
+                let f = search[0].factors;
                 if !searches.is_empty() && (agents + f.population > room || work >= RUNS) {
                     left.push(search);
                     continue;
                 }
                 agents += f.population;
-                let is_new = prepared.insert((f.criterion.name(), f.scale.name(), f.with));
-                work += self.work(&f, is_new);
-                searches.push(Search { dataset: datasets.len(), ..search });
+                work += self.work(&f, prepared.insert((f.criterion.name(), f.scale.name(), f.with)));
+                searches.push((datasets.len(), search));
             }
             samples += prepared.len() as u64 * self.samples(dataset.motor);
             datasets.push(dataset);
@@ -120,14 +112,14 @@ impl Running<'_> {
 
     /// The searches of a unit: runs that differ in their polish alone are one.
     fn searches(&self, unit: &Unit) -> Vec<Search> {
-        let mut all: BTreeMap<_, Vec<Job>> = BTreeMap::new();
+        let mut all: BTreeMap<_, Search> = BTreeMap::new();
         for id in &unit.ids {
             let job = self.sweep.runs.job(*id);
             let f = &job.factors;
             let key = (f.seed, f.method.name(), f.population, [f.criterion.name(), f.scale.name()], f.with);
             all.entry(key).or_default().push(job);
         }
-        all.into_values().map(|jobs| Search { jobs, dataset: 0 }).collect()
+        all.into_values().collect()
     }
 
     /// Candidates of a generation that a piece has room for.
@@ -151,40 +143,37 @@ impl Running<'_> {
         ready: Vec<Ready>,
         mut finished: Vec<Finished>,
         device: &mut Option<BatchSearchEvaluator>,
-    ) -> Result<Option<End>> {
-        let begun = Instant::now();
-        let sweep = self.sweep;
-        let count = ready.len();
-        let mut ended = None;
-        if count > 0 {
-            let mut runs = set_up(&ready, generations)?;
-            let problems: Vec<Arc<Problem>> = ready.iter().map(|one| one.prepared.problem().clone()).collect();
-            let lockstep = match device.as_mut() {
-                Some(lockstep) => {
-                    lockstep.turn_to(problems);
-                    lockstep
-                }
-                None => device.insert(sweep.open_device(problems)?),
-            };
-            let budget = Budget { generations, slice: lockstep.slice() };
-            let stop = minimize(&mut runs, budget, lockstep, &mut |progress| {
-                let share = numeric::count(progress.generation) / numeric::count(generations) * numeric::count(count);
-                ended = self.progress(share);
-                if ended.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-            });
-            let device = lockstep.device();
-            self.tally.warnings.extend(lockstep.take_warnings());
-            self.tally.device = Some((device.1, device.2));
-            if stop? == Stop::Interrupted {
-                return Ok(Some(ended.unwrap_or(End::Interrupted)));
-            }
-            let seconds = begun.elapsed().as_secs_f64() / numeric::count(count);
-            let on = [device.0, device.2];
-            let done: Vec<Vec<Finished>> =
-                ready.into_par_iter().zip(runs).map(|(one, run)| sweep.results(&one, &run, on, seconds)).collect();
-            finished.extend(done.into_iter().flatten());
+    ) -> Step {
+        if ready.is_empty() {
+            return self.keep(finished);
         }
-        Ok(self.keep(finished))
+        let (begun, sweep, count) = (Instant::now(), self.sweep, numeric::count(ready.len()));
+        let mut ended = Ok(());
+        let mut runs = set_up(&ready, generations)?;
+        let problems: Vec<Arc<Problem>> = ready.iter().map(|one| one.prepared.problem().clone()).collect();
+        let lockstep = match device.as_mut() {
+            Some(lockstep) => {
+                lockstep.turn_to(problems);
+                lockstep
+            }
+            None => device.insert(sweep.open_device(problems)?),
+        };
+        let budget = Budget { generations, slice: lockstep.slice() };
+        let stop = minimize(&mut runs, budget, lockstep, &mut |progress| {
+            ended = self.progress(numeric::count(progress.generation) / numeric::count(generations) * count);
+            if ended.is_err() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        let (kind, name, precision) = lockstep.device();
+        self.tally.warnings.extend(lockstep.take_warnings());
+        self.tally.device = Some((name, precision));
+        if stop? == Stop::Interrupted {
+            return ended.and(Err(End::Interrupted));
+        }
+        let seconds = begun.elapsed().as_secs_f64() / count;
+        let results = |(one, run): (Ready, Run)| sweep.results(&one, &run, [kind, precision], seconds);
+        let done: Vec<Vec<Finished>> = ready.into_par_iter().zip(runs).map(results).collect();
+        finished.extend(done.into_iter().flatten());
+        self.keep(finished)
     }
 }
 
@@ -193,8 +182,8 @@ impl Sweep {
     fn ready(
         &self,
         datasets: &[Dataset],
-        searches: Vec<Search>,
-        kept: &mut Option<(usize, Read)>,
+        searches: Vec<(usize, Search)>,
+        kept: &mut Kept,
     ) -> (Vec<Ready>, Vec<Finished>) {
         let realized = self.realized(datasets, kept);
         let key = |of: usize, job: &Job| -> Key {
@@ -203,11 +192,11 @@ impl Sweep {
             (of, [f.criterion.name(), f.scale.name()], f.with, by_polish.then_some(f.polish.name()))
         };
         let mut wanted: BTreeMap<Key, IdentifySpec> = BTreeMap::new();
-        let mut runs: Vec<(Key, Vec<Job>)> = Vec::new();
-        for search in searches {
+        let mut runs: Vec<(Key, Search)> = Vec::new();
+        for (dataset, jobs) in searches {
             let first = runs.len();
-            for job in search.jobs {
-                let key = key(search.dataset, &job);
+            for job in jobs {
+                let key = key(dataset, &job);
                 wanted.entry(key).or_insert_with(|| self.study().spec(&job.factors));
                 match runs[first..].iter_mut().find(|(of, _)| *of == key) {
                     Some((_, jobs)) => jobs.push(job),
@@ -237,14 +226,11 @@ impl Sweep {
     }
 
     /// The recordings of each dataset. Those of the last motor are kept for the next piece.
-    fn realized(&self, datasets: &[Dataset], kept: &mut Option<(usize, Read)>) -> Vec<Read> {
+    fn realized(&self, datasets: &[Dataset], kept: &mut Kept) -> Vec<Read> {
         let mut motors: Vec<usize> = datasets.iter().map(|dataset| dataset.motor).collect();
         motors.dedup();
         let known = kept.take();
-        let read = |motor: &usize| match &known {
-            Some((of, recordings)) if of == motor => (*motor, recordings.clone()),
-            _ => (*motor, self.read(*motor)),
-        };
+        let read = |motor: &usize| (*motor, self.read_or_kept(*motor, known.as_ref()));
         let read: BTreeMap<usize, Read> = motors.par_iter().map(read).collect();
         *kept = motors.last().and_then(|motor| Some((*motor, read.get(motor)?.clone())));
         datasets.par_iter().map(|of| self.with_noise(&read[&of.motor], of.noise, of.seed)).collect()
@@ -254,12 +240,8 @@ impl Sweep {
         let on_loss = self.study().on_loss;
         let spec = self.device()?;
         match BatchSearchEvaluator::open(&spec, problems.clone()) {
-            Err(error) if error.kind() == ErrorKind::Device && on_loss == crate::device::OnLoss::ReopenOrCpu => {
-                let cpu = IdentifySpec {
-                    device: crate::device::DeviceSpec::Cpu,
-                    precision: crate::device::PrecisionSpec::Auto,
-                    ..spec
-                };
+            Err(error) if error.kind() == ErrorKind::Device && on_loss == OnLoss::ReopenOrCpu => {
+                let cpu = IdentifySpec { device: DeviceSpec::Cpu, precision: PrecisionSpec::Auto, ..spec };
                 Ok(BatchSearchEvaluator::open(&cpu, problems)?.in_place_of_one_that_failed(&error))
             }
             opened => Ok(opened?.on_loss(on_loss)),
@@ -302,5 +284,5 @@ fn set_up(ready: &[Ready], generations: usize) -> Result<Vec<Run>> {
 
 fn diverged(evaluations: u64) -> Error {
     let remedy = "Check the units of the recording and the bounds; the discretization zoh cannot diverge by itself.";
-    Error::new(ErrorKind::NotIdentified, format!("all {evaluations} candidates diverge"), remedy)
+    Error::not_identified(format!("all {evaluations} candidates diverge"), remedy)
 }

@@ -8,7 +8,7 @@ use crate::{Error, Result};
 const SHARDS_MAX: u64 = 1_000_000;
 
 /// A shard of a sweep: the first is 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Shard {
     /// Which.
     pub index: u64,

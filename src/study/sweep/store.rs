@@ -49,14 +49,6 @@ pub(super) struct Log {
     synced: Instant,
 }
 
-/// What a disk did with lines.
-#[derive(Debug, PartialEq, Eq)]
-pub(super) enum Written {
-    All,
-    /// Some lines wait for room.
-    Waiting,
-}
-
 impl Log {
     /// Opens the file of a shard, made with its head where it is new.
     pub(super) fn open(folder: &Path, head: &Head) -> Result<Self> {
@@ -83,24 +75,20 @@ impl Log {
         } else if !is_beginning(&log.path, &line) {
             return Err(no_results(&log.path));
         }
-        log.cut()?;
-        if log.whole == 0 && log.add(&line) == Written::Waiting {
+        // What is no whole line is cut off.
+        log.file.set_len(log.whole).map_err(|error| unwritable(&log.path, &error))?;
+        if log.whole == 0 && !log.add(&line) {
             let fault = log.fault.take().unwrap_or_else(|| std::io::ErrorKind::StorageFull.into());
             return Err(unwritable(&log.path, &fault));
         }
         Ok(log)
     }
 
-    /// Cuts off what is no whole line.
-    fn cut(&mut self) -> Result<()> {
-        self.file.set_len(self.whole).map_err(|error| unwritable(&self.path, &error))
-    }
-
-    /// Adds lines. Where the disk has no room for them they wait for the next.
-    pub(super) fn add(&mut self, lines: &str) -> Written {
+    /// Adds lines. Where the disk has no room for them they wait for the next. Returns whether none wait.
+    pub(super) fn add(&mut self, lines: &str) -> bool {
         self.waiting.push_str(lines);
         if self.waiting.is_empty() {
-            return Written::All;
+            return true;
         }
         match self.file.write_all(self.waiting.as_bytes()) {
             Ok(()) => {
@@ -118,7 +106,7 @@ impl Log {
                 let _ = self.file.set_len(kept);
                 let taken = usize::try_from(kept - before).unwrap_or(0).min(self.waiting.len());
                 self.waiting.drain(..taken);
-                return Written::Waiting;
+                return false;
             }
         }
         if self.synced.elapsed() > SYNC {
@@ -126,7 +114,7 @@ impl Log {
             let _ = self.file.sync_data();
             self.synced = Instant::now();
         }
-        Written::All
+        true
     }
 
     /// Whether so much waits that going on makes no sense.
@@ -136,7 +124,7 @@ impl Log {
 
     /// The last try; returns how many lines are lost, and why.
     pub(super) fn close(mut self) -> (u64, Option<Error>) {
-        if self.add("") == Written::All {
+        if self.add("") {
             let _ = self.file.sync_all();
             return (0, None);
         }
@@ -167,7 +155,7 @@ fn no_results(path: &Path) -> Error {
     Error::data("is no results file", "Move it away; its runs will be done again.").in_file(path).at_line(1)
 }
 
-pub(super) fn unwritable(path: &Path, error: &std::io::Error) -> Error {
+pub(crate) fn unwritable(path: &Path, error: &std::io::Error) -> Error {
     let remedy = match error.kind() {
         std::io::ErrorKind::StorageFull => "Make room on the disk and run it again: what is finished is kept.",
         std::io::ErrorKind::NotFound => "Check the path.",
@@ -292,11 +280,11 @@ mod tests {
     }
 
     fn line(id: u64) -> String {
-        use crate::study::sweep::Study;
+        use crate::study::sweep::study::Study;
         let study =
             Study::parse("methods = [\"sm\"]\nrecordings = [\"a\"]\nseeds = \"1..9\"", Path::new("s.toml")).unwrap();
-        let runs = crate::study::sweep::Runs::new(study.clone(), 1);
-        let outcome = crate::study::sweep::line::sample();
+        let runs = crate::study::sweep::runs::Runs::new(study.clone(), 1);
+        let outcome = crate::study::sweep::sample::sample();
         crate::study::sweep::line::line(&study, &runs.job(id), "m", &outcome, 0.1)
     }
 
@@ -312,7 +300,7 @@ mod tests {
     fn a_torn_line_is_cut_off_and_a_second_writer_kept_out() {
         let folder = tempfile::tempdir().unwrap();
         let mut log = Log::open(folder.path(), &head("m")).unwrap();
-        assert_eq!(log.add(&(line(0) + &line(1))), Written::All);
+        assert!(log.add(&(line(0) + &line(1))));
         let second = Log::open(folder.path(), &head("m")).err().unwrap();
         assert!(second.to_string().contains("another run of this shard"), "{second}");
         assert_eq!(log.close().0, 0);
@@ -322,7 +310,7 @@ mod tests {
         for cut in 1..whole.len() {
             std::fs::write(&path, &whole[..cut]).unwrap();
             let mut log = Log::open(folder.path(), &head("m")).unwrap();
-            assert_eq!(log.add(&line(7)), Written::All);
+            assert!(log.add(&line(7)));
             drop(log);
             let lines = whole[..cut].iter().filter(|b| **b == b'\n').count();
             let expected: Vec<u64> = (0..lines.saturating_sub(1) as u64).chain([7]).collect();

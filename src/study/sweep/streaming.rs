@@ -1,12 +1,12 @@
 //! Runs without a population: recordings stream through all cores, each read, estimated and forgotten.
 
 use super::Sweep;
-use super::dataset::{Dataset, Read};
+use super::dataset::{Dataset, Kept};
 use super::fits::Fits;
-use super::run::{End, Finished, Running};
+use super::run::{Finished, Running, Step};
 use super::runs::{Job, Levels, NOISE};
-use crate::Result;
 use crate::identify::Method;
+use crate::numeric::index;
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -29,10 +29,7 @@ const STEPS: u64 = 1_000_000_000;
 pub(super) struct Units {
     /// Places of the factors but the seed, of the methods that are taken.
     combinations: Vec<Levels>,
-    motors: usize,
-    seeds: u64,
-    /// Levels of noise, and which of them add any.
-    noisy: Vec<bool>,
+    /// Motor, level of noise, and seed of the next unit.
     next: [u64; 3],
     /// Runs of a unit whose seeds have the same recordings.
     most: usize,
@@ -43,14 +40,7 @@ impl Units {
     pub(super) fn new(running: &Running<'_>, most: usize, takes: impl Fn(&Job) -> bool) -> Self {
         let runs = &running.sweep.runs;
         let of = |places: &Levels| takes(&runs.job(runs.id(0, places, 0)));
-        Self {
-            combinations: runs.combinations().into_iter().filter(of).collect(),
-            motors: running.sweep.manifest.motors.len(),
-            seeds: running.sweep.study().seeds.count(),
-            noisy: running.sweep.study().noise.iter().map(|n| n.noise.is_some()).collect(),
-            next: [0; 3],
-            most,
-        }
+        Self { combinations: runs.combinations().into_iter().filter(of).collect(), next: [0; 3], most }
     }
 
     /// The next unit that has anything due.
@@ -58,31 +48,29 @@ impl Units {
         if self.combinations.is_empty() {
             return None;
         }
+        let (runs, study) = (&running.sweep.runs, running.sweep.study());
         loop {
-            let [motor, noise, seed] = self.next;
-            let motor = usize::try_from(motor).ok().filter(|motor| *motor < self.motors)?;
+            let [number, noise, seed] = self.next;
+            let motor = usize::try_from(number).ok().filter(|motor| *motor < running.sweep.manifest.motors.len())?;
             if noise == 0 && seed == 0 && !running.may_be_due(motor) {
                 self.next[0] += 1;
                 continue;
             }
-            let place = usize::try_from(noise).unwrap_or(usize::MAX);
+            let place = index(noise);
             // Without noise all seeds have the same recordings.
-            let slice = if self.noisy[place] { 1 } else { (self.most / self.combinations.len()).max(1) as u64 };
-            let end = (seed + slice).min(self.seeds);
-            self.next = match (end == self.seeds, place + 1 == self.noisy.len()) {
-                (false, _) => [self.next[0], noise, end],
-                (true, false) => [self.next[0], noise + 1, 0],
-                (true, true) => [self.next[0] + 1, 0, 0],
+            let is_noisy = study.noise[place].noise.is_some();
+            let slice = if is_noisy { 1 } else { (self.most / self.combinations.len()).max(1) as u64 };
+            let end = (seed + slice).min(study.seeds.count());
+            self.next = match (end == study.seeds.count(), place + 1 == study.noise.len()) {
+                (false, _) => [number, noise, end],
+                (true, false) => [number, noise + 1, 0],
+                (true, true) => [number + 1, 0, 0],
             };
-            let runs = &running.sweep.runs;
             let own = self.combinations.iter().filter(|places| places[NOISE] == noise);
-            let ids: Vec<u64> = own
-                .flat_map(|places| (seed..end).map(move |seed| runs.id(motor, places, seed)))
-                .filter(|id| running.is_due(*id))
-                .collect();
+            let ids = own.flat_map(|places| (seed..end).map(move |seed| runs.id(motor, places, seed)));
+            let ids: Vec<u64> = ids.filter(|id| running.is_due(*id)).collect();
             if !ids.is_empty() {
-                let seed = running.sweep.study().seeds.at(seed);
-                return Some(Unit { dataset: Dataset { motor, noise: place, seed }, ids });
+                return Some(Unit { dataset: Dataset { motor, noise: place, seed: study.seeds.at(seed) }, ids });
             }
         }
     }
@@ -90,23 +78,21 @@ impl Units {
 
 impl Running<'_> {
     /// Runs of Steiglitz–McBride for linear motors, or others without a population, each of which may have to search.
-    pub(super) fn stream(&mut self, may_search: bool) -> Result<Option<End>> {
+    pub(super) fn stream(&mut self, may_search: bool) -> Step {
         let sweep = self.sweep;
         let searches = |job: &Job| job.factors.method == Method::Auto || sweep.study().spec(&job.factors).is_extended();
         let takes = |job: &Job| !job.factors.method.is_search() && searches(job) == may_search;
         let mut units = Units::new(self, if may_search { 1 } else { RUNS }, takes);
         let mut next = units.next(self);
         // A motor with many drawings of noise is read once.
-        let mut kept: Option<(usize, Read)> = None;
+        let mut kept: Kept = None;
         while next.is_some() {
             let items = self.items(&mut units, &mut next, may_search);
             let (finished, last) = sweep.side_by_side(items, kept.take());
             kept = last;
-            if let Some(end) = self.keep(finished) {
-                return Ok(Some(end));
-            }
+            self.keep(finished)?;
         }
-        Ok(None)
+        Ok(())
     }
 
     /// The units of the next piece, by motor.
@@ -131,8 +117,8 @@ impl Running<'_> {
             match items.last_mut().filter(|(motor, _)| *motor == unit.dataset.motor) {
                 Some((_, units)) => units.push(unit),
                 None => {
-                    bytes +=
-                        self.sweep.manifest.motors[unit.dataset.motor].all_files().map(|file| file.bytes).sum::<u64>();
+                    let motor = &self.sweep.manifest.motors[unit.dataset.motor];
+                    bytes += motor.all_files().map(|file| file.bytes).sum::<u64>();
                     items.push((unit.dataset.motor, vec![unit]));
                 }
             }
@@ -144,17 +130,10 @@ impl Running<'_> {
 
 impl Sweep {
     /// Does some motors side by side; the recordings of the last come back.
-    fn side_by_side(
-        &self,
-        items: Vec<(usize, Vec<Unit>)>,
-        kept: Option<(usize, Read)>,
-    ) -> (Vec<Finished>, Option<(usize, Read)>) {
+    fn side_by_side(&self, items: Vec<(usize, Vec<Unit>)>, kept: Kept) -> (Vec<Finished>, Kept) {
         let last = items.len() - 1;
         let motor = |(n, (motor, units)): (usize, (usize, Vec<Unit>))| {
-            let recordings = match &kept {
-                Some((of, recordings)) if *of == motor => recordings.clone(),
-                _ => self.read(motor),
-            };
+            let recordings = self.read_or_kept(motor, kept.as_ref());
             let unit = |unit: &Unit| {
                 let begun = Instant::now();
                 let mut fits = Fits::new(self, self.with_noise(&recordings, unit.dataset.noise, unit.dataset.seed));
@@ -176,12 +155,7 @@ impl Sweep {
             (finished, (n == last).then_some((motor, recordings)))
         };
         let done: Vec<_> = items.into_par_iter().enumerate().map(motor).collect();
-        let mut all = Vec::new();
-        let mut kept = None;
-        for (finished, last) in done {
-            all.extend(finished);
-            kept = last.or(kept);
-        }
-        (all, kept)
+        let (finished, mut kept): (Vec<Vec<Finished>>, Vec<_>) = done.into_iter().unzip();
+        (finished.into_iter().flatten().collect(), kept.pop().flatten())
     }
 }

@@ -1,7 +1,7 @@
 //! A study as its file says it: factors, whose product the runs are, and what holds for all of them.
 
 use super::keys::{Keys, OF_ALL_RUNS, OF_MODELS};
-use super::toml::Document;
+use super::toml::{Document, Item};
 use crate::Result;
 use crate::criterion::{Criterion, Noise, Norm, Scale};
 use crate::device::{DeviceSpec, OnLoss, PrecisionSpec};
@@ -12,23 +12,19 @@ use std::path::Path;
 
 /// Noise that is added to recordings.
 #[derive(Debug, Clone, PartialEq)]
-pub struct AddedNoise {
-    /// As the study names it.
+pub(super) struct AddedNoise {
     pub name: String,
-    /// The noise; `None` adds nothing.
     pub noise: Option<Noise>,
 }
 
 /// The files of a motor, or a pattern whose every file is a motor.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Entry {
+pub(super) enum Entry {
     /// A path or a pattern (`*`, `?`, `[…]`, `**`): each file a motor of its own.
     Files(String),
     /// One motor in several files: a joint fit.
     Motor {
-        /// Its name.
         name: String,
-        /// Its files.
         files: Vec<String>,
         /// Files that are held out; none where those of the study are.
         validate: Vec<String>,
@@ -37,17 +33,14 @@ pub enum Entry {
 
 /// The seeds: all from one number to another, or a list.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Seeds {
+pub(super) enum Seeds {
     /// From the first to the last, both included.
     Range(u64, u64),
-    /// As listed.
     List(Vec<u64>),
 }
 
 impl Seeds {
-    /// How many.
-    #[must_use]
-    pub fn count(&self) -> u64 {
+    pub(super) fn count(&self) -> u64 {
         match self {
             Self::Range(first, last) => (last - first).saturating_add(1),
             Self::List(list) => list.len() as u64,
@@ -55,8 +48,7 @@ impl Seeds {
     }
 
     /// The seed at a place.
-    #[must_use]
-    pub fn at(&self, place: u64) -> u64 {
+    pub(super) fn at(&self, place: u64) -> u64 {
         match self {
             Self::Range(first, _) => first + place,
             Self::List(list) => usize::try_from(place).ok().and_then(|place| list.get(place)).copied().unwrap_or(0),
@@ -66,41 +58,32 @@ impl Seeds {
 
 /// A level of the factor `with`: a model of the motor.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Level {
+pub(super) struct Level {
     /// `none`, `auto`, or the extensions with commas between them.
     pub name: String,
     /// The extensions, with the bounds, the held values and the parameters of each recording that such a model has.
     pub spec: IdentifySpec,
 }
 
-/// A study.
+/// A study; a list of levels is a factor.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Study {
-    /// Its name.
+pub(super) struct Study {
     pub name: String,
-    /// What is identified.
     pub recordings: Vec<Entry>,
-    /// Factor: how the optimum is found.
     pub methods: Vec<Method>,
-    /// Factor: how it is refined.
     pub polish: Vec<Polish>,
-    /// Factor: the extensions of the motor.
     pub with: Vec<Level>,
-    /// Whether the study names that factor, so that its lines do.
+    /// Whether the study names models, so that its lines do.
     pub names_with: bool,
-    /// Factor: agents.
     pub population: Vec<usize>,
-    /// Factor: generations, the first population included.
+    /// The first population included.
     pub generations: Vec<usize>,
-    /// Factor: what a search minimizes.
     pub criterion: Vec<Norm>,
-    /// Factor: what each channel is divided by in it.
+    /// What each channel is divided by in the criterion.
     pub scale: Vec<Scale>,
-    /// Factor: noise added to the recordings.
     pub noise: Vec<AddedNoise>,
-    /// Factor: seeds of searches and of added noise.
+    /// Of searches and of added noise.
     pub seeds: Seeds,
-    /// How files are read and prepared.
     pub reading: Reading,
     /// Recordings that are held out of every motor that has none of its own: paths and patterns.
     pub validate: Vec<String>,
@@ -108,10 +91,11 @@ pub struct Study {
     pub split: Option<f64>,
     /// How the motor is simulated, what evaluates.
     pub spec: IdentifySpec,
-    /// What happens when a device is lost.
     pub on_loss: OnLoss,
 }
 
+/// Factors but the motor and the seed.
+pub(super) const FACTORS: usize = 8;
 /// The keys that a study has beside the settings that are read as everywhere else.
 const OWN_KEYS: [&str; 15] = [
     "name",
@@ -131,22 +115,17 @@ const OWN_KEYS: [&str; 15] = [
     "set",
 ];
 
-/// Returns every key that a study may have.
-#[must_use]
-pub fn keys() -> Vec<&'static str> {
-    let settings = OF_ALL_RUNS.iter().chain(&OF_MODELS).chain(&READING).map(|setting| setting.name());
-    OWN_KEYS.into_iter().chain(settings).collect()
-}
-
 impl Study {
     /// Reads a study; `path` names it in errors.
     ///
     /// # Errors
     /// `Usage` with the line of what is wrong.
-    pub fn parse(text: &str, path: &Path) -> Result<Self> {
+    pub(super) fn parse(text: &str, path: &Path) -> Result<Self> {
         let document = Document { text, path };
         let table = document.table()?;
-        document.check_keys(&table, &keys(), "A study")?;
+        let settings = OF_ALL_RUNS.iter().chain(&OF_MODELS).chain(&READING).map(|setting| setting.name());
+        let known: Vec<&str> = OWN_KEYS.into_iter().chain(settings).collect();
+        document.check_keys(&table, &known, "A study")?;
         let keys = Keys { document, table: &table };
         let spec = keys.spec()?;
         let study = Self {
@@ -155,16 +134,12 @@ impl Study {
             methods: keys.methods()?,
             with: keys.with(&spec)?,
             names_with: keys.names_with(),
-            polish: keys.list("polish", &|v, key| document.choice(key, v), Polish::None)?,
-            population: keys.list("population", &|v, key| keys.positive(key, v), 100)?,
-            generations: keys.list("generations", &|v, key| keys.positive(key, v), 100)?,
-            criterion: keys.list("criterion", &|v, key| document.choice(key, v), Norm::Nrmse)?,
-            scale: keys.list("scale", &|v, key| document.choice(key, v), Scale::Std)?,
-            noise: keys.list(
-                "noise",
-                &|v, key| keys.noise(key, v),
-                AddedNoise { name: "none".to_owned(), noise: None },
-            )?,
+            polish: keys.list("polish", Item::choice, Polish::None)?,
+            population: keys.list("population", Item::positive, 100)?,
+            generations: keys.list("generations", Item::positive, 100)?,
+            criterion: keys.list("criterion", Item::choice, Norm::Nrmse)?,
+            scale: keys.list("scale", Item::choice, Scale::Std)?,
+            noise: keys.noise()?,
             seeds: keys.seeds()?,
             reading: keys.reading(spec.model.discretization)?,
             validate: keys.words("validate", "[\"held-out.csv\"]")?,
@@ -198,9 +173,22 @@ impl Study {
         Ok(())
     }
 
+    /// The factors but motor and seed with their numbers of levels, from the slowest to the fastest.
+    pub(super) fn levels(&self) -> [(&'static str, usize); FACTORS] {
+        [
+            ("method", self.methods.len()),
+            ("polish", self.polish.len()),
+            ("with", self.with.len()),
+            ("population", self.population.len()),
+            ("generations", self.generations.len()),
+            ("criterion", self.criterion.len()),
+            ("scale", self.scale.len()),
+            ("noise", self.noise.len()),
+        ]
+    }
+
     /// What one run asks for.
-    #[must_use]
-    pub fn spec(&self, factors: &Factors) -> IdentifySpec {
+    pub(super) fn spec(&self, factors: &Factors) -> IdentifySpec {
         IdentifySpec {
             method: factors.method,
             polish: factors.polish,
@@ -213,8 +201,7 @@ impl Study {
     }
 
     /// The model of a run, where the study names models.
-    #[must_use]
-    pub fn with_name(&self, factors: &Factors) -> Option<&str> {
+    pub(super) fn with_name(&self, factors: &Factors) -> Option<&str> {
         self.names_with.then(|| self.with[factors.with].name.as_str())
     }
 }

@@ -11,6 +11,7 @@ use crate::numeric::{quantile, sorted};
 use crate::setting::text;
 use crate::text::excerpt;
 use crate::{Error, Result};
+use std::collections::BTreeMap;
 
 /// Runs whose values are kept for quantiles; of more, every Nth.
 const SAMPLE: u64 = 1 << 20;
@@ -18,7 +19,7 @@ const SAMPLE: u64 = 1 << 20;
 const NAMED: usize = 10;
 
 /// Quantiles of some values.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Quantiles {
     /// The smallest.
     pub min: f64,
@@ -105,11 +106,8 @@ pub struct SweepBlock {
     pub worst: Vec<NamedRun>,
 }
 
-/// What is known of a motor: its best run, one with standard errors before one without.
-pub type MotorResult = NamedRun;
-
 /// What a sweep found.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct SweepSummary {
     /// The study's name.
     pub name: String,
@@ -129,8 +127,8 @@ pub struct SweepSummary {
     pub blocks: Vec<SweepBlock>,
     /// How many motors the study has.
     pub motors: usize,
-    /// One for each motor that has a result, in the order of the study.
-    pub results: Vec<MotorResult>,
+    /// The best run of each motor that has a result, one with standard errors before one without, in the order of the study.
+    pub results: Vec<NamedRun>,
     /// The parameters that results have: R, L, K, B, J, then those of extensions and of recordings.
     pub parameters: Vec<Named>,
     /// Whether the study names extensions.
@@ -142,7 +140,7 @@ pub struct SweepSummary {
     /// cpu or gpu, and its numbers.
     pub device: [String; 2],
     /// Block and cell of each combination of levels.
-    pub(crate) places: Vec<Option<(usize, usize)>>,
+    pub(crate) places: BTreeMap<u64, (usize, usize)>,
 }
 
 impl SweepSummary {
@@ -150,32 +148,20 @@ impl SweepSummary {
     #[must_use]
     pub fn new(sweep: &Sweep) -> Self {
         let study = sweep.study();
-        let varied = [
-            ("method", study.methods.len()),
-            ("polish", study.polish.len()),
-            ("with", study.with.len()),
-            ("population", study.population.len()),
-            ("generations", study.generations.len()),
-            ("noise", study.noise.len()),
-        ];
+        // Costs under other criteria and scales are blocks of their own.
+        let is_varied = |(name, levels): &(&str, usize)| *levels > 1 && !["criterion", "scale"].contains(name);
         let device = &sweep.manifest.device;
         Self {
             name: sweep.manifest.name.clone(),
             runs: sweep.manifest.runs,
-            missing: 0,
-            failed: 0,
-            failures: Failures::default(),
-            taken_over: 0,
             stride: sweep.manifest.runs.div_ceil(SAMPLE).max(1),
-            blocks: Vec::new(),
             motors: sweep.manifest.motors.len(),
-            results: Vec::new(),
             parameters: MOTOR.to_vec(),
             names_with: study.names_with,
             holds_out: study.split.is_some() || sweep.manifest.motors.iter().any(|motor| !motor.validate.is_empty()),
-            varied: varied.into_iter().filter(|(_, levels)| *levels > 1).map(|(name, _)| name).collect(),
+            varied: study.levels().into_iter().filter(is_varied).map(|(name, _)| name).collect(),
             device: [device.kind.clone(), device.precision.clone()],
-            places: Vec::new(),
+            ..Self::default()
         }
     }
 
@@ -199,12 +185,10 @@ impl SweepSummary {
             taken.costs.push(cost);
             for e in &estimates.list {
                 let named = (e.parameter, e.scope);
-                let known = taken.parameters.iter().position(|(of, _)| *of == named);
-                let place = known.unwrap_or_else(|| {
-                    taken.parameters.push((named, Vec::new()));
-                    taken.parameters.len() - 1
-                });
-                taken.parameters[place].1.extend(e.value);
+                match taken.parameters.iter_mut().find(|(of, _)| *of == named) {
+                    Some((_, values)) => values.extend(e.value),
+                    None => taken.parameters.push((named, e.value.into_iter().collect())),
+                }
             }
         }
         for e in &estimates.list {
@@ -228,36 +212,30 @@ impl SweepSummary {
     fn take_motor(&mut self, job: &Job, outcome: &Outcome, named: impl Fn() -> NamedRun) {
         let is_sure = |outcome: &Outcome| outcome.estimates.as_ref().is_some_and(|estimates| estimates.polished);
         let rank = |outcome: &Outcome| (!is_sure(outcome), outcome.cost.unwrap_or(f64::INFINITY));
-        let first = &self.blocks[0].cells[0].factors;
-        let f = &job.factors;
+        let (f, first) = (&job.factors, &self.blocks[0].cells[0].factors);
         if (f.criterion, f.scale, f.noise) != (first.criterion, first.scale, 0) {
             return;
         }
         match self.results.last_mut().filter(|last| last.job.motor == job.motor) {
             None => self.results.push(named()),
-            Some(last) => {
-                if rank(outcome) < rank(&last.outcome) {
-                    *last = named();
-                }
-            }
+            Some(last) if rank(outcome) < rank(&last.outcome) => *last = named(),
+            Some(_) => {}
         }
     }
 
     /// Where the runs under some levels stand; made where they are the first.
     fn place(&mut self, sweep: &Sweep, job: &Job) -> (usize, usize) {
-        let combination = usize::try_from(job.id % sweep.runs.per_motor() / sweep.study().seeds.count()).unwrap_or(0);
-        if let Some(Some(place)) = self.places.get(combination) {
+        let combination = job.id % sweep.runs.per_motor() / sweep.study().seeds.count();
+        if let Some(place) = self.places.get(&combination) {
             return *place;
         }
         let factors = &job.factors;
-        let comparable = |block: &SweepBlock| {
-            let first = &block.cells[0].factors;
-            (first.criterion, first.scale) == (factors.criterion, factors.scale)
-        };
-        let block = self.blocks.iter().position(comparable).unwrap_or_else(|| {
+        let comparable = |f: &Factors| (f.criterion, f.scale) == (factors.criterion, factors.scale);
+        let known = self.blocks.iter().position(|block| comparable(&block.cells[0].factors));
+        let block = known.unwrap_or(self.blocks.len());
+        if known.is_none() {
             self.blocks.push(SweepBlock { cells: Vec::new(), worst: Vec::new() });
-            self.blocks.len() - 1
-        });
+        }
         let cells = &mut self.blocks[block].cells;
         cells.push(Cell {
             factors: *factors,
@@ -270,8 +248,7 @@ impl SweepSummary {
             seconds: 0.0,
         });
         let place = (block, cells.len() - 1);
-        self.places.resize(self.places.len().max(combination + 1), None);
-        self.places[combination] = Some(place);
+        self.places.insert(combination, place);
         place
     }
 
@@ -279,16 +256,6 @@ impl SweepSummary {
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.missing == 0 && self.failed == 0
-    }
-
-    /// The motors that are outside of limits, each with the parameters that are.
-    #[must_use]
-    pub fn outside<'a>(&'a self, limits: &Limits) -> Vec<(&'a MotorResult, Vec<&'a ParameterEstimate>)> {
-        let of = |result: &'a MotorResult| {
-            let exceeded = limits.exceeded(result);
-            (!exceeded.is_empty()).then_some((result, exceeded))
-        };
-        self.results.iter().filter_map(of).collect()
     }
 }
 
@@ -329,15 +296,5 @@ impl Limits {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
-    }
-
-    /// The parameters of a motor that are outside. One that is not identifiable is not.
-    #[must_use]
-    pub fn exceeded<'a>(&self, result: &'a NamedRun) -> Vec<&'a ParameterEstimate> {
-        let is_outside = |e: &&ParameterEstimate| match (e.value, self.of(e.parameter)) {
-            (Some(value), Some([low, high])) => !(low..=high).contains(&value),
-            _ => false,
-        };
-        result.outcome.estimates.iter().flat_map(|estimates| &estimates.list).filter(is_outside).collect()
     }
 }

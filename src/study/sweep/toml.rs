@@ -9,9 +9,6 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A value with its place.
-pub(super) type Value<'a> = Spanned<DeValue<'a>>;
-
 /// Spells a setting as a key of a study with its value: `fix = {K = 0.05}`. Operations are the caller's to spell.
 pub(super) fn as_key(reference: &Reference) -> Option<String> {
     let Reference::Setting(setting, value) = reference else { return None };
@@ -59,95 +56,106 @@ impl<'a> Document<'a> {
 
     /// Keys that are not known are errors.
     pub(super) fn check_keys(self, table: &DeTable<'_>, known: &[&str], of: &str) -> Result<()> {
-        for key in table.keys() {
-            let name: &str = key.get_ref();
-            if known.contains(&name) {
-                continue;
-            }
-            let remedy = match nearest(name, known) {
-                Some(near) => format!("Did you mean \"{near}\"?"),
-                None => format!("{of} has {}.", known.join(", ")),
-            };
-            return Err(self.error(key.span(), format!("unknown key \"{}\"", excerpt(name)), remedy));
-        }
-        Ok(())
+        let Some(key) = table.keys().find(|key| !known.contains(&&**key.get_ref())) else { return Ok(()) };
+        let remedy = match nearest(key.get_ref(), known) {
+            Some(near) => format!("Did you mean \"{near}\"?"),
+            None => format!("{of} has {}.", known.join(", ")),
+        };
+        Err(self.error(key.span(), format!("unknown key \"{}\"", excerpt(key.get_ref())), remedy))
+    }
+}
+
+/// A value with its place and its key, which errors name.
+#[derive(Clone, Copy)]
+pub(super) struct Item<'a> {
+    pub document: Document<'a>,
+    pub key: &'a str,
+    pub value: &'a Spanned<DeValue<'a>>,
+}
+
+impl Item<'_> {
+    /// An error at its place.
+    pub(super) fn error(self, message: impl Into<Text>, hint: impl Into<Text>) -> Error {
+        self.document.error(self.value.span(), message, hint)
     }
 
-    fn mismatch(self, key: &str, value: &Value<'_>, expected: &str) -> Error {
-        let found = match value.get_ref() {
+    /// An error with its place, its settings spelled as keys.
+    pub(super) fn located(self, error: &Error) -> Error {
+        self.document.located(self.value.span(), error)
+    }
+
+    fn mismatch(self, expected: &str) -> Error {
+        let found = match self.value.get_ref() {
             DeValue::String(text) => format!("\"{}\"", excerpt(text)),
             DeValue::Integer(number) => excerpt(number.as_str()),
             DeValue::Float(number) => excerpt(number.as_str()),
             other => format!("a value of type {}", other.type_str()),
         };
-        self.error(
-            value.span(),
-            format!("{key}: found {found}, expected {expected}"),
-            format!("Write {key} = {expected}."),
-        )
+        let key = self.key;
+        self.error(format!("{key}: found {found}, expected {expected}"), format!("Write {key} = {expected}."))
     }
 
-    pub(super) fn text(self, key: &str, value: &Value<'_>, expected: &str) -> Result<String> {
-        let text = value.get_ref().as_str().map(str::to_owned);
-        text.ok_or_else(|| self.mismatch(key, value, expected))
+    pub(super) fn text(self, expected: &str) -> Result<String> {
+        self.value.get_ref().as_str().map(str::to_owned).ok_or_else(|| self.mismatch(expected))
     }
 
-    pub(super) fn flag(self, key: &str, value: &Value<'_>) -> Result<bool> {
-        value.get_ref().as_bool().ok_or_else(|| self.mismatch(key, value, "true or false"))
+    pub(super) fn flag(self) -> Result<bool> {
+        self.value.get_ref().as_bool().ok_or_else(|| self.mismatch("true or false"))
     }
 
     /// A whole number, 0 or more.
-    pub(super) fn count(self, key: &str, value: &Value<'_>) -> Result<u64> {
-        let number = value.get_ref().as_integer();
+    pub(super) fn count(self) -> Result<u64> {
+        let number = self.value.get_ref().as_integer();
         let number = number.and_then(|n| u64::from_str_radix(&n.as_str().replace('_', ""), n.radix()).ok());
-        number.ok_or_else(|| self.mismatch(key, value, "a whole number"))
+        number.ok_or_else(|| self.mismatch("a whole number"))
     }
 
-    pub(super) fn size(self, key: &str, value: &Value<'_>) -> Result<usize> {
-        let size = usize::try_from(self.count(key, value)?).ok();
-        size.ok_or_else(|| self.mismatch(key, value, "a smaller number"))
+    /// A whole number, 1 or more.
+    pub(super) fn positive(self) -> Result<usize> {
+        match usize::try_from(self.count()?) {
+            Ok(0) => Err(self.error(format!("{} is 0", self.key), "Give at least 1.")),
+            size => size.map_err(|_| self.mismatch("a smaller number")),
+        }
     }
 
     /// A finite number.
-    pub(super) fn number(self, key: &str, value: &Value<'_>) -> Result<f64> {
-        let text = match value.get_ref() {
+    pub(super) fn number(self) -> Result<f64> {
+        let text = match self.value.get_ref() {
             DeValue::Integer(number) if number.radix() == 10 => number.as_str().to_owned(),
             DeValue::Float(number) => number.as_str().to_owned(),
-            _ => return Err(self.mismatch(key, value, "a number")),
+            _ => return Err(self.mismatch("a number")),
         };
         let number = text.replace('_', "").parse().ok().filter(|v: &f64| v.is_finite());
-        number.ok_or_else(|| self.mismatch(key, value, "a finite number"))
+        number.ok_or_else(|| self.mismatch("a finite number"))
     }
 
     /// The values of a list, or one value as a list of its own; none twice.
-    pub(super) fn list<T: PartialEq>(
-        self,
-        key: &str,
-        value: &Value<'_>,
-        one: impl Fn(&Value<'_>) -> Result<T>,
-    ) -> Result<Vec<T>> {
-        let Some(items) = value.get_ref().as_array() else { return Ok(vec![one(value)?]) };
-        let mut list = Vec::with_capacity(items.len());
-        for item in items.iter() {
+    pub(super) fn list<T: PartialEq>(self, one: impl Fn(Self) -> Result<T>) -> Result<Vec<T>> {
+        let Some(values) = self.value.get_ref().as_array() else { return Ok(vec![one(self)?]) };
+        let mut list = Vec::with_capacity(values.len());
+        for value in values.iter() {
+            let item = Self { value, ..self };
             let read = one(item)?;
             if list.contains(&read) {
-                return Err(self.error(item.span(), format!("{key} has a value twice"), "Give each once."));
+                return Err(item.error(format!("{} has a value twice", self.key), "Give each once."));
             }
             list.push(read);
         }
         if list.is_empty() {
-            return Err(self.error(
-                value.span(),
-                format!("{key} is empty"),
-                "Give at least one value, or leave the key out.",
-            ));
+            let message = format!("{} is empty", self.key);
+            return Err(self.error(message, "Give at least one value, or leave the key out."));
         }
         Ok(list)
     }
 
+    /// Texts of a list.
+    pub(super) fn words(self, expected: &str) -> Result<Vec<String>> {
+        self.list(|word| word.text(expected))
+    }
+
     /// The row of a table that a value names.
-    pub(super) fn choice<T: Named>(self, key: &str, value: &Value<'_>) -> Result<T> {
-        let text = self.text(key, value, &format!("\"{}\"", T::names().join("\", \"")))?;
-        T::named(key, &text).map_err(|error| self.located(value.span(), &error))
+    pub(super) fn choice<T: Named>(self) -> Result<T> {
+        let text = self.text(&format!("\"{}\"", T::names().join("\", \"")))?;
+        T::named(self.key, &text).map_err(|error| self.located(&error))
     }
 }
