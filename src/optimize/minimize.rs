@@ -3,7 +3,7 @@
 //! Where the evaluator has a device of its own, two pieces of work are in flight: the runs are two halves, and while one
 //! is evaluated the other is told its costs and makes its next populations. A run's result does not depend on that.
 
-use super::{Progress, Run, Stop};
+use super::run::{Progress, Run, Stop};
 use crate::Result;
 use crate::candidates::Candidates;
 use rayon::prelude::*;
@@ -265,13 +265,13 @@ impl<'r> Search<'r> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optimize::{Jaya, JayaOptions, SearchSettings};
+    use crate::optimize::{JayaOptions, SearchSettings, Tuned};
 
     fn runs() -> Vec<Run> {
         let run = |run: u64| {
             let population = 5 + usize::try_from(run).unwrap();
             let setup = SearchSettings { bounds: vec![(-1.0, 2.0); 3], population, generations: 12, seed: 1, run };
-            Run::new(Box::new(Jaya::new(setup, JayaOptions::default()).unwrap()))
+            Run::new(Tuned::from(JayaOptions::default()).begin(setup).unwrap())
         };
         (0..7).map(run).collect()
     }

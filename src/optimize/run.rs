@@ -1,6 +1,28 @@
 //! A run of a search, and what is said of it on the way.
 
-use super::Optimizer;
+use crate::candidates::Candidates;
+
+/// The best candidate so far.
+#[derive(Debug, Clone, Copy)]
+pub struct Best<'a> {
+    /// Its values, one per axis.
+    pub values: &'a [f64],
+    /// Its cost.
+    pub cost: f64,
+}
+
+/// A population search, driven from outside.
+pub trait Optimizer: Send {
+    /// The candidates to be evaluated next; the same ones until `tell`.
+    fn ask(&mut self) -> Candidates<'_>;
+
+    /// Takes the costs of the candidates of the last `ask`, in their order; +∞ for one that failed. A NaN counts
+    /// as +∞.
+    fn tell(&mut self, costs: &[f64]);
+
+    /// The best so far; `None` before the first `tell` and while every cost was +∞.
+    fn best(&self) -> Option<Best<'_>>;
+}
 
 /// Why a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
