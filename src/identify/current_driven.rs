@@ -5,10 +5,10 @@
 //! motor with some K stands for all of them. Where one of them is held, the others follow.
 
 use super::method::Method;
-use super::normalized::NormalizedModel;
+use super::normalized::{NormalizedModel, longest};
 use super::spec::IdentifySpec;
 use crate::analysis::{lag_by_speed, unused_columns};
-use crate::motor::{Axis, Discretization, Extension, Parameter, Scope, Space, With};
+use crate::motor::{Axis, Discretization, Extension, Parameter, With};
 use crate::numeric::peak;
 use crate::record::{Quantity, Record, is_driven_by_current};
 use crate::setting::{Text, text};
@@ -17,9 +17,8 @@ use crate::{Error, Result};
 
 /// The parameters that only one of them gives a scale.
 const SCALED: [Parameter; 5] = [Parameter::K, Parameter::B, Parameter::J, Parameter::Coulomb, Parameter::Load];
-/// How far around a motor that was guessed the bounds are.
-const SPREAD: f64 = 1e3;
-/// That recordings have a voltage, where only that serves.
+
+/// Checks that recordings have a voltage, where only that serves.
 ///
 /// # Errors
 /// `Data` with the recording that has none.
@@ -41,36 +40,17 @@ pub(super) fn current_driven(records: &[Record], spec: &IdentifySpec) -> Result<
         return Ok(None);
     }
     check(spec)?;
-    let held = |parameter| spec.fixed(parameter).is_some();
     let scaled = SCALED.into_iter().any(|p| spec.fixed(p).is_some_and(|value| value != 0.0));
     if !scaled {
         check_bounds(spec)?;
     }
-    let motor = guess(records, spec);
-    let (mut free, mut fix) = (Vec::new(), spec.space.fixed().to_vec());
-    for axis in spec.space.free() {
-        let Some(&value) = motor.get(axis.parameter as usize) else {
-            free.push(*axis);
-            continue;
-        };
-        if matches!(axis.parameter, Parameter::R | Parameter::L) || (axis.parameter == Parameter::K && !scaled) {
-            fix.push((axis.parameter, Scope::Shared, value));
-        } else if spec.auto_bounds.contains(&axis.parameter) {
-            free.push(Axis { min: value / SPREAD, max: value * SPREAD, ..*axis });
-        } else {
-            free.push(*axis);
-        }
-    }
-    let mut unknown = vec![Parameter::R, Parameter::L];
-    unknown.extend(SCALED.iter().filter(|_| !scaled));
-    // All of the motor may be held where its extensions are asked for.
-    let space = if free.is_empty() { Space::unchecked(free, fix) } else { Space::new(free, fix)? };
-    Ok(Some(NormalizedModel {
-        space,
-        motor,
-        unknown: unknown.into_iter().filter(|p| !held(*p)).collect(),
-        warning: warning(records, spec, scaled),
-    }))
+    let electrical = [Parameter::R, Parameter::L];
+    let (assumed, unknown) = match scaled {
+        true => (electrical.to_vec(), electrical.to_vec()),
+        false => ([&electrical[..], &[Parameter::K]].concat(), [&electrical[..], &SCALED].concat()),
+    };
+    let warning = warning(records, spec, scaled);
+    NormalizedModel::new(spec, guess(records, spec), &assumed, &unknown, warning).map(Some)
 }
 
 /// Whether everything that is asked for has a meaning.
@@ -116,7 +96,7 @@ fn check_bounds(spec: &IdentifySpec) -> Result<()> {
 
 /// A motor that about does what current and speed show, with what is held of it.
 fn guess(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
-    let longest = records.iter().max_by_key(|record| record.len());
+    let longest = longest(records);
     let [gain, constant] = longest.and_then(|record| lag_by_speed(record).ok()).unwrap_or_else(|| {
         let amperes = longest.map_or(1.0, |record| peak(record.input())).max(f64::MIN_POSITIVE);
         let speed = longest.and_then(|r| r.samples().speed.as_deref()).map_or(1.0, peak).max(f64::MIN_POSITIVE);

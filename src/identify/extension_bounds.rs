@@ -1,5 +1,6 @@
 //! Bounds of extensions: where their parameters are searched, by the size of what recordings show.
 
+use super::normalized::is_measured;
 use super::spec::IdentifySpec;
 use crate::Result;
 use crate::motor::{Axis, Extension, Parameter, Scope, Space, UsualBounds};
@@ -8,7 +9,7 @@ use crate::record::{Record, is_driven_by_current};
 
 /// The parameters of an extension that recordings can show: those of sensors that were there.
 fn shown(extension: Extension, records: &[Record]) -> impl Iterator<Item = Parameter> {
-    let measured = [0, 1].map(|channel: usize| records.iter().any(|r| r.measured()[channel].is_some()));
+    let measured = [0, 1].map(|channel| is_measured(records, channel));
     extension.parameters().iter().copied().filter(move |p| p.channel().is_none_or(|channel| measured[channel]))
 }
 

@@ -3,6 +3,7 @@
 
 use super::bic::{Fit, gain, independent, is_worth};
 use super::extension_bounds::extended_space;
+use super::normalized::is_measured;
 use super::prepare::Prepared;
 use super::spec::IdentifySpec;
 use super::start::{Start, start};
@@ -207,12 +208,11 @@ const ANEW: usize = 2;
 fn candidates(records: &[Record], model: &Fit) -> Vec<Extension> {
     let any = |of: &dyn Fn(f64) -> bool| records.iter().any(|record| record.input().iter().any(|v| of(*v)));
     let both_ways = any(&|v| v > 0.0) && any(&|v| v < 0.0);
-    let measured = |channel: usize| records.iter().any(|record| record.measured()[channel].is_some());
     let by_current = is_driven_by_current(records);
     let can = |extension: &Extension| match extension.needs() {
         _ if by_current && !extension.acts_on_current() => false,
         Needs::BothSigns => both_ways,
-        Needs::Current => measured(0),
+        Needs::Current => is_measured(records, 0),
         Needs::Nothing => true,
     };
     let features = model.space.features();
