@@ -2,7 +2,7 @@
 
 use super::args::BenchArgs;
 use super::output::{DIM, STRONG, Style, data};
-use super::progress::Reporter;
+use super::progress::reporter;
 use super::{Outcome, cache, files, interrupt};
 use motorfit::evaluate::Level;
 use motorfit::numeric::count;
@@ -13,7 +13,6 @@ use motorfit::study::{Crossover, Measurement, Throughput, ThroughputSpec, conten
 use motorfit::text::significant;
 use motorfit::{Error, Result};
 use std::fmt::Write as _;
-use std::ops::ControlFlow;
 use std::path::Path;
 
 pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
@@ -26,12 +25,12 @@ pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
             .checked()?;
     interrupt::listen()?;
     let contenders = contenders(threads, !args.no_gpu, args.plain)?;
-    let mut reporter = Reporter::of(style, "case");
+    let mut show = reporter(style, "case");
     let result = throughput(&spec, contenders, &mut |done, all| {
-        reporter.show(&Progress { generation: done, generations: all, evaluations: done as u64, cost: f64::NAN });
-        if interrupt::pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        show(&Progress { generation: done, generations: all, evaluations: done as u64, cost: f64::NAN });
+        interrupt::flow()
     });
-    drop(reporter);
+    drop(show);
     let result = result?;
     for refused in &result.refused {
         style.note(&format!("not measured: {refused}"));

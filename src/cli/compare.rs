@@ -3,7 +3,7 @@
 use super::args::CompareArgs;
 use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
-use super::progress::Reporter;
+use super::progress::reporter;
 use super::{Outcome, interrupt, problem, reading};
 use motorfit::Result;
 use motorfit::device::with_threads;
@@ -18,7 +18,6 @@ use motorfit::settings::Value;
 use motorfit::study::compare::{Block, CompareSettings, CompareSpec, Comparison, Subject, compare, reached};
 use motorfit::text::{engineering, significant};
 use std::fmt::Write as _;
-use std::ops::ControlFlow;
 
 /// Columns that a terminal has at least.
 const WIDTH: usize = 80;
@@ -30,15 +29,15 @@ pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     let spec = spec(args, &asked, device)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
     interrupt::listen()?;
-    let mut reporter = Reporter::new(style);
+    let mut show = reporter(style, "generation");
     let comparison = with_threads(threads, || {
         let spec = CompareSpec { space: asked.space(&subject, spec.model)?, ..spec };
         compare(subject, &spec, &mut |progress| {
-            reporter.show(progress);
-            if interrupt::pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            show(progress);
+            interrupt::flow()
         })
     })?;
-    drop(reporter);
+    drop(show);
     style.warnings(&comparison.warnings);
     if comparison.interrupted {
         style.note("interrupted: these are the best so far");

@@ -3,7 +3,7 @@
 use super::args::EvaluateArgs;
 use super::candidates::{Source, sampling};
 use super::output::{Style, data, is_read};
-use super::progress::Reporter;
+use super::progress::reporter;
 use super::{Outcome, interrupt, problem, reading};
 use motorfit::candidates::Candidates;
 use motorfit::device::with_threads;
@@ -15,7 +15,6 @@ use motorfit::record::Record;
 use motorfit::report::{EvaluateDocument, json};
 use motorfit::text::{engineering, significant};
 use motorfit::{Error, Result};
-use std::collections::BinaryHeap;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -34,7 +33,7 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     if args.top == Some(0) {
         return Err(Error::usage("--top is 0", "Give how many of the best to print."));
     }
-    let records = reading::records(&args.records, &args.reading.0.and(&args.problem.0))?;
+    let records = reading::records(&args.recordings.records, &args.recordings.reading.0.and(&args.problem.0))?;
     // For the choice of a device: how many candidates come at once and in all; of a file that is not known.
     let axes = u32::try_from(spec.space.free().len()).unwrap_or(u32::MAX);
     let expected = match sampled {
@@ -66,33 +65,8 @@ fn batch(samples: usize) -> usize {
     (BATCH_STEPS / samples.max(1)).clamp(1, BATCH_MAX)
 }
 
-/// A candidate among the best: the heap's top is the worst of them.
-struct Kept {
-    cost: f64,
-    /// Its number, which decides between equals.
-    number: u64,
-    values: Vec<f64>,
-}
-
-impl PartialEq for Kept {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Kept {}
-
-impl PartialOrd for Kept {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Kept {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.cost.total_cmp(&other.cost).then(self.number.cmp(&other.number))
-    }
-}
+/// A candidate among the best: its cost, its number, which decides between equals, and its values.
+type Kept = (f64, u64, Vec<f64>);
 
 struct Evaluation<'a> {
     args: &'a EvaluateArgs,
@@ -110,10 +84,10 @@ impl Evaluation<'_> {
         let top = self.args.top.or(self.args.json.then_some(10));
         // While one batch is evaluated by a device, the next is made.
         let (mut values, mut next, mut costs) = (Vec::new(), Vec::new(), Vec::new());
-        let mut best = BinaryHeap::new();
+        let mut best = Vec::new();
         let (mut done, mut lowest, mut busy) = (0_u64, f64::INFINITY, Duration::ZERO);
         let started = Instant::now();
-        let mut reporter = Reporter::of(self.style, "batch");
+        let mut show = reporter(self.style, "batch");
         let batches = self.source.count().map_or(0, |count| count.div_ceil(most as u64));
         let mut interrupted = false;
         self.source.next(most, width, &mut values)?;
@@ -138,12 +112,12 @@ impl Evaluation<'_> {
                 && batches > 0
             {
                 let generation = usize::try_from(done.div_ceil(most as u64)).unwrap_or(generations);
-                reporter.show(&Progress { generation, generations, evaluations: done, cost: lowest });
+                show(&Progress { generation, generations, evaluations: done, cost: lowest });
             }
             interrupted = interrupt::pressed();
             std::mem::swap(&mut values, &mut next);
         }
-        drop(reporter);
+        drop(show);
         self.style.warnings(&self.costs.warnings()[known..]);
         if interrupted {
             self.style.note("interrupted: this is what was evaluated until then");
@@ -160,14 +134,14 @@ impl Evaluation<'_> {
             significant(rate, 3),
             significant(lowest, 6)
         ));
-        let best = best.into_sorted_vec();
+        shorten(&mut best, top.unwrap_or(0));
         if self.args.json {
-            let best = best.iter().map(|kept| (kept.cost, kept.values.as_slice()));
+            let best = best.iter().map(|(cost, _, values)| (*cost, values.as_slice()));
             let document = EvaluateDocument { interrupted, candidates: done, seconds: started.elapsed().as_secs_f64() };
             data(&json(&document.of(records, &self.costs, best)))?;
         } else if top.is_some() {
-            let table: Vec<f64> = best.iter().flat_map(|kept| kept.values.iter().copied()).collect();
-            let costs: Vec<f64> = best.iter().map(|kept| kept.cost).collect();
+            let table: Vec<f64> = best.iter().flat_map(|(_, _, values)| values.iter().copied()).collect();
+            let costs: Vec<f64> = best.iter().map(|(cost, ..)| *cost).collect();
             let head = format!("{},cost\n", self.names().join(","));
             data(&(head + &rows(Candidates::new(&table, width), &costs)))?;
         }
@@ -179,17 +153,22 @@ impl Evaluation<'_> {
     }
 }
 
-/// Keeps the `top` lowest of what came so far.
-fn keep(best: &mut BinaryHeap<Kept>, top: usize, first: u64, candidates: Candidates<'_>, costs: &[f64]) {
+/// Keeps what may be among the `top` lowest of all that came so far: the first `top` are in order, others behind them.
+fn keep(best: &mut Vec<Kept>, top: usize, first: u64, candidates: Candidates<'_>, costs: &[f64]) {
     for (row, &cost) in costs.iter().enumerate() {
-        if best.len() == top && best.peek().is_some_and(|worst| cost >= worst.cost) {
-            continue;
-        }
-        best.push(Kept { cost, number: first + row as u64, values: candidates.row(row).to_vec() });
-        if best.len() > top {
-            best.pop();
+        if best.get(top - 1).is_none_or(|worst| cost < worst.0) {
+            best.push((cost, first + row as u64, candidates.row(row).to_vec()));
+            if best.len() == top || best.len() >= top.saturating_mul(2) {
+                shorten(best, top);
+            }
         }
     }
+}
+
+/// Leaves the `top` lowest, in order.
+fn shorten(best: &mut Vec<Kept>, top: usize) {
+    best.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    best.truncate(top);
 }
 
 /// Lines of CSV: shortest decimals that read back as the same numbers.

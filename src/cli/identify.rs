@@ -3,7 +3,7 @@
 use super::args::IdentifyArgs;
 use super::out::{self, Out};
 use super::output::{DIM, STRONG, Style, data};
-use super::progress::Reporter;
+use super::progress::reporter;
 use super::{Outcome, interrupt, problem, reading};
 use motorfit::analysis::{split, suspicions};
 use motorfit::estimate::ReferenceKind;
@@ -20,13 +20,12 @@ use motorfit::settings;
 use motorfit::text::{engineering, significant};
 use motorfit::{Error, Result};
 use std::fmt::Write as _;
-use std::ops::ControlFlow;
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     let given = args.search.0.and(&args.problem.0).and(&args.device.0);
     let mut spec = problem::checked(settings::identify(&given)?, &given, style)?;
-    let reading = args.reading.0.and(&args.problem.0);
-    let records = reading::records(&args.records, &reading)?;
+    let reading = args.recordings.reading.0.and(&args.problem.0);
+    let records = reading::records(&args.recordings.records, &reading)?;
     let mut held_out = reading::records(&args.validate, &reading)?;
     if !given.has(Setting::Discretization) && records.iter().all(|record| record.driver() == Quantity::Current) {
         // What is measured goes on between samples.
@@ -42,12 +41,12 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     };
     let out = args.out.as_deref().map(Out::take).transpose()?;
     interrupt::listen()?;
-    let mut reporter = Reporter::new(style);
+    let mut show = reporter(style, "generation");
     let found = identify_with(&records, &spec, &mut |progress| {
-        reporter.show(progress);
-        if interrupt::pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        show(progress);
+        interrupt::flow()
     });
-    drop(reporter);
+    drop(show);
     // What is wrong with the recordings may be why.
     let mut found = found.inspect_err(|_| style.warnings(&suspicions(&records, spec.model.discretization)))?;
     hold_out(&mut found, &records, &held_out, &spec)?;
@@ -197,27 +196,12 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
         Polish::LevenbergMarquardt => ", then Levenberg–Marquardt",
         Polish::None => "",
     };
-    let mut lines = vec![
-        ("fit", channels(found.fit_percent, &|fit| format!("{fit:.2} %"))),
-        ("residual", format!("{} (standard deviation)", residuals(found.residual_sigma))),
-        ("cost", format!("{} ({}, scale {})", significant(found.cost, 4), names.criterion, names.scale)),
-        ("method", format!("{method}{polish}")),
-        ("verdict", verdict(found)),
-        ("device", format!("{}, {}", found.device, found.precision)),
-        ("time", engineering(found.seconds, "s", 3)),
-    ];
-    if found.residual_sigma == [None; 2] {
-        lines.remove(1);
-    }
-    lines.splice(1..1, characteristics_lines(found));
-    lines.splice(1..1, selection_text(found).map(|text| ("model", text)));
-    lines.splice(1..1, found.noise_floor.iter().map(|of| ("ceiling", noise_floor_text(of))));
+    let mut lines = vec![("fit", channels(found.fit_percent, &|fit| format!("{fit:.2} %")))];
     if let Some(validation) = &found.validation {
         let fit = channels(validation.fit_percent, &|fit| format!("{fit:.2} %"));
         let count = validation.held_out.len();
-        let estimated = validation.held_out.iter().filter(|held| held.initial_is_estimated).count();
         let of = if count == 1 { String::new() } else { format!(" over {count} recordings") };
-        let started = match estimated {
+        let started = match validation.held_out.iter().filter(|held| held.initial_is_estimated).count() {
             0 => "",
             _ if count == 1 => "; its initial state was estimated",
             _ => "; initial states were estimated where they begin in motion",
@@ -226,12 +210,26 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
             validation.held_out.first().into_iter().flat_map(|h| &h.own).map(|o| o.0.symbol()).collect();
         let own = if own.is_empty() { String::new() } else { format!("; {} estimated from each", own.join(", ")) };
         let left = residuals(validation.residual_sigma);
+        lines.push(("held out", format!("{fit}; residual {left}{of}{started}{own}")));
         let tests: Vec<_> = validation.held_out.iter().map(|held| held.residual_tests).collect();
         let [white, independent] = verdicts(&tests);
         let input = if found.input == Input::Current { Quantity::Current } else { Quantity::Voltage };
         let tested = format!("residuals white: {white}; independent of the {input}: {independent} (current, speed)");
-        lines.splice(1..1, [("held out", format!("{fit}; residual {left}{of}{started}{own}")), ("", tested)]);
+        lines.push(("", tested));
     }
+    lines.extend(found.noise_floor.iter().map(|of| ("ceiling", noise_floor_text(of))));
+    lines.extend(selection_text(found).map(|text| ("model", text)));
+    lines.extend(characteristics_lines(found));
+    if found.residual_sigma != [None; 2] {
+        lines.push(("residual", format!("{} (standard deviation)", residuals(found.residual_sigma))));
+    }
+    lines.extend([
+        ("cost", format!("{} ({}, scale {})", significant(found.cost, 4), names.criterion, names.scale)),
+        ("method", format!("{method}{polish}")),
+        ("verdict", verdict(found)),
+        ("device", format!("{}, {}", found.device, found.precision)),
+        ("time", engineering(found.seconds, "s", 3)),
+    ]);
     lines
 }
 

@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 
 pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
     let band = band(args.band.settling_band)?;
-    let records = reading::records(&args.records, &args.reading.0)?;
+    let records = reading::records(&args.recordings.records, &args.recordings.reading.0)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
     let inspections: Vec<Inspection<'_>> = records.iter().map(Inspection::of).collect();
     let document = json(&InspectDocument::of(&inspections, band));

@@ -1,6 +1,7 @@
 //! Ctrl-C: the first ends the search with what it has, the second ends the program.
 
 use motorfit::{Error, Result};
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -13,6 +14,11 @@ pub(crate) fn listen() -> Result<()> {
         }
     })
     .map_err(|error| Error::data(format!("Ctrl-C cannot be handled: {error}"), "Try again."))
+}
+
+/// What an observer answers: work ends where Ctrl-C was pressed.
+pub(crate) fn flow() -> ControlFlow<()> {
+    if pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
 /// Whether Ctrl-C was pressed.

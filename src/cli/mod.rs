@@ -12,7 +12,6 @@ mod flags;
 mod identify;
 mod inspect;
 mod interrupt;
-mod names;
 mod out;
 mod output;
 mod problem;

@@ -2,7 +2,9 @@
 
 use super::output::{Progress as Kind, Style};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use motorfit::numeric::whole_u64;
 use motorfit::optimize::Progress;
+use motorfit::study::sweep::SweepProgress;
 use motorfit::text::significant;
 use serde_json::{Value, json};
 use std::io::Write as _;
@@ -14,17 +16,17 @@ const PATIENCE: Duration = Duration::from_millis(300);
 const PACE: Duration = Duration::from_millis(100);
 
 /// How far something is.
-pub(crate) struct State {
-    pub done: u64,
-    pub of: u64,
+struct State {
+    done: u64,
+    of: u64,
     /// What stands behind the bar.
-    pub message: String,
+    message: String,
     /// The same as a line of JSON.
-    pub line: Value,
+    line: Value,
 }
 
 /// Where progress is shown, whatever it is of.
-pub(crate) struct Meter {
+struct Meter {
     kind: Kind,
     /// Of the bar.
     template: String,
@@ -34,12 +36,12 @@ pub(crate) struct Meter {
 }
 
 impl Meter {
-    pub(crate) fn new(style: &Style, template: String) -> Self {
+    fn new(style: &Style, template: String) -> Self {
         Self { kind: style.progress, template, bar: None, started: Instant::now(), last: None }
     }
 
     /// Shows a state, which is asked for where it is due.
-    pub(crate) fn show(&mut self, at_end: bool, state: impl FnOnce() -> State) {
+    fn show(&mut self, at_end: bool, state: impl FnOnce() -> State) {
         match self.kind {
             Kind::Json if at_end || self.last.is_none_or(|last| last.elapsed() >= PACE) => {
                 self.last = Some(Instant::now());
@@ -68,37 +70,46 @@ impl Drop for Meter {
     }
 }
 
-/// Shows the progress of one search.
-pub(crate) struct Reporter {
-    meter: Meter,
-    /// What is counted.
-    what: &'static str,
-}
-
-impl Reporter {
-    pub(crate) fn new(style: &Style) -> Self {
-        Self::of(style, "generation")
-    }
-
-    pub(crate) fn of(style: &Style, what: &'static str) -> Self {
-        let template = format!("{{bar:40}} {what} {{pos}}/{{len}}  {{msg}}  {{eta}} left");
-        Self { meter: Meter::new(style, template), what }
-    }
-
-    pub(crate) fn show(&mut self, progress: &Progress) {
-        let what = self.what;
-        self.meter.show(progress.generation == progress.generations, || {
-            let known = !progress.cost.is_nan();
-            let many = format!("{what}{}", if what == "batch" { "es" } else { "s" });
-            State {
-                done: progress.generation as u64,
-                of: progress.generations as u64,
-                message: if known { format!("cost {}", significant(progress.cost, 4)) } else { String::new() },
-                line: json!({
-                    what: progress.generation, many: progress.generations, "evaluations": progress.evaluations,
-                    "cost": progress.cost,
-                }),
-            }
+/// Shows the progress of a search, or of what else is counted by `what`.
+pub(crate) fn reporter(style: &Style, what: &'static str) -> impl FnMut(&Progress) {
+    let mut meter = Meter::new(style, format!("{{bar:40}} {what} {{pos}}/{{len}}  {{msg}}  {{eta}} left"));
+    let many = format!("{what}{}", if what == "batch" { "es" } else { "s" });
+    move |progress| {
+        let &Progress { generation, generations, evaluations, cost } = progress;
+        meter.show(generation == generations, || State {
+            done: generation as u64,
+            of: generations as u64,
+            message: if cost.is_nan() { String::new() } else { format!("cost {}", significant(cost, 4)) },
+            line: json!({what: generation, many.as_str(): generations, "evaluations": evaluations, "cost": cost}),
         });
     }
+}
+
+/// Shows the progress of a sweep.
+pub(crate) fn sweep_reporter(style: &Style) -> impl FnMut(&SweepProgress) {
+    let mut meter = Meter::new(style, "{bar:40} run {pos}/{len}  {msg}".to_owned());
+    move |progress| {
+        meter.show(progress.done == progress.total, || State {
+            done: progress.done + whole_u64(progress.under_way),
+            of: progress.total,
+            message: pace(progress),
+            line: json!({
+                "runs": progress.done, "of": progress.total, "failed": progress.failed, "seconds": progress.seconds,
+                "runs_per_second": progress.rate(), "remaining_s": progress.remaining(),
+            }),
+        });
+    }
+}
+
+/// Rate, time left, failures.
+fn pace(progress: &SweepProgress) -> String {
+    let mut text = progress.rate().map_or_else(String::new, |rate| format!("{} a second", significant(rate, 3)));
+    if let Some(seconds) = progress.remaining().filter(|s| *s < 1e9) {
+        let left = indicatif::HumanDuration(Duration::from_secs_f64(seconds));
+        text.push_str(&format!("  {left:#} left"));
+    }
+    if progress.failed > 0 {
+        text.push_str(&format!("  {} failed", progress.failed));
+    }
+    text
 }

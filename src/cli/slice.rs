@@ -31,7 +31,7 @@ pub(super) fn run(args: &EvaluateArgs, slice: &str, style: &Style) -> Result<Out
             return Err(Error::usage(message, "Leave --sample out, or give the points a side as grid:N."));
         }
     };
-    let records = reading::records(&args.records, &args.reading.0.and(&args.problem.0))?;
+    let records = reading::records(&args.recordings.records, &args.recordings.reading.0.and(&args.problem.0))?;
     let map = with_threads(spec.threads, || cost_map(&records, &spec, parameters, side))?;
     style.warnings(&map.found.warnings);
     let names = Names::of(&spec);

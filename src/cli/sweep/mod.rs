@@ -1,11 +1,11 @@
 //! `sweep`: plan, run, status, merge, or all in one.
 
 pub(crate) mod args;
-mod progress;
 
 use super::args::{Shown, SweepAction, SweepArgs};
 use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
+use super::progress::sweep_reporter;
 use super::{Outcome, cache, interrupt};
 use motorfit::device::with_threads;
 use motorfit::numeric::count_u64;
@@ -18,10 +18,8 @@ use motorfit::settings::{self, values};
 use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, SweepSummary, Tally};
 use motorfit::text::{engineering, printable, significant};
 use motorfit::{Error, Result};
-use progress::SweepReporter;
 use std::fmt::Write as _;
 use std::io::Read as _;
-use std::ops::ControlFlow;
 use std::path::Path;
 
 /// Columns that a terminal has at least, and rows of a table that are shown there.
@@ -90,14 +88,14 @@ fn planned(sweep: &Sweep, folder: &Path, again: bool) -> String {
 fn shard_run(sweep: &Sweep, shard: Shard, threads: Option<usize>, style: &Style) -> Result<Tally> {
     settings::threads(threads)?;
     interrupt::listen()?;
-    let mut reporter = SweepReporter::new(style);
+    let mut show = sweep_reporter(style);
     let tally = with_threads(threads, || {
         sweep.run(shard, &mut |progress| {
-            reporter.show(progress);
-            if interrupt::pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            show(progress);
+            interrupt::flow()
         })
     });
-    drop(reporter);
+    drop(show);
     let tally = tally?;
     style.warnings(&tally.warnings);
     for failed in &tally.failures.named {
