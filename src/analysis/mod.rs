@@ -15,9 +15,7 @@ mod residual_input_test;
 mod residuals;
 mod validation;
 
-pub use characteristics::{
-    Characteristic, Characteristics, Constants, Covariance, Named, characteristics, characteristics_by_current,
-};
+pub use characteristics::{Characteristic, Characteristics, Covariance, Named, characteristics};
 pub(crate) use characteristics_document::characteristics_document;
 pub use feedforward::{Regression, regression, regressions};
 pub(crate) use fit_metrics::{FitMetrics, fit_percent, poor_fit};

@@ -1,6 +1,6 @@
 //! Identifications without the verification and without what judges a result: what a batch of thousands needs of each.
 //!
-//! [`fit`] is Steiglitz–McBride with the polish. A population search comes in two parts, so that many of them can be run in
+//! [`fit_on`] is Steiglitz–McBride with the polish. A population search comes in two parts, so that many of them can be run in
 //! lock step: [`PreparedSearch`] is what comes before it and what follows, by the stages of the pipeline.
 
 use super::checks;
@@ -24,21 +24,12 @@ use crate::optimize::Stop;
 use crate::record::Record;
 use std::sync::Arc;
 
-/// Steiglitz–McBride, then the spec's polish, of a linear motor. Nothing verifies or judges the result, and the cost of what
-/// was searched is not computed.
+/// Steiglitz–McBride, then the spec's polish, of a linear motor, on the problem whose cost is reported and that of a fit
+/// ([`fit_problem`]), both made of the recordings. Nothing verifies or judges the result, and the cost of what was searched is
+/// not computed.
 ///
 /// # Errors
 /// As [`super::identify`] with that method.
-pub fn fit(records: &[Record], spec: &IdentifySpec) -> Result<Identification> {
-    needs_voltage(records)?;
-    let problem = Problem::new(records, spec.model, spec.space.clone(), spec.criterion)?;
-    fit_on((&problem, &fit_problem(records, &spec.space, spec.model)?), records, spec)
-}
-
-/// Like [`fit`], on the problem whose cost is reported and that of a fit ([`fit_problem`]), both made of the recordings.
-///
-/// # Errors
-/// As [`fit`].
 pub fn fit_on(
     (problem, plain): (&Problem, &Problem),
     records: &[Record],
@@ -47,7 +38,7 @@ pub fn fit_on(
     checks::before(records, spec, problem)?;
     let estimate = steiglitz_mcbride(records, spec, plain)??;
     let prepared = Prepared::given(records, spec, problem, plain);
-    let problem = prepared.searched(around(spec, &estimate)?);
+    let problem = prepared.searched(around(spec, &[estimate.parameters.to_array()])?);
     let found = SearchResult::of_estimate(&estimate, &problem);
     finished(&prepared, &problem, found)
 }
@@ -165,7 +156,7 @@ pub fn search_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
         return Ok(spec.space.clone());
     }
     match steiglitz_mcbride(records, spec, &fit_problem(records, &spec.space, spec.model)?)? {
-        Ok(estimate) => around(spec, &estimate),
+        Ok(estimate) => around(spec, &[estimate.parameters.to_array()]),
         Err(_) => Ok(spec.space.clone()),
     }
 }

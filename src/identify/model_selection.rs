@@ -107,22 +107,17 @@ impl Selection<'_> {
     /// From the linear motor up.
     fn up(&self, selection: &mut ModelSelection) -> Result<Fit> {
         let mut best = self.thorough(&[], |problem| explained(problem, &self.start.motors))?;
-        selection.steps.push(SelectionStep { taken: true, ..step(self.prepared.records, &best, None) });
+        let records = self.prepared.records;
+        selection.steps.push(step(records, &best, None, true));
         while best.with.len() < HEIGHT {
-            let next = candidates(self.prepared.records, &best);
+            let next = candidates(records, &best);
             // One that cannot be fitted explains nothing.
-            let fits = next.par_iter().filter_map(|extension| self.rough(&best, *extension).ok());
-            let mut tried: Vec<(f64, Fit)> = fits.map(|fit| (gain(&best, &fit), fit)).collect();
-            tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let mut tried = ranked(&best, next.par_iter().filter_map(|extension| self.rough(&best, *extension).ok()));
             let others = tried.split_off(tried.len().min(FINALISTS));
-            let thorough: Vec<Fit> = tried.into_par_iter().map(|(_, fit)| self.finished(fit)).collect();
-            let mut fits: Vec<(f64, Fit)> = thorough.into_iter().map(|fit| (gain(&best, &fit), fit)).collect();
-            fits.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let fits = ranked(&best, tried.into_par_iter().map(|(_, fit)| self.finished(fit)));
             let take = fits.first().is_some_and(|(_, fit)| is_worth(&best, fit));
             for (n, (gain, fit)) in fits.iter().chain(&others).enumerate() {
-                selection
-                    .steps
-                    .push(SelectionStep { taken: take && n == 0, ..step(self.prepared.records, fit, Some(*gain)) });
+                selection.steps.push(step(records, fit, Some(*gain), take && n == 0));
             }
             match fits.into_iter().next().filter(|_| take) {
                 Some((_, fit)) => best = self.pruned(fit)?,
@@ -197,6 +192,13 @@ fn fit(with: &[Extension], plain: &Problem, refined: Refined) -> Fit {
     Fit { with: with.to_vec(), space: plain.space().clone(), refined, independent }
 }
 
+/// Fits with their gains on another, the lowest first.
+fn ranked(best: &Fit, fits: impl ParallelIterator<Item = Fit>) -> Vec<(f64, Fit)> {
+    let mut fits: Vec<(f64, Fit)> = fits.map(|fit| (gain(best, &fit), fit)).collect();
+    fits.sort_by(|a, b| a.0.total_cmp(&b.0));
+    fits
+}
+
 fn nowhere() -> Error {
     Error::new(ErrorKind::NotIdentified, "no start of this model can be refined", "Name other extensions.")
 }
@@ -219,14 +221,9 @@ fn candidates(records: &[Record], model: &Fit) -> Vec<Extension> {
     Extension::ALL.into_iter().filter(|e| !features.has_any(e.parameters())).filter(can).collect()
 }
 
-fn step(records: &[Record], fit: &Fit, gain: Option<f64>) -> SelectionStep {
-    SelectionStep {
-        with: fit.with.clone(),
-        free: fit.space.free().len(),
-        fit_percent: fit_percent(records, &fit.refined),
-        gain,
-        taken: false,
-    }
+fn step(records: &[Record], fit: &Fit, gain: Option<f64>, taken: bool) -> SelectionStep {
+    let fit_percent = fit_percent(records, &fit.refined);
+    SelectionStep { with: fit.with.clone(), free: fit.space.free().len(), fit_percent, gain, taken }
 }
 
 /// What each recording is to have for itself must be free in the model.
