@@ -261,12 +261,6 @@ impl From<Setting> for Text {
     }
 }
 
-impl From<Command> for Text {
-    fn from(command: Command) -> Self {
-        Reference::Command(command).into()
-    }
-}
-
 /// Makes a [`Text`]. Literals and `(format, arguments)` are words, `[Setting]` and `[Setting = format, arguments]` refer
 /// to a setting, `[Command::Name]` to an operation, and `{expression}` is whatever a text can be made of:
 /// `text!("{symbol} is at its bound; widen it with " [Bounds = "{symbol}=0.1:1"])`.
@@ -277,7 +271,7 @@ macro_rules! text {
         $crate::setting::text!(@ $text.and(format!($($words)+)); $($rest)*)
     };
     (@ $text:expr; [Command::$command:ident] $($rest:tt)*) => {
-        $crate::setting::text!(@ $text.and($crate::setting::Command::$command); $($rest)*)
+        $crate::setting::text!(@ $text.and($crate::setting::Reference::Command($crate::setting::Command::$command)); $($rest)*)
     };
     (@ $text:expr; [$setting:ident] $($rest:tt)*) => {
         $crate::setting::text!(@ $text.and($crate::setting::Setting::$setting); $($rest)*)

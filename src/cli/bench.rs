@@ -2,8 +2,7 @@
 
 use super::args::BenchArgs;
 use super::output::{DIM, STRONG, Style, data};
-use super::progress::reporter;
-use super::{Outcome, cache, files, interrupt};
+use super::{Outcome, cache, out, progress};
 use motorfit::evaluate::Level;
 use motorfit::numeric::count;
 use motorfit::optimize::Progress;
@@ -11,24 +10,22 @@ use motorfit::report::plot::{Line, log_log};
 use motorfit::report::{BenchDocument, json};
 use motorfit::study::{Crossover, Measurement, Throughput, ThroughputSpec, contenders, throughput};
 use motorfit::text::significant;
-use motorfit::{Error, Result};
+use motorfit::{Result, settings};
 use std::fmt::Write as _;
 use std::path::Path;
 
 pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
+    settings::threads(args.threads)?;
     let threads = args.threads.unwrap_or_else(rayon::current_num_threads);
-    if !(1..=1024).contains(&threads) {
-        return Err(Error::usage(format!("--threads is {threads}"), "Give 1 to 1024, or leave it out for all."));
-    }
     let spec =
         ThroughputSpec { populations: args.populations.clone(), samples: args.samples.clone(), budget_s: args.seconds }
             .checked()?;
-    interrupt::listen()?;
+    progress::listen()?;
     let contenders = contenders(threads, !args.no_gpu, args.plain)?;
-    let mut show = reporter(style, "case");
+    let mut show = progress::reporter(style, "case");
     let result = throughput(&spec, contenders, &mut |done, all| {
         show(&Progress { generation: done, generations: all, evaluations: done as u64, cost: f64::NAN });
-        interrupt::flow()
+        progress::interrupted()
     });
     drop(show);
     let result = result?;
@@ -86,7 +83,7 @@ fn plots(path: &Path, spec: &ThroughputSpec, result: &Throughput, style: &Style)
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
             file.set_file_name(format!("{stem}-{samples}.svg"));
         }
-        files::write(&file, &svg)?;
+        out::write_file(&file, &svg)?;
         style.note(&format!("wrote {}", file.display()));
     }
     Ok(())

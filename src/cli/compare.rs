@@ -3,8 +3,7 @@
 use super::args::CompareArgs;
 use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
-use super::progress::reporter;
-use super::{Outcome, interrupt, problem, reading};
+use super::{Outcome, inputs, progress};
 use motorfit::Result;
 use motorfit::device::with_threads;
 use motorfit::evaluate::{Initial, Model};
@@ -23,18 +22,18 @@ use std::fmt::Write as _;
 const WIDTH: usize = 80;
 
 pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
-    let device = problem::device(&args.device, style)?;
+    let device = inputs::device(&args.device, style)?;
     let threads = device.threads;
     let (subject, asked) = (subject(args)?, asked(args));
     let spec = spec(args, &asked, device)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
-    interrupt::listen()?;
-    let mut show = reporter(style, "generation");
+    progress::listen()?;
+    let mut show = progress::reporter(style, "generation");
     let comparison = with_threads(threads, || {
         let spec = CompareSpec { space: asked.space(&subject, spec.model)?, ..spec };
         compare(subject, &spec, &mut |progress| {
             show(progress);
-            interrupt::flow()
+            progress::interrupted()
         })
     })?;
     drop(show);
@@ -165,7 +164,7 @@ fn subject(args: &CompareArgs) -> Result<Subject> {
     }
     let mut given = args.reading.0.clone();
     given.put(Setting::Discretization, Value::Text(args.discretization.name().to_owned()));
-    Ok(Subject { records: reading::records(&args.records, &given)?, truth: None })
+    Ok(Subject { records: inputs::records(&args.records, &given)?, truth: None })
 }
 
 fn asked(args: &CompareArgs) -> CompareSettings {
@@ -204,7 +203,7 @@ fn text(args: &CompareArgs, comparison: &Comparison) -> String {
         Some(_) => text.push_str("simulated M2 motor, 10.5 V from 1 s on, 3001 samples in steps of 1 ms, no noise\n"),
         None => {
             for record in &comparison.subject.records {
-                let _ = writeln!(text, "{}", reading::understood(record));
+                let _ = writeln!(text, "{}", inputs::understood(record));
             }
         }
     }

@@ -3,8 +3,7 @@
 use super::args::EvaluateArgs;
 use super::candidates::{Source, sampling};
 use super::output::{Style, data, is_read};
-use super::progress::reporter;
-use super::{Outcome, interrupt, problem, reading};
+use super::{Outcome, inputs, progress};
 use motorfit::candidates::Candidates;
 use motorfit::device::with_threads;
 use motorfit::identify::BatchCosts;
@@ -28,12 +27,12 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     if let Some(slice) = &args.slice {
         return super::slice::run(args, slice, style);
     }
-    let mut spec = problem::spec(&args.problem, &args.device, style)?;
+    let mut spec = inputs::spec(&args.problem, &args.device, style)?;
     let sampled = args.sample.as_deref().map(sampling).transpose()?;
     if args.top == Some(0) {
         return Err(Error::usage("--top is 0", "Give how many of the best to print."));
     }
-    let records = reading::records(&args.recordings.records, &args.recordings.reading.0.and(&args.problem.0))?;
+    let records = inputs::records(&args.recordings.records, &args.recordings.reading.0.and(&args.problem.0))?;
     // For the choice of a device: how many candidates come at once and in all; of a file that is not known.
     let axes = u32::try_from(spec.space.free().len()).unwrap_or(u32::MAX);
     let expected = match sampled {
@@ -44,7 +43,7 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     let expected = usize::try_from(expected).unwrap_or(usize::MAX);
     spec.population = batch(records.iter().map(Record::len).sum()).min(expected);
     spec.generations = expected.div_ceil(spec.population);
-    interrupt::listen()?;
+    progress::listen()?;
     with_threads(spec.threads, || {
         let costs = BatchCosts::new(&records, &spec)?;
         style.warnings(costs.warnings());
@@ -87,7 +86,7 @@ impl Evaluation<'_> {
         let mut best = Vec::new();
         let (mut done, mut lowest, mut busy) = (0_u64, f64::INFINITY, Duration::ZERO);
         let started = Instant::now();
-        let mut show = reporter(self.style, "batch");
+        let mut show = progress::reporter(self.style, "batch");
         let batches = self.source.count().map_or(0, |count| count.div_ceil(most as u64));
         let mut interrupted = false;
         self.source.next(most, width, &mut values)?;
@@ -114,7 +113,7 @@ impl Evaluation<'_> {
                 let generation = usize::try_from(done.div_ceil(most as u64)).unwrap_or(generations);
                 show(&Progress { generation, generations, evaluations: done, cost: lowest });
             }
-            interrupted = interrupt::pressed();
+            interrupted = progress::is_interrupted();
             std::mem::swap(&mut values, &mut next);
         }
         drop(show);

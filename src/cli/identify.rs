@@ -3,8 +3,7 @@
 use super::args::IdentifyArgs;
 use super::out::{self, Out};
 use super::output::{DIM, STRONG, Style, data};
-use super::progress::reporter;
-use super::{Outcome, interrupt, problem, reading};
+use super::{Outcome, inputs, progress};
 use motorfit::analysis::{split, suspicions};
 use motorfit::estimate::ReferenceKind;
 use motorfit::identify::{Identification, IdentifySpec, Polish, Status, hold_out, identify_with};
@@ -23,10 +22,10 @@ use std::fmt::Write as _;
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     let given = args.search.0.and(&args.problem.0).and(&args.device.0);
-    let mut spec = problem::checked(settings::identify(&given)?, &given, style)?;
+    let mut spec = inputs::checked(settings::identify(&given)?, &given, style)?;
     let reading = args.recordings.reading.0.and(&args.problem.0);
-    let records = reading::records(&args.recordings.records, &reading)?;
-    let mut held_out = reading::records(&args.validate, &reading)?;
+    let records = inputs::records(&args.recordings.records, &reading)?;
+    let mut held_out = inputs::records(&args.validate, &reading)?;
     if !given.has(Setting::Discretization) && records.iter().all(|record| record.driver() == Quantity::Current) {
         // What is measured goes on between samples.
         spec.model.discretization = Discretization::Foh;
@@ -40,11 +39,11 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
         }
     };
     let out = args.out.as_deref().map(Out::take).transpose()?;
-    interrupt::listen()?;
-    let mut show = reporter(style, "generation");
+    progress::listen()?;
+    let mut show = progress::reporter(style, "generation");
     let found = identify_with(&records, &spec, &mut |progress| {
         show(progress);
-        interrupt::flow()
+        progress::interrupted()
     });
     drop(show);
     // What is wrong with the recordings may be why.
@@ -117,7 +116,7 @@ fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style:
     let mut text = String::new();
     if !style.quiet {
         for record in records {
-            let _ = writeln!(text, "{}", reading::understood(record));
+            let _ = writeln!(text, "{}", inputs::understood(record));
         }
         text.push('\n');
     }

@@ -3,7 +3,7 @@
 use super::args::InspectArgs;
 use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
-use super::{Outcome, reading};
+use super::{Outcome, inputs};
 use motorfit::identify::{Identifiability, Inspection};
 use motorfit::report::{InspectDocument, SignalFacts, command_line, inspect_page, json};
 use motorfit::setting::Text;
@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 
 pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
     let band = band(args.band.settling_band)?;
-    let records = reading::records(&args.recordings.records, &args.recordings.reading.0)?;
+    let records = inputs::records(&args.recordings.records, &args.recordings.reading.0)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
     let inspections: Vec<Inspection<'_>> = records.iter().map(Inspection::of).collect();
     let document = json(&InspectDocument::of(&inspections, band));
@@ -42,7 +42,7 @@ pub(super) fn band(percent: f64) -> Result<f64> {
 
 fn text(inspection: &Inspection<'_>, band: f64) -> String {
     let record = inspection.record;
-    let mut text = format!("{}\n", reading::understood(record));
+    let mut text = format!("{}\n", inputs::understood(record));
     if record.steps().jitter > 1e-6 {
         let jitter = significant(100.0 * record.steps().jitter, 2);
         let _ = writeln!(text, "  jitter of the period: at most {jitter} %");

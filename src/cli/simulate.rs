@@ -2,7 +2,7 @@
 
 use super::args::SimulateArgs;
 use super::output::{Style, data};
-use super::{Outcome, files, inspect};
+use super::{Outcome, inspect, out};
 use motorfit::experiment::{Excitation, noise_of, simulated_with, with_noise};
 use motorfit::motor::Discretization;
 use motorfit::record::{parse_columns, read_inputs, write_csv};
@@ -24,7 +24,7 @@ pub(super) fn run(args: &SimulateArgs, style: &Style) -> Result<Outcome> {
     if args.out == Path::new("-") {
         data(&text)?;
     } else {
-        files::write(&args.out, &text)?;
+        out::write_file(&args.out, &text)?;
         style.note(&format!("wrote {}: {} samples", args.out.display(), record.len()));
     }
     for facts in SignalFacts::of(&clean, band) {

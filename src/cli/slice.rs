@@ -2,7 +2,7 @@
 
 use super::args::EvaluateArgs;
 use super::output::{Style, data};
-use super::{Outcome, files, problem, reading};
+use super::{Outcome, inputs, out};
 use motorfit::device::with_threads;
 use motorfit::motor::Parameter;
 use motorfit::report::Names;
@@ -16,7 +16,7 @@ use std::fmt::Write as _;
 const SIDE: usize = 101;
 
 pub(super) fn run(args: &EvaluateArgs, slice: &str, style: &Style) -> Result<Outcome> {
-    let spec = problem::spec(&args.problem, &args.device, style)?;
+    let spec = inputs::spec(&args.problem, &args.device, style)?;
     let names: Vec<&str> = slice.split(',').map(str::trim).collect();
     let [first, second] = names[..] else {
         let message = format!("--slice: \"{}\" is not two parameters", excerpt(slice));
@@ -31,12 +31,12 @@ pub(super) fn run(args: &EvaluateArgs, slice: &str, style: &Style) -> Result<Out
             return Err(Error::usage(message, "Leave --sample out, or give the points a side as grid:N."));
         }
     };
-    let records = reading::records(&args.recordings.records, &args.recordings.reading.0.and(&args.problem.0))?;
+    let records = inputs::records(&args.recordings.records, &args.recordings.reading.0.and(&args.problem.0))?;
     let map = with_threads(spec.threads, || cost_map(&records, &spec, parameters, side))?;
     style.warnings(&map.found.warnings);
     let names = Names::of(&spec);
     if let Some(path) = &args.svg {
-        files::write(path, &svg(&map, &names))?;
+        out::write_file(path, &svg(&map, &names))?;
         style.note(&format!("wrote {}", path.display()));
     }
     data(&csv(&map))?;

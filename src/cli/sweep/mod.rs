@@ -5,8 +5,7 @@ pub(crate) mod args;
 use super::args::{Shown, SweepAction, SweepArgs};
 use super::out::{self, Out};
 use super::output::{STRONG, Style, data};
-use super::progress::sweep_reporter;
-use super::{Outcome, cache, interrupt};
+use super::{Outcome, cache, progress};
 use motorfit::device::with_threads;
 use motorfit::numeric::count_u64;
 use motorfit::report::json;
@@ -87,12 +86,12 @@ fn planned(sweep: &Sweep, folder: &Path, again: bool) -> String {
 
 fn shard_run(sweep: &Sweep, shard: Shard, threads: Option<usize>, style: &Style) -> Result<Tally> {
     settings::threads(threads)?;
-    interrupt::listen()?;
-    let mut show = sweep_reporter(style);
+    progress::listen()?;
+    let mut show = progress::sweep_reporter(style);
     let tally = with_threads(threads, || {
         sweep.run(shard, &mut |progress| {
             show(progress);
-            interrupt::flow()
+            progress::interrupted()
         })
     });
     drop(show);
