@@ -52,8 +52,7 @@ fn other(method: Discretization) -> Option<Discretization> {
 
 /// What two fits of the same recordings say.
 fn judged(here: &Refined, there: &Refined, better: Discretization, count: usize) -> Option<Intersample> {
-    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-    let count = count as f64 / variance_inflation(&there.uncertainty);
+    let count = numeric::count(count) / variance_inflation(&there.uncertainty);
     let (mut log_likelihood, mut sigma_ratio) = (0.0, f64::INFINITY);
     for (here, there) in here.sigma.iter().zip(&there.sigma) {
         let (Some(here), Some(there)) = (here, there) else { continue };

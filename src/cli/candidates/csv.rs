@@ -1,6 +1,6 @@
 //! Candidates from CSV.
 
-use super::places;
+use super::{open, places};
 use motorfit::motor::Axis;
 use motorfit::text::printable;
 use motorfit::{Error, Result};
@@ -16,12 +16,7 @@ pub(in crate::cli) struct Table {
 impl Table {
     pub(super) fn open(path: &Path, axes: &[Axis]) -> Result<Self> {
         let name = path.display().to_string();
-        let input: Box<dyn Read + Send> = if name == "-" {
-            Box::new(std::io::stdin())
-        } else {
-            let failed = |e| Error::data(format!("cannot be read: {e}"), "Check the path.").in_file(path);
-            Box::new(std::fs::File::open(path).map_err(failed)?)
-        };
+        let input: Box<dyn Read + Send> = if name == "-" { Box::new(std::io::stdin()) } else { Box::new(open(path)?) };
         let input = Capped { input, line: 0 };
         let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(input);
         let heading = reader.headers().map_err(|e| broken(&name, &e))?;

@@ -11,6 +11,7 @@ use motorfit::setting::Setting;
 use motorfit::settings::values;
 use motorfit::text::excerpt;
 use motorfit::{Error, Result};
+use std::fs::File;
 use std::path::Path;
 
 /// Candidates that come one after the other.
@@ -65,6 +66,10 @@ impl Source {
             Self::Parquet(table) => table.next(most, values),
         }
     }
+}
+
+fn open(path: &Path) -> Result<File> {
+    File::open(path).map_err(|e| Error::data(format!("cannot be read: {e}"), "Check the path.").in_file(path))
 }
 
 /// `uniform:N`, `lhs:N` or `grid:N`.

@@ -1,6 +1,6 @@
 //! Candidates from Parquet: columns of numbers, read page by page.
 
-use super::places;
+use super::{open, places};
 use motorfit::motor::Axis;
 use motorfit::numeric;
 use motorfit::text::excerpt;
@@ -32,8 +32,7 @@ impl Table {
     }
 
     fn open_as(path: &Path, name: String, axes: &[Axis]) -> Result<Self> {
-        let failed = |e| Error::data(format!("cannot be read: {e}"), "Check the path.").in_file(path);
-        let reader = SerializedFileReader::new(File::open(path).map_err(failed)?).map_err(|e| broken(&name, &e))?;
+        let reader = SerializedFileReader::new(open(path)?).map_err(|e| broken(&name, &e))?;
         let schema = reader.metadata().file_metadata().schema_descr_ptr();
         let paths: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
         let columns: Vec<&str> = paths.iter().map(String::as_str).collect();
