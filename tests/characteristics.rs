@@ -54,7 +54,7 @@ fn errors_are_those_of_the_delta_method() {
                 std::array::from_fn(|c| (up[c] - down[c]) / (2.0 * step))
             })
             .collect();
-        let found = found(of, &covariance).named();
+        let found = Characteristics::named(Some(&found(of, &covariance)), Input::Voltage);
         for (c, (expected, (name, _, found))) in oracle(of).into_iter().zip(found).enumerate() {
             let found = found.unwrap();
             let variance: f64 = (0..8)

@@ -54,17 +54,11 @@ pub struct Characteristics {
 pub type Named = (&'static str, &'static str, Option<Characteristic>);
 
 impl Characteristics {
-    /// All, with their names and units as in results.
-    #[must_use]
-    pub fn named(&self) -> [Named; 6] {
-        Self::listed(Some(self), self.input)
-    }
-
     /// Those of what was found; none of them where it does not determine them.
     #[must_use]
     pub fn named_of<'a>(found: impl Into<FittedMotor<'a>>) -> [Named; 6] {
         let found = found.into();
-        let mut all = Self::listed(Self::of(found).as_ref(), found.input);
+        let mut all = Self::named(Self::of(found).as_ref(), found.input);
         // Without a voltage friction may be too small to be told, and inertia is all the same.
         let untold =
             |p: Parameter| found.unidentified.contains(&p) && found.space.free().iter().all(|axis| axis.parameter != p);
@@ -78,7 +72,9 @@ impl Characteristics {
         all
     }
 
-    fn listed(all: Option<&Self>, input: Input) -> [Named; 6] {
+    /// Returns all with their names and units as in results; none of them where they are not known.
+    #[must_use]
+    pub fn named(all: Option<&Self>, input: Input) -> [Named; 6] {
         let [own, by_speed, by_acceleration, gain] = match input {
             Input::Voltage => ["V", "V*s/rad", "V*s^2/rad", "rad/s/V"],
             Input::Current => ["A", "A*s/rad", "A*s^2/rad", "rad/s/A"],

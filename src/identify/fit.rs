@@ -5,7 +5,7 @@
 
 use super::checks;
 use super::current_driven::needs_voltage;
-use super::model_selection::{ModelSelection, named_space, select};
+use super::model_selection::{SelectionStep, named_space, select};
 use super::pipeline::unidentified;
 use super::prepare::Prepared;
 use super::refine::from_search;
@@ -70,7 +70,7 @@ pub struct SearchRun<'a> {
 /// A population search that is to be run beside others.
 pub struct PreparedSearch {
     problem: Arc<Problem>,
-    selection: Option<ModelSelection>,
+    selection: Option<Vec<SelectionStep>>,
 }
 
 impl PreparedSearch {
@@ -86,8 +86,8 @@ impl PreparedSearch {
         if prepared.is_linear() && spec.auto_bounds.is_empty() {
             return Ok(Self { problem: asked, selection: None });
         }
-        let model = select(&prepared, &start(&prepared)?)?;
-        Ok(Self { problem: prepared.searched(model.space), selection: model.selection })
+        let (space, selection) = select(&prepared, &start(&prepared)?)?;
+        Ok(Self { problem: prepared.searched(space), selection })
     }
 
     /// What candidates are evaluated on.

@@ -35,7 +35,7 @@ pub use estimates::{Estimates, ParameterEstimate};
 pub use fit::{PreparedSearch, SearchRun, fit_on, has_all_channels, search_space, with_cost_on};
 pub use identifiability::{Identifiability, Inspection};
 pub use method::{Method, Polish};
-pub use model_selection::{ModelSelection, SelectionStep};
+pub use model_selection::SelectionStep;
 pub use pipeline::{identify, identify_with};
 pub use result::{Identification, SearchOutcome, hold_out, validate};
 pub use spec::IdentifySpec;

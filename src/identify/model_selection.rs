@@ -36,14 +36,6 @@ pub struct SelectionStep {
     pub taken: bool,
 }
 
-/// The models that were tried, in their order.
-#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
-#[serde(transparent)]
-pub struct ModelSelection {
-    /// One by one.
-    pub steps: Vec<SelectionStep>,
-}
-
 /// Extensions at most.
 const HEIGHT: usize = 6;
 /// Models of a step that are refined thoroughly.
@@ -51,21 +43,14 @@ const FINALISTS: usize = 3;
 /// Samples on which models are tried, if fewer recordings have as many: what is taken is estimated on all.
 const SAMPLES: usize = 20_000;
 
-/// The model that is fitted.
-pub(super) struct Model {
-    /// Its space, extensions included.
-    pub space: Space,
-    /// How it was selected, where it was.
-    pub selection: Option<ModelSelection>,
-}
-
 /// Stage 3, select: the extensions that the spec names or, where it leaves them open, those that forward selection takes.
+/// Returns the space of the model that is fitted, and the models that were tried where it was selected.
 ///
 /// # Errors
 /// `Usage` for parameters of single recordings that the model lacks, and as a fit.
-pub(super) fn select(prepared: &Prepared<'_>, start: &Start) -> Result<Model> {
+pub(super) fn select(prepared: &Prepared<'_>, start: &Start) -> Result<(Space, Option<Vec<SelectionStep>>)> {
     if prepared.is_linear() {
-        return Ok(Model { space: start.space.clone(), selection: None });
+        return Ok((start.space.clone(), None));
     }
     let (with, selection) = match prepared.named() {
         Some(list) => (list.to_vec(), None),
@@ -75,14 +60,14 @@ pub(super) fn select(prepared: &Prepared<'_>, start: &Start) -> Result<Model> {
     if prepared.spec.with != With::Auto {
         check_per_recording(&prepared.spec, &space)?;
     }
-    Ok(Model { space, selection })
+    Ok((space, selection))
 }
 
 /// Returns the extensions that recordings speak for, with the steps that led to them.
-fn forward_selection(prepared: &Prepared<'_>, start: &Start) -> Result<(Vec<Extension>, ModelSelection)> {
+fn forward_selection(prepared: &Prepared<'_>, start: &Start) -> Result<(Vec<Extension>, Vec<SelectionStep>)> {
     let some = representative(prepared.records, &start.space);
     let prepared = prepared.of(&some)?;
-    let mut steps = ModelSelection::default();
+    let mut steps = Vec::new();
     let best = Selection { prepared: &prepared, start }.up(&mut steps)?;
     Ok((best.with, steps))
 }
@@ -105,10 +90,10 @@ struct Selection<'a> {
 
 impl Selection<'_> {
     /// From the linear motor up.
-    fn up(&self, selection: &mut ModelSelection) -> Result<Fit> {
+    fn up(&self, steps: &mut Vec<SelectionStep>) -> Result<Fit> {
         let mut best = self.thorough(&[], |problem| explained(problem, &self.start.motors))?;
         let records = self.prepared.records;
-        selection.steps.push(step(records, &best, None, true));
+        steps.push(step(records, &best, None, true));
         while best.with.len() < HEIGHT {
             let next = candidates(records, &best);
             // One that cannot be fitted explains nothing.
@@ -117,7 +102,7 @@ impl Selection<'_> {
             let fits = ranked(&best, tried.into_par_iter().map(|(_, fit)| self.finished(fit)));
             let take = fits.first().is_some_and(|(_, fit)| is_worth(&best, fit));
             for (n, (gain, fit)) in fits.iter().chain(&others).enumerate() {
-                selection.steps.push(step(records, fit, Some(*gain), take && n == 0));
+                steps.push(step(records, fit, Some(*gain), take && n == 0));
             }
             match fits.into_iter().next().filter(|_| take) {
                 Some((_, fit)) => best = self.pruned(fit)?,

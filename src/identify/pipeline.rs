@@ -67,8 +67,8 @@ fn estimated(
     let prepared = Prepared::new(records, spec)?;
     checks::before(records, &prepared.spec, &prepared.searched(asked_space(records, &prepared.spec)?))?;
     let start = start(&prepared)?;
-    let model = select(&prepared, &start)?;
-    let mut fit = fit(&prepared, &start, &model.space, observe)?;
+    let (space, selection) = select(&prepared, &start)?;
+    let mut fit = fit(&prepared, &start, &space, observe)?;
     let dropped = fix_unidentified(&prepared, &mut fit)?;
     // The residuals are tested beside the verification, which nearly always leaves the fit as it is.
     let verified = || verify(&prepared, &fit, start.estimate.as_ref().ok());
@@ -83,7 +83,7 @@ fn estimated(
     warnings.extend(dropped.iter().copied().map(not_told));
     let unidentified = unidentified(&prepared, &fit, &dropped);
     let found = assembled(&prepared, fit);
-    let mut result = Identification { verification, unidentified, residual_tests, selection: model.selection, ..found };
+    let mut result = Identification { verification, unidentified, residual_tests, selection, ..found };
     checks::fit(records, &prepared.spec, result.fit_percent)?;
     warnings.extend(warnings::of_result(&result, start.estimate.as_ref().err().copied()));
     result.warnings = warnings;

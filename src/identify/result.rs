@@ -1,6 +1,6 @@
 //! The result of an identification.
 
-use super::model_selection::ModelSelection;
+use super::model_selection::SelectionStep;
 use super::search::SearchResult;
 use super::spec::IdentifySpec;
 use super::verify::Verification;
@@ -39,8 +39,8 @@ pub struct Identification {
     pub values: Vec<f64>,
     /// Parameters that the recordings do not tell: what stands for them in `parameters` does the same and says nothing.
     pub unidentified: Vec<Parameter>,
-    /// The models that were tried, where extensions were to be chosen.
-    pub selection: Option<ModelSelection>,
+    /// The models that were tried, in their order, where extensions were to be chosen.
+    pub selection: Option<Vec<SelectionStep>>,
     /// Their cost in the chosen criterion, by the scalar oracle.
     pub cost: f64,
     /// What the method found.

@@ -1,6 +1,7 @@
 //! A run of a search, and what is said of it on the way.
 
 use crate::candidates::Candidates;
+use crate::named::named;
 
 /// The best candidate so far.
 #[derive(Debug, Clone, Copy)]
@@ -24,30 +25,16 @@ pub trait Optimizer: Send {
     fn best(&self) -> Option<Best<'_>>;
 }
 
-/// Why a search ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Stop {
-    /// All generations were evaluated.
-    BudgetSpent,
-    /// The observer ended it.
-    Interrupted,
-    /// An iteration came to its end.
-    Converged,
-}
-
-impl Stop {
-    /// Every reason.
-    pub const ALL: [Self; 3] = [Self::BudgetSpent, Self::Interrupted, Self::Converged];
-
-    /// Its name in results.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::BudgetSpent => "budget_spent",
-            Self::Interrupted => "interrupted",
-            Self::Converged => "converged",
-        }
+named! {
+    /// Why a search ended.
+    #[non_exhaustive]
+    pub enum Stop {
+        /// All generations were evaluated.
+        BudgetSpent = "budget_spent",
+        /// The observer ended it.
+        Interrupted = "interrupted",
+        /// An iteration came to its end.
+        Converged = "converged",
     }
 }
 
