@@ -26,7 +26,6 @@ struct Spread {
 }
 
 impl Spread {
-    /// Of some values.
     fn of(values: &[f64]) -> Self {
         if values.is_empty() {
             return Self::default();

@@ -65,7 +65,6 @@ fn keep(spec: &ThroughputSpec, result: &Throughput, style: &Style) {
     }
 }
 
-/// A plot for each recording.
 fn plots(path: &Path, spec: &ThroughputSpec, result: &Throughput, style: &Style) -> Result<()> {
     for &samples in &spec.samples {
         let points = |n: usize| {
@@ -141,7 +140,6 @@ fn table(spec: &ThroughputSpec, result: &Throughput, samples: usize) -> String {
     laid_out(spec, &everyone(result), &cell)
 }
 
-/// What adapters do by their own clocks.
 fn kernels(text: &mut String, spec: &ThroughputSpec, result: &Throughput, samples: usize) {
     let has_clock = |n: &usize| result.of(*n).any(|m| m.samples == samples && m.kernel.is_some());
     let timed: Vec<usize> = everyone(result).into_iter().filter(has_clock).collect();
@@ -203,7 +201,6 @@ fn crossovers(text: &mut String, result: &Throughput, samples: usize) {
     }
 }
 
-/// How honest the intervals are.
 fn control(text: &mut String, result: &Throughput) {
     let Some(control) = result.control() else { return };
     let _ = writeln!(

@@ -49,7 +49,6 @@ pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     Ok(if comparison.interrupted { Outcome::Interrupted } else { Outcome::Done })
 }
 
-/// The files of `--out`.
 fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<(String, String)> {
     let spec = &comparison.spec;
     let bounds = spec.space.free().iter().map(|a| format!("{}={}:{}", a.parameter.symbol(), a.min, a.max));

@@ -59,7 +59,6 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     })
 }
 
-/// Candidates in a batch on so many samples.
 fn batch(samples: usize) -> usize {
     (BATCH_STEPS / samples.max(1)).clamp(1, BATCH_MAX)
 }

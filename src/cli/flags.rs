@@ -11,7 +11,6 @@ use motorfit::settings::{DEVICE, Given, Kind, PROBLEM, READING, SEARCH, Value, r
 /// Choices whose texts help lists too.
 const DESCRIBED: [Setting; 3] = [Setting::Method, Setting::Polish, Setting::Gaps];
 
-/// The flag of a setting.
 fn flag(setting: Setting) -> Option<Arg> {
     let row = row(setting)?;
     let arg = Arg::new(setting.name()).long(setting.name().replace('_', "-")).help_heading(row.topic);
@@ -52,7 +51,6 @@ fn given(matches: &ArgMatches, settings: &[Setting]) -> Given {
     given
 }
 
-/// Defines groups of flags.
 macro_rules! flags {
     ($($(#[doc = $text:literal])+ $group:ident = $settings:expr;)+) => {$(
         $(#[doc = $text])+

@@ -65,7 +65,6 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     Ok(if found.stop == Stop::Interrupted { Outcome::Interrupted } else { Outcome::Done })
 }
 
-/// The files of `--out`.
 fn report(records: &[Record], spec: &IdentifySpec, found: &Identification, document: String) -> Vec<(String, String)> {
     let names = Names::of(spec);
     let bounds = found.space.free().iter().map(|a| format!("{}={}:{}", a.parameter.symbol(), a.min, a.max));
@@ -111,7 +110,6 @@ fn curves(records: &[Record], spec: &IdentifySpec, found: &Identification) -> St
 /// Columns of the terminal that tables keep to.
 const WIDTH: usize = 100;
 
-/// The result for people.
 fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style: &Style) -> String {
     let mut text = String::new();
     if !style.quiet {
@@ -173,7 +171,6 @@ fn parameters(text: &mut String, found: &Identification) {
     }
 }
 
-/// What else there is to say, line by line.
 fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, String)> {
     let names = Names::of(spec);
     let channels = |values: [Option<f64>; 2], show: &dyn Fn(f64) -> String| {
@@ -232,7 +229,6 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
     lines
 }
 
-/// Standard deviations of both channels.
 fn residuals([current, speed]: [Option<f64>; 2]) -> String {
     let parts = [
         current.map(|s| format!("current {} A", significant(s, 3))),
@@ -241,7 +237,6 @@ fn residuals([current, speed]: [Option<f64>; 2]) -> String {
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-/// The verification in a sentence.
 fn verdict(found: &Identification) -> String {
     let check = &found.verification;
     let reference = match check.reference {

@@ -13,7 +13,6 @@ use motorfit::text::{engineering, printable};
 use motorfit::{Error, Result};
 use std::path::PathBuf;
 
-/// Reads and prepares all recordings.
 pub(super) fn records(paths: &[PathBuf], given: &Given) -> Result<Vec<Record>> {
     let reading = settings::reading(given)?;
     let mut records = Vec::new();
@@ -23,7 +22,6 @@ pub(super) fn records(paths: &[PathBuf], given: &Given) -> Result<Vec<Record>> {
     Ok(records)
 }
 
-/// The file of a recording, and which part of it.
 pub(super) fn name(source: &Source) -> String {
     let path = source.path.as_ref().map_or_else(String::new, |path| path.display().to_string());
     source.part.as_ref().map_or(path.clone(), |part| format!("{path} ({part})"))
@@ -75,7 +73,6 @@ pub(super) fn checked(spec: IdentifySpec, given: &Given, style: &Style) -> Resul
     Ok(measured(spec, style))
 }
 
-/// The part of a spec that says what evaluates.
 pub(super) fn device(args: &DeviceArgs, style: &Style) -> Result<IdentifySpec> {
     Ok(measured(settings::device(&args.0)?, style))
 }

@@ -78,7 +78,6 @@ fn text(inspection: &Inspection<'_>, band: f64) -> String {
     text
 }
 
-/// What the recording can and cannot identify.
 fn identifiability(identifiability: &Identifiability) -> String {
     match identifiability {
         Identifiability::Identifies { .. } => {

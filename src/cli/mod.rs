@@ -34,7 +34,6 @@ pub(crate) enum Outcome {
     Incomplete,
 }
 
-/// Runs the program on the arguments of the process.
 pub(crate) fn main() -> ExitCode {
     let mut command = Cli::command();
     let parsed = command.try_get_matches_from_mut(std::env::args_os()).and_then(|m| Cli::from_arg_matches(&m));

@@ -7,14 +7,11 @@ use motorfit::{Error, Result};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-/// A folder for results.
 pub(super) struct Out {
     folder: PathBuf,
-    /// Whether it was made for this run.
     is_new: bool,
 }
 
-/// Whether a file of this name is one of ours.
 fn is_ours(name: &str) -> bool {
     let table = ["table", "block", "averages", "discussion", "curves"].iter().any(|start| name.starts_with(start));
     matches!(name, "report.html" | "result.json") || (table && name.ends_with(".csv"))

@@ -19,7 +19,6 @@ const PATIENCE: Duration = Duration::from_millis(300);
 /// Time between JSON lines.
 const PACE: Duration = Duration::from_millis(100);
 
-/// How far something is.
 struct State {
     done: u64,
     of: u64,
@@ -29,10 +28,8 @@ struct State {
     line: Value,
 }
 
-/// Where progress is shown, whatever it is of.
 struct Meter {
     kind: Kind,
-    /// Of the bar.
     template: String,
     bar: Option<ProgressBar>,
     started: Instant,
@@ -89,7 +86,6 @@ pub(crate) fn reporter(style: &Style, what: &'static str) -> impl FnMut(&Progres
     }
 }
 
-/// Shows the progress of a sweep.
 pub(crate) fn sweep_reporter(style: &Style) -> impl FnMut(&SweepProgress) {
     let mut meter = Meter::new(style, "{bar:40} run {pos}/{len}  {msg}".to_owned());
     move |progress| {
@@ -105,7 +101,6 @@ pub(crate) fn sweep_reporter(style: &Style) -> impl FnMut(&SweepProgress) {
     }
 }
 
-/// Rate, time left, failures.
 fn pace(progress: &SweepProgress) -> String {
     let mut text = progress.rate().map_or_else(String::new, |rate| format!("{} a second", significant(rate, 3)));
     if let Some(seconds) = progress.remaining().filter(|s| *s < 1e9) {
@@ -120,7 +115,6 @@ fn pace(progress: &SweepProgress) -> String {
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Begins to listen for Ctrl-C.
 pub(crate) fn listen() -> Result<()> {
     ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::Relaxed) {
@@ -135,7 +129,6 @@ pub(crate) fn interrupted() -> ControlFlow<()> {
     if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
-/// Whether Ctrl-C was pressed.
 pub(crate) fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }

@@ -13,7 +13,6 @@ const GAIN: f64 = 6.0;
 /// And the residuals of some channel by this part: below it nobody would notice.
 const SMALLEST: f64 = 0.01;
 
-/// A fitted model.
 pub(super) struct Fit {
     pub with: Vec<Extension>,
     pub space: Space,

@@ -55,7 +55,6 @@ pub(super) fn is_measured(records: &[Record], channel: usize) -> bool {
     records.iter().any(|record| record.measured()[channel].is_some())
 }
 
-/// Returns the recording with the most samples.
 pub(super) fn longest(records: &[Record]) -> Option<&Record> {
     records.iter().max_by_key(|record| record.len())
 }

@@ -12,7 +12,6 @@ use crate::{Error, Result};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// A first optimum.
 pub(super) struct SearchResult {
     pub method: &'static str,
     /// One value per free axis.
@@ -71,7 +70,6 @@ pub(super) fn evaluated(problem: &Arc<Problem>, spec: &IdentifySpec, values: Vec
     Ok(SearchResult::new("grid", values, Stop::Converged, 0).on(evaluation))
 }
 
-/// A population search.
 pub(super) fn population(
     problem: &Arc<Problem>,
     spec: &IdentifySpec,

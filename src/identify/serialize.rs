@@ -49,7 +49,6 @@ impl Serialize for Identification {
     }
 }
 
-/// The bounds of what is free, by symbol.
 fn bounds(space: &Space) -> Map<String, Value> {
     space.free().iter().map(|axis| (axis.parameter.symbol().to_owned(), json!([axis.min, axis.max]))).collect()
 }

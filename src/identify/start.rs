@@ -16,7 +16,6 @@ use crate::record::Record;
 use crate::setting::text;
 use crate::{Error, Result};
 
-/// Where an identification starts.
 pub(super) struct Start {
     /// The Steiglitz–McBride estimate of the linear motor.
     pub estimate: std::result::Result<Estimate, SmFailure>,
@@ -111,7 +110,6 @@ fn near(prepared: &Prepared<'_>) -> Result<(Vec<[f64; 5]>, Space)> {
     Ok((motors, space))
 }
 
-/// A space without extensions.
 fn linear(space: &Space) -> Result<Space> {
     let free = space.free().iter().filter(|axis| !axis.parameter.is_extension()).copied().collect();
     let fixed = space.fixed().iter().filter(|(parameter, _, _)| !parameter.is_extension()).copied().collect();

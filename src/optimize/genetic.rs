@@ -23,7 +23,6 @@ search! {
     }
 }
 
-/// The rule of the genetic algorithm.
 #[derive(Default)]
 struct Genetic {
     options: GeneticOptions,

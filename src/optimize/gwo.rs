@@ -25,7 +25,6 @@ struct Leader {
     values: Vec<f64>,
 }
 
-/// The rule of the Grey Wolf Optimizer.
 #[derive(Default)]
 struct Gwo {
     options: GwoOptions,

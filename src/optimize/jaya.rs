@@ -30,7 +30,6 @@ search! {
     }
 }
 
-/// The rule of Jaya.
 #[derive(Default)]
 struct Jaya {
     options: JayaOptions,

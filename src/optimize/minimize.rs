@@ -156,7 +156,6 @@ impl<'r> Search<'r> {
         search
     }
 
-    /// Begins the next generation of a part.
     fn open(&mut self, part: usize) {
         let part = &mut self.parts[part];
         let runs = &mut self.runs[part.runs.clone()];
@@ -248,7 +247,6 @@ impl<'r> Search<'r> {
         }
     }
 
-    /// Tells what was evaluated of unfinished generations.
     fn tell_unfinished(&mut self) {
         for part in 0..self.parts.len() {
             if self.parts[part].done > 0 {

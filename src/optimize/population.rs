@@ -149,7 +149,6 @@ impl Population {
         &self.values[agent * self.width()..(agent + 1) * self.width()]
     }
 
-    /// Remembers the best of the population.
     fn note(&mut self, costs: &[f64]) {
         let Some((agent, &cost)) = costs.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)) else { return };
         if cost < self.best_cost {
@@ -173,7 +172,6 @@ pub(super) trait Rule: Send {
     fn advance(&mut self, population: &mut Population);
 }
 
-/// A run of a search.
 pub(super) struct Moving<R> {
     pub rule: R,
     pub population: Population,

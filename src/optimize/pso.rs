@@ -37,7 +37,6 @@ search! {
     }
 }
 
-/// The rule of the particle swarm.
 #[derive(Default)]
 struct Pso {
     options: PsoOptions,

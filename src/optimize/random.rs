@@ -13,7 +13,6 @@ pub(super) const SEARCH: Search = Search {
     debug: |_| "Random".to_owned(),
 };
 
-/// The rule of random search.
 struct Random;
 
 impl Rule for Random {

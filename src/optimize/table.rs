@@ -43,9 +43,7 @@ pub enum Range {
     Choice(&'static [&'static str]),
 }
 
-/// A number of 0 or more.
 pub(super) const NOT_NEGATIVE: Range = Range::Number(0.0, f64::INFINITY, false);
-/// A probability.
 pub(super) const PROBABILITY: Range = Range::Number(0.0, 1.0, false);
 
 /// The most settings that a search has.

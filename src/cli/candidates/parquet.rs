@@ -21,7 +21,6 @@ pub(in crate::cli) struct Table {
     columns: Vec<ColumnReader>,
     left: usize,
     group: usize,
-    /// Rows read.
     rows: u64,
 }
 

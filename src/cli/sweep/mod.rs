@@ -51,7 +51,6 @@ pub(super) fn run(args: &SweepArgs, style: &Style) -> Result<Outcome> {
     }
 }
 
-/// Plans, runs and merges.
 fn all(args: &SweepArgs, style: &Style) -> Result<Outcome> {
     // Clap has seen to both.
     let (Some(study), Some(out)) = (&args.study, &args.out) else { return Ok(Outcome::Done) };
