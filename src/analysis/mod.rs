@@ -33,4 +33,5 @@ pub use residual_input_test::{Regressors, ResidualInputTest, Residuals, residual
 pub(crate) use residuals::document as residuals_document;
 pub use residuals::{ResidualTest, ResidualTests};
 pub(crate) use residuals::{residual_tests, residuals_follow_input, variance_inflation};
-pub use validation::{HeldOut, Validation, split, validate};
+pub(crate) use validation::validate;
+pub use validation::{HeldOut, Validation, split};

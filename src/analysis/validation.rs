@@ -73,13 +73,13 @@ pub fn split(records: Vec<Record>, fraction: f64, held_out: &mut Vec<Record>) ->
     Ok(first)
 }
 
-/// Simulates held-out recordings with the parameters that were found, without another fit: what belongs to a recording
-/// alone is estimated from it, its state at the start where it begins in motion and the parameters that each has for
-/// itself.
-///
-/// # Errors
-/// As for a problem of these recordings.
-pub fn validate(records: &[Record], found: &FittedMotor<'_>, model: Model, criterion: Criterion) -> Result<Validation> {
+/// Validates a fitted motor, as [`crate::identify::validate`] has it.
+pub(crate) fn validate(
+    records: &[Record],
+    found: &FittedMotor<'_>,
+    model: Model,
+    criterion: Criterion,
+) -> Result<Validation> {
     let mut held_out = Vec::with_capacity(records.len());
     let mut sums = FitMetrics::default();
     let moved = moved(found);

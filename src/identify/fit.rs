@@ -4,8 +4,7 @@
 //! lock step: [`PreparedSearch`] is what comes before it and what follows, by the stages of the pipeline.
 
 use super::checks;
-use super::current_driven::needs_voltage;
-use super::model_selection::{SelectionStep, named_space, select};
+use super::model_selection::{SelectionStep, select};
 use super::pipeline::unidentified;
 use super::prepare::Prepared;
 use super::refine::from_search;
@@ -17,15 +16,13 @@ use super::unidentified::{fix_unidentified, not_told};
 use super::warnings;
 use crate::Result;
 use crate::analysis::{FitMetrics, fit_percent};
-use crate::estimate::fit_problem;
 use crate::evaluate::{Problem, Scalar};
-use crate::motor::Space;
 use crate::optimize::Stop;
 use crate::record::Record;
 use std::sync::Arc;
 
 /// Steiglitz–McBride, then the spec's polish, of a linear motor, on the problem whose cost is reported and that of a fit
-/// ([`fit_problem`]), both made of the recordings. Nothing verifies or judges the result, and the cost of what was searched is
+/// ([`crate::estimate::fit_problem`]), both made of the recordings. Nothing verifies or judges the result, and the cost of what was searched is
 /// not computed.
 ///
 /// # Errors
@@ -141,22 +138,4 @@ fn finished(prepared: &Prepared<'_>, problem: &Arc<Problem>, found: SearchResult
         }
     }
     Ok(result)
-}
-
-/// The space of a search: bounds that follow the Steiglitz–McBride estimate do so where there is one.
-///
-/// # Errors
-/// As for a problem.
-pub fn search_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
-    needs_voltage(records)?;
-    if spec.is_extended() {
-        return named_space(records, spec);
-    }
-    if spec.auto_bounds.is_empty() {
-        return Ok(spec.space.clone());
-    }
-    match steiglitz_mcbride(records, spec, &fit_problem(records, &spec.space, spec.model)?)? {
-        Ok(estimate) => around(spec, &[estimate.parameters.to_array()]),
-        Err(_) => Ok(spec.space.clone()),
-    }
 }
