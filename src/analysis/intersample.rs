@@ -184,15 +184,12 @@ pub(crate) fn coarse_rate(records: &[Record], found: &FittedMotor<'_>) -> Option
     let limit = |record: &Record| if record.is_interpolated() { COARSE_BETWEEN } else { COARSE_LINES };
     let record = records.iter().find(|r| !r.slope().is_empty() && r.period_s() > limit(r) * fastest)?;
     let what = if record.is_interpolated() { "what stands between samples" } else { "what the input does within" };
-    Some(Warning::new(
-        "coarse_rate",
-        text!(
-            ("{} between samples is long against ", engineering(record.period_s(), "s", 3))
-            ("the fastest time constant, {}: {what} is not known well enough, ", engineering(fastest, "s", 3))
-            "and the parameters are off by more than their errors; give a higher " [Rate]
-            ", decimate less, or leave both out"
-        ),
-    ))
+    let [period, fastest] = [record.period_s(), fastest].map(|seconds| engineering(seconds, "s", 3));
+    let message = text!(
+        "{period} between samples is long against the fastest time constant, {fastest}: {what} is not known well enough, "
+        "and the parameters are off by more than their errors; give a higher " [Rate] ", decimate less, or leave both out"
+    );
+    Some(Warning::new("coarse_rate", message))
 }
 
 /// The warning for a result whose voltage was taken to go on otherwise than the outputs say.

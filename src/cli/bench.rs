@@ -1,18 +1,13 @@
 //! `bench`: CPU against GPU evaluation over population sizes.
 
 use super::args::BenchArgs;
-use super::output::{DIM, STRONG, Style, data};
-use super::{Outcome, cache, out, progress};
+use super::prelude::*;
 use motorfit::evaluate::Level;
 use motorfit::numeric::count;
 use motorfit::optimize::Progress;
+use motorfit::report::BenchDocument;
 use motorfit::report::plot::{Line, log_log};
-use motorfit::report::{BenchDocument, json};
 use motorfit::study::{Crossover, Measurement, Throughput, ThroughputSpec, contenders, throughput};
-use motorfit::text::significant;
-use motorfit::{Result, settings};
-use std::fmt::Write as _;
-use std::path::Path;
 
 pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
     settings::threads(args.threads)?;
@@ -95,12 +90,8 @@ fn text(spec: &ThroughputSpec, result: &Throughput) -> String {
         let _ = writeln!(text, "{STRONG}{}{STRONG:#}  {}", letter(n), contender.name);
     }
     if let Some(peak) = result.fma_peak {
-        let _ = writeln!(
-            text,
-            "one core's peak in this run: {} multiply-adds a second ({})",
-            significant(peak, 3),
-            Level::best().name()
-        );
+        let (peak, level) = (significant(peak, 3), Level::best().name());
+        let _ = writeln!(text, "one core's peak in this run: {peak} multiply-adds a second ({level})");
     }
     for &samples in spec.samples.iter().filter(|s| result.measurements.iter().any(|m| m.samples == **s)) {
         let _ = writeln!(
@@ -187,30 +178,22 @@ fn crossovers(text: &mut String, result: &Throughput, samples: usize) {
             };
             let _ = writeln!(text, "  {}: {against}", letter(n));
         } else if let Some(peak) = result.fma_peak.filter(|_| n > 0 && rates(n).next().is_some()) {
-            let share = rates(n).fold(0.0, f64::max) * contender.operations / (peak * count(contender.threads));
-            let _ = writeln!(
-                text,
-                "  {}: {:.0} % of the peak of {} core{} ({} operations a step)",
-                letter(n),
-                100.0 * share,
-                contender.threads,
-                if contender.threads == 1 { "" } else { "s" },
-                contender.operations
-            );
+            let (threads, operations) = (contender.threads, contender.operations);
+            let share = 100.0 * (rates(n).fold(0.0, f64::max) * operations / (peak * count(threads)));
+            let cores = if threads == 1 { "core" } else { "cores" };
+            let _ = write!(text, "  {}: {share:.0} % of the peak of {threads} {cores} ", letter(n));
+            let _ = writeln!(text, "({operations} operations a step)");
         }
     }
 }
 
 fn control(text: &mut String, result: &Throughput) {
     let Some(control) = result.control() else { return };
+    let (name, apart, cases) = (letter(control.contender), control.apart, control.cases);
+    let [median, most] = control.difference.map(|part| 100.0 * part);
     let _ = writeln!(
         text,
-        "\nControl: {} measured a second time in the same rounds is {:.1} % off in the median case, {:.1} % at most; in \
-         {} of {}\ncases by more than both intervals. Smaller differences than these mean nothing.",
-        letter(control.contender),
-        100.0 * control.difference[0],
-        100.0 * control.difference[1],
-        control.apart,
-        control.cases
+        "\nControl: {name} measured a second time in the same rounds is {median:.1} % off in the median case, {most:.1} % at \
+         most; in {apart} of {cases}\ncases by more than both intervals. Smaller differences than these mean nothing."
     );
 }

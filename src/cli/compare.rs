@@ -1,22 +1,15 @@
 //! `compare`: methods side by side.
 
 use super::args::CompareArgs;
-use super::out::{self, Out};
-use super::output::{STRONG, Style, data};
-use super::{Outcome, inputs, progress};
-use motorfit::Result;
-use motorfit::device::with_threads;
+use super::prelude::*;
 use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::{IdentifySpec, Method};
 use motorfit::numeric::{count, count_u64};
 use motorfit::report::compare::{CompareDocument, paper_tables, quartiles, setting_name, tables};
 use motorfit::report::figures::model;
-use motorfit::report::{Table, compare_page, json};
-use motorfit::setting::Setting;
+use motorfit::report::{Table, compare_page};
 use motorfit::settings::Value;
 use motorfit::study::compare::{Block, CompareSettings, CompareSpec, Comparison, Subject, compare, reached};
-use motorfit::text::{engineering, significant};
-use std::fmt::Write as _;
 
 /// Columns that a terminal has at least.
 const WIDTH: usize = 80;
@@ -58,20 +51,14 @@ fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<
         format!("{}: {}", setting_name(setting), methods.join(", "))
     });
     let sm = format!("{} records with new noise, {} dB where simulated", spec.noise_records, spec.noise_db);
+    let device = args.device.0.text(Setting::Device).unwrap_or_default();
     let how = out::reproduced(vec![
         ("settings", settings.collect::<Vec<_>>().join("; ")),
         ("steiglitz-mcbride", if spec.steiglitz_mcbride { sm } else { "no".to_owned() }),
         ("discretization", spec.model.discretization.name().to_owned()),
         ("held", held.collect::<Vec<_>>().join(", ")),
         ("target", spec.target.map_or("a range".to_owned(), |cost| cost.to_string())),
-        (
-            "device asked for",
-            format!(
-                "{}, threads {}",
-                args.device.0.text(Setting::Device).unwrap_or_default(),
-                rayon::current_num_threads()
-            ),
-        ),
+        ("device asked for", format!("{device}, threads {}", rayon::current_num_threads())),
         ("runs", spec.runs.to_string()),
         ("seed", spec.seed.to_string()),
         ("bounds", bounds.collect::<Vec<_>>().join(", ")),
@@ -206,16 +193,10 @@ fn text(args: &CompareArgs, comparison: &Comparison) -> String {
             }
         }
     }
-    let rate = count_u64(comparison.evaluations) / comparison.batch_seconds;
-    let _ = writeln!(
-        text,
-        "{} evaluations in {}, {} a second\non {}, {}",
-        comparison.evaluations,
-        engineering(comparison.batch_seconds, "s", 3),
-        significant(rate, 3),
-        comparison.device.1,
-        comparison.device.2
-    );
+    let Comparison { evaluations, batch_seconds, device: (_, device, precision), .. } = comparison;
+    let rate = significant(count_u64(*evaluations) / batch_seconds, 3);
+    let seconds = engineering(*batch_seconds, "s", 3);
+    let _ = writeln!(text, "{evaluations} evaluations in {seconds}, {rate} a second\non {device}, {precision}");
     let show = |text: &mut String, tables: &[Table]| {
         for table in tables {
             let _ = write!(text, "\n{}", table.text(WIDTH));

@@ -1,21 +1,16 @@
 //! `evaluate`: costs of candidates, from a file or sampled, streamed.
 
 use super::args::EvaluateArgs;
-use super::candidates::{Source, sampling};
-use super::output::{Style, data, is_read};
-use super::{Outcome, inputs, progress};
+use super::candidates::{self, Sampled, Source, sampling};
+use super::output::is_read;
+use super::prelude::*;
 use motorfit::candidates::Candidates;
-use motorfit::device::with_threads;
 use motorfit::identify::BatchCosts;
 use motorfit::motor::Axis;
 use motorfit::numeric::count_u64;
 use motorfit::optimize::{Progress, Sample, Sampling};
 use motorfit::record::Record;
-use motorfit::report::{EvaluateDocument, json};
-use motorfit::text::{engineering, significant};
-use motorfit::{Error, Result};
-use std::fmt::Write as _;
-use std::path::Path;
+use motorfit::report::EvaluateDocument;
 use std::time::{Duration, Instant};
 
 /// Candidate-steps in one batch: some hundredths of a second, so that progress and Ctrl-C come in time…
@@ -48,12 +43,11 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
         let costs = BatchCosts::new(&records, &spec)?;
         style.warnings(costs.warnings());
         let axes = costs.problem().space().free().to_vec();
-        let source = match sampled {
+        let source: Box<dyn Source> = match sampled {
             Some((sampling, number)) => {
-                let sample = Sample::new(sampling, number, costs.problem().space().bounds(), args.seed)?;
-                Source::Sample { sample, next: 0 }
+                Box::new(Sampled(Sample::new(sampling, number, costs.problem().space().bounds(), args.seed)?, 0))
             }
-            None => Source::file(args.candidates.as_deref().unwrap_or(Path::new("-")), &axes)?,
+            None => candidates::file(args.candidates.as_deref().unwrap_or(Path::new("-")), &axes)?,
         };
         Evaluation { args, style, axes, costs, source }.run(&records)
     })
@@ -71,7 +65,7 @@ struct Evaluation<'a> {
     style: &'a Style,
     axes: Vec<Axis>,
     costs: BatchCosts,
-    source: Source,
+    source: Box<dyn Source>,
 }
 
 impl Evaluation<'_> {
@@ -94,6 +88,7 @@ impl Evaluation<'_> {
         }
         self.costs.begin(&values)?;
         while !interrupted && !values.is_empty() && is_read() {
+            next.clear();
             self.source.next(most, width, &mut next)?;
             costs.resize(values.len() / width, 0.0);
             let begun = Instant::now();
@@ -124,18 +119,17 @@ impl Evaluation<'_> {
             return Err(Error::data("there are no candidates", "Give a file with rows below its heading."));
         }
         let (_, device, precision) = self.costs.device();
-        let rate = count_u64(done) / started.elapsed().as_secs_f64();
+        let seconds = started.elapsed().as_secs_f64();
+        let rate = significant(count_u64(done) / seconds, 3);
+        let [whole, busy] = [seconds, busy.as_secs_f64()].map(|seconds| engineering(seconds, "s", 3));
         self.style.note(&format!(
-            "{done} candidates in {} ({} of it evaluating), {} a second, on {device}, {precision}; lowest cost {}",
-            engineering(started.elapsed().as_secs_f64(), "s", 3),
-            engineering(busy.as_secs_f64(), "s", 3),
-            significant(rate, 3),
+            "{done} candidates in {whole} ({busy} of it evaluating), {rate} a second, on {device}, {precision}; lowest cost {}",
             significant(lowest, 6)
         ));
         shorten(&mut best, top.unwrap_or(0));
         if self.args.json {
             let best = best.iter().map(|(cost, _, values)| (*cost, values.as_slice()));
-            let document = EvaluateDocument { interrupted, candidates: done, seconds: started.elapsed().as_secs_f64() };
+            let document = EvaluateDocument { interrupted, candidates: done, seconds };
             data(&json(&document.of(records, &self.costs, best)))?;
         } else if top.is_some() {
             let table: Vec<f64> = best.iter().flat_map(|(_, _, values)| values.iter().copied()).collect();

@@ -1,9 +1,7 @@
 //! `identify`: the main job.
 
 use super::args::IdentifyArgs;
-use super::out::{self, Out};
-use super::output::{DIM, STRONG, Style, data};
-use super::{Outcome, inputs, progress};
+use super::prelude::*;
 use motorfit::analysis::{split, suspicions};
 use motorfit::estimate::ReferenceKind;
 use motorfit::identify::{Identification, IdentifySpec, Polish, Status, hold_out, identify_with};
@@ -11,14 +9,9 @@ use motorfit::motor::{Discretization, Input, Scope};
 use motorfit::optimize::Stop;
 use motorfit::record::{Quantity, Record};
 use motorfit::report::{
-    IdentifyDocument, Names, characteristics_lines, identify_page, json, noise_floor_text, selection_table,
-    selection_text, verdicts,
+    IdentifyDocument, Names, characteristics_lines, identify_page, noise_floor_text, selection_table, selection_text,
+    verdicts,
 };
-use motorfit::setting::Setting;
-use motorfit::settings;
-use motorfit::text::{engineering, significant};
-use motorfit::{Error, Result};
-use std::fmt::Write as _;
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     let given = args.search.0.and(&args.problem.0).and(&args.device.0);

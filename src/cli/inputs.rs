@@ -30,7 +30,6 @@ pub(super) fn name(source: &Source) -> String {
 /// One line: file, samples, period, duration, columns with units; others for what was left out or prepared.
 pub(super) fn understood(record: &Record) -> String {
     let source = record.source();
-    let time = &record.samples().time_s;
     let columns: Vec<String> = source
         .columns
         .iter()
@@ -39,14 +38,9 @@ pub(super) fn understood(record: &Record) -> String {
             format!("{}{conversion} [{}{}]", c.heading, c.unit, if c.unit_named { "" } else { " assumed" })
         })
         .collect();
-    let mut text = printable(&format!(
-        "{}: {} samples every {}, {}; {}",
-        name(source),
-        record.len(),
-        engineering(record.period_s(), "s", 4),
-        engineering(time[time.len() - 1] - time[0], "s", 4),
-        columns.join(", ")
-    ));
+    let [period, duration] = [record.period_s(), record.duration_s()].map(|seconds| engineering(seconds, "s", 4));
+    let (name, count, columns) = (name(source), record.len(), columns.join(", "));
+    let mut text = printable(&format!("{name}: {count} samples every {period}, {duration}; {columns}"));
     for note in &source.notes {
         text.push_str(&format!("\n  {}", printable(note)));
     }
@@ -61,10 +55,8 @@ pub(super) fn spec(problem: &ProblemArgs, device: &DeviceArgs, style: &Style) ->
 /// A spec with what was measured of this machine, where no flag is without effect.
 pub(super) fn checked(spec: IdentifySpec, given: &Given, style: &Style) -> Result<IdentifySpec> {
     if given.has(Setting::Noise) && spec.criterion.scale != Scale::Noise {
-        return Err(Error::usage(
-            "--noise has no effect without --scale noise",
-            "Add --scale noise or leave --noise out.",
-        ));
+        let message = "--noise has no effect without --scale noise";
+        return Err(Error::usage(message, "Add --scale noise or leave --noise out."));
     }
     if given.has(Setting::TimeOrigin) && !spec.criterion.is_time_weighted() {
         let message = "--time-origin has no effect without --criterion itse or itae";

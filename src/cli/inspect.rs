@@ -1,15 +1,10 @@
 //! `inspect`: what a recording holds and how it was understood.
 
 use super::args::InspectArgs;
-use super::out::{self, Out};
-use super::output::{STRONG, Style, data};
-use super::{Outcome, inputs};
+use super::prelude::*;
 use motorfit::identify::{Identifiability, Inspection};
-use motorfit::report::{InspectDocument, SignalFacts, command_line, inspect_page, json};
+use motorfit::report::{InspectDocument, SignalFacts, command_line, inspect_page};
 use motorfit::setting::Text;
-use motorfit::text::{printable, significant};
-use motorfit::{Error, Result};
-use std::fmt::Write as _;
 
 pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
     let band = band(args.band.settling_band)?;
@@ -64,15 +59,12 @@ fn text(inspection: &Inspection<'_>, band: f64) -> String {
             .overshoot_percent
             .filter(|p| *p < 1000.0)
             .map_or_else(String::new, |p| format!(" ({p:.1} % over)"));
-        let _ = writeln!(
-            text,
-            "  {STRONG}{}{STRONG:#}: peak {} {unit} at {} s{overshoot}, steady state {} {unit}, {settled} (within {} %)",
-            facts.quantity,
-            significant(response.peak, 5),
-            significant(response.peak_time_s, 5),
-            significant(response.steady_state, 5),
-            significant(100.0 * band, 3).trim_end_matches('0').trim_end_matches('.'),
-        );
+        let [peak, at, steady] =
+            [response.peak, response.peak_time_s, response.steady_state].map(|value| significant(value, 5));
+        let band = significant(100.0 * band, 3);
+        let band = band.trim_end_matches('0').trim_end_matches('.');
+        let _ = write!(text, "  {STRONG}{}{STRONG:#}: peak {peak} {unit} at {at} s{overshoot}, ", facts.quantity);
+        let _ = writeln!(text, "steady state {steady} {unit}, {settled} (within {band} %)");
     }
     text.push_str(&identifiability(&inspection.identifiability));
     text

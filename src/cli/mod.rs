@@ -19,6 +19,21 @@ mod simulate;
 mod slice;
 mod sweep;
 
+/// What every command uses.
+mod prelude {
+    pub(super) use super::out::{self, Out};
+    pub(super) use super::output::{DIM, STRONG, Style, data};
+    pub(super) use super::{Outcome, cache, inputs, progress};
+    pub(super) use motorfit::device::with_threads;
+    pub(super) use motorfit::report::json;
+    pub(super) use motorfit::setting::Setting;
+    pub(super) use motorfit::settings::{self, values};
+    pub(super) use motorfit::text::{engineering, excerpt, printable, significant};
+    pub(super) use motorfit::{Error, Result};
+    pub(super) use std::fmt::Write as _;
+    pub(super) use std::path::Path;
+}
+
 use args::{Cli, Command};
 use clap::{CommandFactory as _, FromArgMatches as _};
 use motorfit::{Error, ErrorKind};

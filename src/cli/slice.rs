@@ -1,16 +1,11 @@
 //! `evaluate --slice`: a cost map as CSV, and as a heat map.
 
 use super::args::EvaluateArgs;
-use super::output::{Style, data};
-use super::{Outcome, inputs, out};
-use motorfit::device::with_threads;
+use super::prelude::*;
 use motorfit::motor::Parameter;
 use motorfit::report::Names;
 use motorfit::report::plot::{Map, heat_map};
 use motorfit::study::{CostMap, cost_map};
-use motorfit::text::{excerpt, significant};
-use motorfit::{Error, Result};
-use std::fmt::Write as _;
 
 /// Points a side where nobody says how many.
 const SIDE: usize = 101;
@@ -55,21 +50,14 @@ fn csv(map: &CostMap) -> String {
 
 fn svg(map: &CostMap, names: &Names) -> String {
     let [x, y] = map.parameters.map(|p| format!("{}, {} [{}]", p.symbol(), p.name(), p.unit()));
-    let [best_x, best_y] = map.optimum();
+    let Names { criterion, scale, .. } = names;
+    let [at_x, at_y] = [0, 1].map(|n| format!("{} = {}", map.parameters[n].symbol(), significant(map.optimum()[n], 5)));
     heat_map(Map {
-        title: &format!(
-            "log10 of {} ({}) around {} = {}, {} = {}; ellipse: 95 %",
-            names.criterion,
-            names.scale,
-            map.parameters[0].symbol(),
-            significant(best_x, 5),
-            map.parameters[1].symbol(),
-            significant(best_y, 5)
-        ),
+        title: &format!("log10 of {criterion} ({scale}) around {at_x}, {at_y}; ellipse: 95 %"),
         labels: [&x, &y],
         ranges: map.ranges,
         values: map.costs.iter().map(|row| row.iter().map(|c| c.clamp(1e-300, 1e30).log10()).collect()).collect(),
-        mark: [best_x, best_y],
+        mark: map.optimum(),
         curve: map.ellipse(),
     })
 }

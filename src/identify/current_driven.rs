@@ -24,13 +24,11 @@ const SCALED: [Parameter; 5] = [Parameter::K, Parameter::B, Parameter::J, Parame
 /// `Data` with the recording that has none.
 pub fn needs_voltage(records: &[Record]) -> Result<()> {
     let Some(record) = records.iter().find(|record| record.driver() == Quantity::Current) else { return Ok(()) };
-    let error = Error::data(
-        "has no voltage: costs of R, L, K, B and J cannot be told without one",
-        text!(
-            "Use " [Command::Identify] ", which takes the current as the input, or name the column: "
-            [Columns = "voltage=HEADING:V"] "."
-        ),
+    let hint = text!(
+        "Use " [Command::Identify] ", which takes the current as the input, or name the column: "
+        [Columns = "voltage=HEADING:V"] "."
     );
+    let error = Error::data("has no voltage: costs of R, L, K, B and J cannot be told without one", hint);
     Err(record.source().path.iter().fold(error, |error, path| error.in_file(path)))
 }
 
@@ -67,20 +65,18 @@ fn check(spec: &IdentifySpec) -> Result<()> {
     let Some(extension) = Extension::ALL.into_iter().find(|e| meant(e) && !e.acts_on_current()).or(no_sensor) else {
         return Ok(());
     };
-    let message = match extension {
-        Extension::SensorAverage => {
-            "Ni: the current is the input here, and no output that a sensor averages".to_owned()
-        }
-        _ => format!("{} is about the voltage, and the recordings have none", extension.name()),
-    };
-    let remedy = match extension {
+    if extension == Extension::SensorAverage {
+        let message = "Ni: the current is the input here, and no output that a sensor averages";
+        return Err(Error::usage(message, "Leave Ni out; that of the speed is Nw."));
+    }
+    let message = format!("{} is about the voltage, and the recordings have none", extension.name());
+    let hint = match extension {
         Extension::Offset => {
             text!("An offset of the current acts as a load: " [With = "load"] ", or subtract it with " [Offset] ".")
         }
-        Extension::SensorAverage => "Leave Ni out; that of the speed is Nw.".into(),
         _ => text!("Leave it out, or name the voltage's column: " [Columns = "voltage=HEADING:V"] "."),
     };
-    Err(Error::usage(message, remedy))
+    Err(Error::usage(message, hint))
 }
 
 /// Bounds mean nothing to what has no scale.
@@ -88,10 +84,8 @@ fn check_bounds(spec: &IdentifySpec) -> Result<()> {
     let given = |axis: &&Axis| SCALED.contains(&axis.parameter) && !spec.auto_bounds.contains(&axis.parameter);
     let Some(axis) = spec.space.free().iter().find(given) else { return Ok(()) };
     let symbol = axis.parameter.symbol();
-    Err(Error::usage(
-        format!("{symbol} has bounds, but current and speed tell only ratios of K, B, J, Tc and TL"),
-        text!("Hold K with " [Fix = "K=…"] ", or leave the bounds of {symbol} out."),
-    ))
+    let message = format!("{symbol} has bounds, but current and speed tell only ratios of K, B, J, Tc and TL");
+    Err(Error::usage(message, text!("Hold K with " [Fix = "K=…"] ", or leave the bounds of {symbol} out.")))
 }
 
 /// A motor that about does what current and speed show, with what is held of it.
@@ -106,17 +100,11 @@ fn guess(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
         let axis = spec.space.free().iter().find(|axis: &&Axis| axis.parameter == parameter);
         axis.map_or(1.0, Axis::middle)
     };
-    let own = |parameter| spec.fixed(parameter);
-    let by_others = own(Parameter::J).map(|j| j * gain / constant).or(own(Parameter::B).map(|b| b * gain));
-    let k = own(Parameter::K).or(by_others).unwrap_or_else(|| middle(Parameter::K));
-    let or_middle = |parameter| own(parameter).unwrap_or_else(|| middle(parameter));
-    [
-        or_middle(Parameter::R),
-        or_middle(Parameter::L),
-        k,
-        own(Parameter::B).unwrap_or(k / gain),
-        own(Parameter::J).unwrap_or(k * constant / gain),
-    ]
+    let [r, l, k, b, j] = Parameter::ALL.map(|parameter| spec.fixed(parameter));
+    let by_others = j.map(|j| j * gain / constant).or(b.map(|b| b * gain));
+    let k = k.or(by_others).unwrap_or_else(|| middle(Parameter::K));
+    let [r, l] = [r.unwrap_or_else(|| middle(Parameter::R)), l.unwrap_or_else(|| middle(Parameter::L))];
+    [r, l, k, b.unwrap_or(k / gain), j.unwrap_or(k * constant / gain)]
 }
 
 fn warning(records: &[Record], spec: &IdentifySpec, scaled: bool) -> Warning {

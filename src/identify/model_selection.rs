@@ -54,22 +54,18 @@ pub(super) fn select(prepared: &Prepared<'_>, start: &Start) -> Result<(Space, O
     }
     let (with, selection) = match prepared.named() {
         Some(list) => (list.to_vec(), None),
-        None => forward_selection(prepared, start).map(|(with, selection)| (with, Some(selection)))?,
+        None => {
+            let some = representative(prepared.records, &start.space);
+            let mut steps = Vec::new();
+            let best = Selection { prepared: &prepared.of(&some)?, start }.up(&mut steps)?;
+            (best.with, Some(steps))
+        }
     };
     let space = extended_space(prepared.records, &prepared.spec, &start.space, (&with, &start.motors[0]))?;
     if prepared.spec.with != With::Auto {
         check_per_recording(&prepared.spec, &space)?;
     }
     Ok((space, selection))
-}
-
-/// Returns the extensions that recordings speak for, with the steps that led to them.
-fn forward_selection(prepared: &Prepared<'_>, start: &Start) -> Result<(Vec<Extension>, Vec<SelectionStep>)> {
-    let some = representative(prepared.records, &start.space);
-    let prepared = prepared.of(&some)?;
-    let mut steps = Vec::new();
-    let best = Selection { prepared: &prepared, start }.up(&mut steps)?;
-    Ok((best.with, steps))
 }
 
 /// Of many recordings some from all over them; recordings with parameters of their own are needed as they are.

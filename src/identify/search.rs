@@ -83,13 +83,9 @@ pub(super) fn population(
     let [Run { optimizer, history, evaluations }] = runs;
     let best = optimizer.best().filter(|best| Scalar::cost(problem, best.values).is_finite());
     let Some(best) = best else {
-        return Err(Error::not_identified(
-            format!("all {evaluations} candidates diverge"),
-            text!(
-                "Check the units of the recording and " [Bounds] "; " [Discretization = "zoh"]
-                " cannot diverge by itself."
-            ),
-        ));
+        let message = format!("all {evaluations} candidates diverge");
+        let zoh = text!([Discretization = "zoh"] " cannot diverge by itself.");
+        return Err(Error::not_identified(message, text!("Check the units of the recording and " [Bounds] "; " {zoh})));
     };
     let method = spec.method.search().map_or("", |tuned| tuned.search.name);
     let found = SearchResult::new(method, best.values.to_vec(), stop, evaluations);

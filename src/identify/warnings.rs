@@ -31,6 +31,7 @@ pub(super) fn of_recordings(records: &[Record], spec: &IdentifySpec) -> Vec<Warn
         missing_channel(records, spec)
             .map(|(what, remedy)| Warning::new("channel_missing", what.and("; ").and(remedy))),
     );
+    let moves_at_start = |signal: &[f64]| signal[0].abs() > 0.05 * peak(signal);
     if spec.model.initial == Initial::Zero && records.iter().flat_map(Record::measured).flatten().any(moves_at_start) {
         let say = "a recording does not start at rest, but ";
         let message = text!("{say}" [Initial = "zero"] " says so; use " [Initial = "free"]);
@@ -78,10 +79,10 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
     };
     let list: Vec<String> = ["current", "speed"].into_iter().zip(white).filter_map(colored).collect();
     if !list.is_empty() {
+        let list = list.join(", ");
         let message = format!(
-            "the residuals are correlated, {}: the model misses something, or the sensors filter; the standard errors are then \
-             too small",
-            list.join(", ")
+            "the residuals are correlated, {list}: the model misses something, or the sensors filter; the standard errors are \
+             then too small"
         );
         warnings.push(Warning::new("residuals_not_white", message));
     }
@@ -117,16 +118,11 @@ pub(super) fn long_dead_time(found: &Identification) -> Option<Warning> {
         e.parameter == Parameter::DeadTime && e.value.is_some_and(|td| td > DEAD_TIME_MAX * constant)
     };
     let dead_time = estimates.iter().find(long)?.value?;
+    let times = significant(dead_time / constant, 2);
+    let [dead_time, constant] = [dead_time, constant].map(|seconds| engineering(seconds, "s", 3));
     let message = format!(
-        "the dead time, {}, is {} of the motor's time constants ({}): a clock that is off, or a recording that begins \
-         before the drive, looks like that",
-        engineering(dead_time, "s", 3),
-        significant(dead_time / constant, 2),
-        engineering(constant, "s", 3)
+        "the dead time, {dead_time}, is {times} of the motor's time constants ({constant}): a clock that is off, or a \
+         recording that begins before the drive, looks like that"
     );
     Some(Warning::new("dead_time_long", message))
-}
-
-fn moves_at_start(signal: &[f64]) -> bool {
-    signal[0].abs() > 0.05 * peak(signal)
 }

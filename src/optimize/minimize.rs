@@ -87,10 +87,15 @@ pub fn minimize(
         let progress = search.finished(piece, stopped);
         stopped = stopped || observe(&progress).is_break();
     }
-    if stopped {
-        search.tell_unfinished();
+    if !stopped {
+        return Ok(Stop::BudgetSpent);
     }
-    Ok(if stopped { Stop::Interrupted } else { Stop::BudgetSpent })
+    for part in 0..search.parts.len() {
+        if search.parts[part].done > 0 {
+            search.tell(part, false);
+        }
+    }
+    Ok(Stop::Interrupted)
 }
 
 /// Rows of the populations of a part of the runs, taken as one table.
@@ -244,14 +249,6 @@ impl<'r> Search<'r> {
             told.into_iter().for_each(tell);
         } else {
             told.into_par_iter().for_each(tell);
-        }
-    }
-
-    fn tell_unfinished(&mut self) {
-        for part in 0..self.parts.len() {
-            if self.parts[part].done > 0 {
-                self.tell(part, false);
-            }
         }
     }
 }

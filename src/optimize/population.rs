@@ -29,10 +29,8 @@ pub struct SearchSettings {
 
 impl SearchSettings {
     fn too_large(&self) -> Error {
-        Error::usage(
-            format!("a population of {} agents does not fit in memory", self.population),
-            format!("Give fewer, at most {}.", VALUES_MAX / self.bounds.len()),
-        )
+        let message = format!("a population of {} agents does not fit in memory", self.population);
+        Error::usage(message, format!("Give fewer, at most {}.", VALUES_MAX / self.bounds.len()))
     }
 
     /// Whether a search can be set up like this.
@@ -53,10 +51,8 @@ impl SearchSettings {
         }
         let evaluations = (self.population as u64).checked_mul(self.generations as u64);
         if evaluations.is_none_or(|count| count > 1 << 53) {
-            return Err(Error::usage(
-                format!("population {} × generations {} overflows", self.population, self.generations),
-                "Give fewer of one: together at most 9007199254740992 evaluations.",
-            ));
+            let message = format!("population {} × generations {} overflows", self.population, self.generations);
+            return Err(Error::usage(message, "Give fewer of one: together at most 9007199254740992 evaluations."));
         }
         Ok(())
     }

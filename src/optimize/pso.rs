@@ -65,10 +65,9 @@ impl Rule for Pso {
         if phi > 4.0 {
             return Ok(());
         }
-        Err(Error::usage(
-            format!("c1 + c2 of pso is {phi}"),
-            "Give c1 and c2 whose sum is more than 4: only then does the constriction make the swarm converge.",
-        ))
+        let message = format!("c1 + c2 of pso is {phi}");
+        let hint = "Give c1 and c2 whose sum is more than 4: only then does the constriction make the swarm converge.";
+        Err(Error::usage(message, hint))
     }
 
     fn learn(&mut self, swarm: &Population, costs: Vec<f64>) {

@@ -1,13 +1,13 @@
 //! Candidates from CSV.
 
-use super::{open, places};
+use super::{Source, open, places};
 use motorfit::motor::Axis;
 use motorfit::text::printable;
 use motorfit::{Error, Result};
 use std::io::Read;
 use std::path::Path;
 
-pub(in crate::cli) struct Table {
+pub(super) struct Table {
     reader: csv::Reader<Capped>,
     name: String,
     places: Vec<(String, usize)>,
@@ -24,8 +24,14 @@ impl Table {
         let places = places(&format!("{name}, line 1"), &columns, axes)?;
         Ok(Self { reader, name, places })
     }
+}
 
-    pub(super) fn next(&mut self, most: usize, width: usize, values: &mut Vec<f64>) -> Result<()> {
+impl Source for Table {
+    fn count(&self) -> Option<u64> {
+        None
+    }
+
+    fn next(&mut self, most: usize, width: usize, values: &mut Vec<f64>) -> Result<()> {
         let Self { reader, name, places } = self;
         let mut row = csv::StringRecord::new();
         while values.len() < most * width && reader.read_record(&mut row).map_err(|e| broken(name, &e))? {
