@@ -9,10 +9,10 @@ mod support;
 use motorfit::candidates::Candidates;
 use motorfit::device::BatchSearchEvaluator;
 use motorfit::evaluate::{Batch, Evaluator, Group, Problem, Simd};
+use motorfit::identify::Method;
 use motorfit::motor::Space;
-use motorfit::optimize::{
-    Budget, Gwo, GwoOptions, Jaya, JayaOptions, Optimizer, Run, Sample, Sampling, SearchSettings, minimize,
-};
+use motorfit::named::Named as _;
+use motorfit::optimize::{Budget, Optimizer, Run, Sample, Sampling, SearchSettings, minimize};
 use motorfit::study::compare::{CompareSpec, Setting, Subject, compare};
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -20,10 +20,7 @@ use support::{m2_problem, median, seconds};
 
 fn optimizer(name: &str, population: usize, generations: usize, run: u64) -> Box<dyn Optimizer> {
     let setup = SearchSettings { bounds: Space::table2().bounds(), population, generations, seed: 1, run };
-    match name {
-        "gwo" => Box::new(Gwo::new(setup, GwoOptions::default()).unwrap()),
-        _ => Box::new(Jaya::new(setup, JayaOptions::default()).unwrap()),
-    }
+    Method::named("method", name).unwrap().optimizer(setup).unwrap()
 }
 
 /// Seconds of a search of `runs` runs, and of evaluating as many candidates with nothing else.

@@ -12,9 +12,11 @@ mod support;
 
 use motorfit::candidates::Candidates;
 use motorfit::device::with_threads;
+use motorfit::estimate::fit_problem;
+use motorfit::evaluate::Problem;
 use motorfit::evaluate::{Batch, Evaluator, Group, Simd};
 use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
-use motorfit::identify::{IdentifySpec, Method, Polish, fit};
+use motorfit::identify::{IdentifySpec, Method, Polish, fit_on};
 use motorfit::motor::{Discretization, Parameters, Space};
 use motorfit::optimize::{Sample, Sampling};
 use motorfit::record::{Reading, write_csv};
@@ -126,7 +128,11 @@ fn line(name: &str, digits: impl Fn(&str) -> String + Sync, count: u64) {
     let (mut parse, mut estimate, mut planning) = (0.0, 0.0, 0.0);
     for _ in 0..3 {
         parse = alone(&|| drop(reading.records(&path).unwrap()));
-        estimate = alone(&|| drop(fit(&records, &spec).unwrap()));
+        estimate = alone(&|| {
+            let problem = Problem::new(&records, spec.model, spec.space.clone(), spec.criterion).unwrap();
+            let plain = fit_problem(&records, &spec.space, spec.model).unwrap();
+            drop(fit_on((&problem, &plain), &records, &spec).unwrap());
+        });
         let [plan, run] = sweep(folder.path(), study);
         planning = plan;
         shares.push(100.0 * (parse + estimate) * count as f64 / threads as f64 / run);

@@ -55,6 +55,14 @@ macro_rules! named {
     };
     (
         $(#[$meta:meta])*
+        $visibility:vis enum $type:ident {
+            $($(#[doc = $text:literal])+ $variant:ident = $name:literal,)+
+        }
+    ) => {
+        $crate::named::named!(@table $(#[$meta])* $visibility $type { $($(#[doc = $text])+ $variant = $name,)+ });
+    };
+    (
+        $(#[$meta:meta])*
         $visibility:vis enum $type:ident: $row_type:ty {
             $($(#[doc = $text:literal])+ $variant:ident = $name:literal => $row:expr,)+
         }

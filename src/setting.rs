@@ -61,7 +61,6 @@ settings! {
     Mask "mask" List "Samples that do not count."
     Decimate "decimate" Number "Every Nth sample is kept."
     Filter "filter" Word "A low-pass filter on all signals."
-    Validate "validate" Word "Recordings held out for validation."
     Split "split" Number "The fraction of each recording that is fitted."
     Method "method" Word "The method that finds the optimum."
     Methods "methods" List "The methods of a comparison or a study."
@@ -86,10 +85,8 @@ settings! {
     Threads "threads" Number "Threads."
     Runs "runs" Number "Runs of each method."
     Target "target" Number "The cost that runs are to reach."
-    NoiseRecords "noise_records" Number "Recordings with new noise for methods without a seed."
     Sample "sample" Word "Candidates sampled from the bounds."
     Slice "slice" List "The two parameters of a slice of the cost."
-    Top "top" Number "How many of the best candidates are listed."
     Parameters "parameters" Values "The parameters of a simulated motor."
     Start "start" Values "The parameters at which a refinement starts."
     Input "input" Word "The input of a simulation."
@@ -261,12 +258,6 @@ impl From<Setting> for Text {
     }
 }
 
-impl From<Command> for Text {
-    fn from(command: Command) -> Self {
-        Reference::Command(command).into()
-    }
-}
-
 /// Makes a [`Text`]. Literals and `(format, arguments)` are words, `[Setting]` and `[Setting = format, arguments]` refer
 /// to a setting, `[Command::Name]` to an operation, and `{expression}` is whatever a text can be made of:
 /// `text!("{symbol} is at its bound; widen it with " [Bounds = "{symbol}=0.1:1"])`.
@@ -277,7 +268,7 @@ macro_rules! text {
         $crate::setting::text!(@ $text.and(format!($($words)+)); $($rest)*)
     };
     (@ $text:expr; [Command::$command:ident] $($rest:tt)*) => {
-        $crate::setting::text!(@ $text.and($crate::setting::Command::$command); $($rest)*)
+        $crate::setting::text!(@ $text.and($crate::setting::Reference::Command($crate::setting::Command::$command)); $($rest)*)
     };
     (@ $text:expr; [$setting:ident] $($rest:tt)*) => {
         $crate::setting::text!(@ $text.and($crate::setting::Setting::$setting); $($rest)*)

@@ -7,10 +7,10 @@
 mod program;
 mod support;
 
-use motorfit::analysis::{Characteristics, Constants, Covariance, characteristics, regression, regressions};
+use motorfit::analysis::{Characteristics, Covariance, characteristics, regression, regressions};
 use motorfit::experiment::with_noise;
 use motorfit::identify::{IdentifySpec, identify};
-use motorfit::motor::Parameters;
+use motorfit::motor::{Input, Parameters};
 use motorfit::record::{Record, Samples};
 use program::{EXAMPLE, Folder, json, ok};
 use rand::{RngExt as _, SeedableRng as _};
@@ -30,9 +30,9 @@ fn oracle([r, l, k, b, j, tc, vb, tl]: [f64; 8]) -> [f64; 6] {
     [-still / (driven - still) + vb, 1.0 / gain, times / gain, -held / (moved - held), gain, times]
 }
 
-fn values(of: [f64; 8]) -> (Constants, [f64; 8]) {
-    let [r, l, k, b, j, tc, vb, tl] = of;
-    (Constants { r, l, k, b, j, tc: Some(tc), vb: Some(vb), tl: Some(tl) }, of)
+fn found(of: [f64; 8], covariance: &Covariance) -> Characteristics {
+    let [r, l, k, b, j, more @ ..] = of;
+    characteristics(Input::Voltage, &Parameters { r, l, k, b, j }, more.map(Some), covariance)
 }
 
 #[test]
@@ -40,7 +40,7 @@ fn errors_are_those_of_the_delta_method() {
     let mut numbers = Xoshiro256PlusPlus::seed_from_u64(1);
     for _ in 0..200 {
         let base = [0.9, 0.008, 0.07, 7e-4, 1.4e-4, 0.01, 0.6, 0.02];
-        let (constants, of) = values(base.map(|v: f64| v * numbers.random_range(-2.0_f64..2.0).exp()));
+        let of = base.map(|v: f64| v * numbers.random_range(-2.0_f64..2.0).exp());
         // Any matrix times its transpose is a covariance; a tenth of a per mille keeps differences linear.
         let root: Vec<Vec<f64>> =
             of.iter().map(|v| (0..8).map(|_| 1e-4 * v * numbers.random_range(-1.0..1.0)).collect()).collect();
@@ -54,7 +54,7 @@ fn errors_are_those_of_the_delta_method() {
                 std::array::from_fn(|c| (up[c] - down[c]) / (2.0 * step))
             })
             .collect();
-        let found = characteristics(&constants, &covariance).named();
+        let found = Characteristics::named(Some(&found(of, &covariance)), Input::Voltage);
         for (c, (expected, (name, _, found))) in oracle(of).into_iter().zip(found).enumerate() {
             let found = found.unwrap();
             let variance: f64 = (0..8)
@@ -72,15 +72,15 @@ fn errors_are_those_of_the_delta_method() {
 
 #[test]
 fn what_is_not_known_is_not_told() {
-    let constants = Constants { r: 1.0, l: 0.01, k: 0.05, b: 1e-4, j: 1e-4, tc: None, vb: None, tl: None };
+    let motor = Parameters { r: 1.0, l: 0.01, k: 0.05, b: 1e-4, j: 1e-4 };
     let mut covariance: Covariance = [[Some(0.0); 8]; 8];
     covariance[0][0] = Some(1e-4);
-    let known = characteristics(&constants, &covariance);
+    let known = characteristics(Input::Voltage, &motor, [None; 3], &covariance);
     assert!(known.ks.is_none());
     // kV = K + R B/K moves with R by B/K.
     assert!((known.kv.std_error.unwrap() - 0.01 * 1e-4 / 0.05).abs() < 1e-15);
     covariance[1][1] = None;
-    let unknown = characteristics(&constants, &covariance);
+    let unknown = characteristics(Input::Voltage, &motor, [None; 3], &covariance);
     assert_eq!(unknown.kv, known.kv, "the inductance is no part of it");
     assert!(unknown.ka.std_error.is_none() && unknown.time_constant.std_error.is_none());
     assert!(unknown.ka.value > 0.0);

@@ -9,28 +9,7 @@
 //! `kV = B/K`, `kA = J/K`; `kA/kV = J/B` is the mechanical time constant.
 
 use super::fitted::FittedMotor;
-use crate::motor::{Input, Parameter, Scope};
-
-/// Constants of a motor, SI units.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Constants {
-    /// Resistance \[ohm\].
-    pub r: f64,
-    /// Inductance \[H\].
-    pub l: f64,
-    /// Torque and back-EMF constant \[V·s/rad\].
-    pub k: f64,
-    /// Viscous friction \[N·m·s/rad\].
-    pub b: f64,
-    /// Moment of inertia \[kg·m²\].
-    pub j: f64,
-    /// Coulomb friction \[N·m\]; `None` where the model has none.
-    pub tc: Option<f64>,
-    /// Voltage drop of the brushes \[V\]; `None` where the model has none.
-    pub vb: Option<f64>,
-    /// Load torque \[N·m\]; `None` where the model has none.
-    pub tl: Option<f64>,
-}
+use crate::motor::{Input, Parameter, Parameters, Scope};
 
 /// Covariances of R, L, K, B, J, Tc, vb, TL in their units: zero for what is held, `None` for what is not known.
 pub type Covariance = [[Option<f64>; CONSTANTS]; CONSTANTS];
@@ -75,17 +54,11 @@ pub struct Characteristics {
 pub type Named = (&'static str, &'static str, Option<Characteristic>);
 
 impl Characteristics {
-    /// All, with their names and units as in results.
-    #[must_use]
-    pub fn named(&self) -> [Named; 6] {
-        Self::listed(Some(self), self.input)
-    }
-
     /// Those of what was found; none of them where it does not determine them.
     #[must_use]
     pub fn named_of<'a>(found: impl Into<FittedMotor<'a>>) -> [Named; 6] {
         let found = found.into();
-        let mut all = Self::listed(Self::of(found).as_ref(), found.input);
+        let mut all = Self::named(Self::of(found).as_ref(), found.input);
         // Without a voltage friction may be too small to be told, and inertia is all the same.
         let untold =
             |p: Parameter| found.unidentified.contains(&p) && found.space.free().iter().all(|axis| axis.parameter != p);
@@ -99,7 +72,9 @@ impl Characteristics {
         all
     }
 
-    fn listed(all: Option<&Self>, input: Input) -> [Named; 6] {
+    /// Returns all with their names and units as in results; none of them where they are not known.
+    #[must_use]
+    pub fn named(all: Option<&Self>, input: Input) -> [Named; 6] {
         let [own, by_speed, by_acceleration, gain] = match input {
             Input::Voltage => ["V", "V*s/rad", "V*s^2/rad", "rad/s/V"],
             Input::Current => ["A", "A*s/rad", "A*s^2/rad", "rad/s/A"],
@@ -127,67 +102,66 @@ impl Characteristics {
             true => by_speed,
             false => !unknown(Parameter::R) && !unknown(Parameter::J),
         };
-        let [r, l, k, b, j] = found.parameters.to_array();
-        let [tc, vb, tl] =
-            [Parameter::Coulomb, Parameter::BrushDrop, Parameter::Load].map(|parameter| found.shared(parameter));
-        let constants = Constants { r, l, k, b, j, tc, vb, tl };
-        let of = if by_current { characteristics_by_current } else { characteristics };
-        told.then(|| of(&constants, &covariance(&found)))
+        let more = [Parameter::Coulomb, Parameter::BrushDrop, Parameter::Load].map(|parameter| found.shared(parameter));
+        told.then(|| characteristics(found.input, found.parameters, more, &covariance(&found)))
     }
 }
 
-/// The characteristics of a motor whose constants are known with a covariance.
+/// The characteristics of a motor whose constants are known with a covariance. `more` are Tc, vb and TL in their units, `None`
+/// for what the model lacks; a motor whose input is the current has none of R, L and vb in them.
 #[must_use]
-pub fn characteristics(constants: &Constants, covariance: &Covariance) -> Characteristics {
-    let Constants { r, l, k, b, j, tc, vb, tl } = *constants;
-    let entry = |value: f64, slope: [f64; CONSTANTS]| Characteristic { value, std_error: error(&slope, covariance) };
+pub fn characteristics(
+    input: Input,
+    motor: &Parameters,
+    more: [Option<f64>; 3],
+    covariance: &Covariance,
+) -> Characteristics {
+    let ([ks, kg], [kv, ka, time_constant]) = match input {
+        Input::Voltage => by_voltage(motor, more),
+        Input::Current => by_current(motor, more),
+    };
+    let entry = |(value, slope): Sloped| Characteristic { value, std_error: error(&slope, covariance) };
+    let gain = (1.0 / kv.0, kv.1.map(|slope| -slope / (kv.0 * kv.0)));
+    Characteristics {
+        input,
+        ks: ks.map(entry),
+        kg: kg.map(entry),
+        kv: entry(kv),
+        ka: entry(ka),
+        gain: entry(gain),
+        time_constant: entry(time_constant),
+    }
+}
+
+/// A value with its slopes by the constants.
+type Sloped = (f64, [f64; CONSTANTS]);
+
+/// kS and kG, then kV, kA and the time constant.
+fn by_voltage(motor: &Parameters, [tc, vb, tl]: [Option<f64>; 3]) -> ([Option<Sloped>; 2], [Sloped; 3]) {
+    let [r, l, k, b, j] = motor.to_array();
     let friction = (tc.is_some() || vb.is_some()).then(|| (tc.unwrap_or(0.0), vb.unwrap_or(0.0)));
-    let ks =
-        friction.map(|(tc, vb)| entry(r * tc / k + vb, [tc / k, 0.0, -r * tc / (k * k), 0.0, 0.0, r / k, 1.0, 0.0]));
-    let kg = tl.map(|tl| entry(r * tl / k, [tl / k, 0.0, -r * tl / (k * k), 0.0, 0.0, 0.0, 0.0, r / k]));
+    let ks = friction.map(|(tc, vb)| (r * tc / k + vb, [tc / k, 0.0, -r * tc / (k * k), 0.0, 0.0, r / k, 1.0, 0.0]));
+    let kg = tl.map(|tl| (r * tl / k, [tl / k, 0.0, -r * tl / (k * k), 0.0, 0.0, 0.0, 0.0, r / k]));
     let (kv, ka) = ((r * b + k * k) / k, (r * j + l * b) / k);
     let kv_slope = [b / k, 0.0, 1.0 - r * b / (k * k), r / k, 0.0, 0.0, 0.0, 0.0];
     let ka_slope = [j / k, b / k, -ka / k, l / k, r / k, 0.0, 0.0, 0.0];
     let time_constant = ka / kv;
-    let mut time_slope = [0.0; CONSTANTS];
-    for (n, slope) in time_slope.iter_mut().enumerate() {
-        *slope = (ka_slope[n] - time_constant * kv_slope[n]) / kv;
-    }
-    Characteristics {
-        input: Input::Voltage,
-        ks,
-        kg,
-        kv: entry(kv, kv_slope),
-        ka: entry(ka, ka_slope),
-        gain: entry(1.0 / kv, kv_slope.map(|slope| -slope / (kv * kv))),
-        time_constant: entry(time_constant, time_slope),
-    }
+    let time_slope = std::array::from_fn(|n| (ka_slope[n] - time_constant * kv_slope[n]) / kv);
+    ([ks, kg], [(kv, kv_slope), (ka, ka_slope), (time_constant, time_slope)])
 }
 
-/// The same of a motor whose input is the current: of K, B, J, Tc and TL.
-#[must_use]
-pub fn characteristics_by_current(constants: &Constants, covariance: &Covariance) -> Characteristics {
-    let Constants { k, b, j, tc, tl, .. } = *constants;
+/// The same of a motor whose input is the current.
+fn by_current(motor: &Parameters, [tc, _, tl]: [Option<f64>; 3]) -> ([Option<Sloped>; 2], [Sloped; 3]) {
+    let [_, _, k, b, j] = motor.to_array();
     // A value over K, with its place among the constants.
     let over_k = |value: f64, place: usize| {
         let mut slope = [0.0; CONSTANTS];
         (slope[2], slope[place]) = (-value / (k * k), 1.0 / k);
         (value / k, slope)
     };
-    let entry =
-        |(value, slope): (f64, [f64; CONSTANTS])| Characteristic { value, std_error: error(&slope, covariance) };
-    let (kv, kv_slope) = over_k(b, 3);
     let mut time_slope = [0.0; CONSTANTS];
     (time_slope[3], time_slope[4]) = (-j / (b * b), 1.0 / b);
-    Characteristics {
-        input: Input::Current,
-        ks: tc.map(|tc| entry(over_k(tc, 5))),
-        kg: tl.map(|tl| entry(over_k(tl, 7))),
-        kv: entry((kv, kv_slope)),
-        ka: entry(over_k(j, 4)),
-        gain: entry((1.0 / kv, kv_slope.map(|slope| -slope / (kv * kv)))),
-        time_constant: entry((j / b, time_slope)),
-    }
+    ([tc.map(|tc| over_k(tc, 5)), tl.map(|tl| over_k(tl, 7))], [over_k(b, 3), over_k(j, 4), (j / b, time_slope)])
 }
 
 /// `√(gᵀ C g)` over the constants that a characteristic depends on.

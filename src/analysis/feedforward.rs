@@ -109,7 +109,6 @@ fn visit(record: &Record, half: usize, to: &mut dyn FnMut(Vector3<f64>, f64)) {
     }
 }
 
-/// Sums of products.
 #[derive(Default)]
 struct Sums {
     matrix: Matrix3<f64>,

@@ -26,7 +26,6 @@ struct Spread {
 }
 
 impl Spread {
-    /// Of some values.
     fn of(values: &[f64]) -> Self {
         if values.is_empty() {
             return Self::default();
@@ -57,24 +56,17 @@ impl Spread {
 impl FitMetrics {
     /// Returns those of the recordings of a problem, simulated with a candidate.
     pub(crate) fn of(records: &[Record], problem: &Problem, candidate: &[f64]) -> Self {
-        records
-            .iter()
-            .enumerate()
-            .map(|(n, record)| Self::of_recording(record, problem, candidate, n))
-            .fold(Self::default(), Self::and)
-    }
-
-    fn of_recording(record: &Record, problem: &Problem, candidate: &[f64], recording: usize) -> Self {
-        let signals = &problem.signals()[recording];
-        let model = problem.simulate(candidate, recording, signals.initial());
         let mut sums = Self::default();
-        for (channel, (measured, simulated)) in record.measured().into_iter().zip(model).enumerate() {
-            let Some(measured) = measured else { continue };
-            let counting = |(n, _): &(usize, (&f64, f64))| signals.counts(channel, *n);
-            let pairs: Vec<(f64, f64)> =
-                measured.iter().zip(simulated).enumerate().filter(counting).map(|(_, (y, x))| (*y, x)).collect();
-            sums.left[channel] = pairs.iter().map(|(y, x)| (y - x) * (y - x)).sum();
-            sums.measured[channel] = Spread::of(&pairs.iter().map(|(y, _)| *y).collect::<Vec<_>>());
+        for (recording, (record, signals)) in records.iter().zip(problem.signals()).enumerate() {
+            let model = problem.simulate(candidate, recording, signals.initial());
+            for (channel, (measured, simulated)) in record.measured().into_iter().zip(model).enumerate() {
+                let Some(measured) = measured else { continue };
+                let counting = |(n, _): &(usize, (&f64, f64))| signals.counts(channel, *n);
+                let pairs = measured.iter().zip(simulated).enumerate().filter(counting);
+                let (measured, left): (Vec<f64>, Vec<f64>) = pairs.map(|(_, (y, x))| (*y, (y - x) * (y - x))).unzip();
+                sums.left[channel] += left.iter().sum::<f64>();
+                sums.measured[channel] = sums.measured[channel].and(Spread::of(&measured));
+            }
         }
         sums
     }

@@ -38,16 +38,12 @@ fn of_parameter(records: &[Record], parameter: Parameter, plain: &Problem, share
     let more = variance_inflation(&own.uncertainty).max(variance_inflation(&shared.uncertainty));
     let gain = (shared.weighted(&own.sigmas) - own.weighted(&own.sigmas)) / more;
     let [low, high] = extremes(&own, first, records.len()).filter(|_| gain > chi_square_limit(records.len() - 1))?;
-    let value = |n: usize| significant(own.values[first + n], 3);
+    let (name, unit) = (parameter.name(), parameter.unit());
+    let [least, most] = [low, high].map(|n| significant(own.values[first + n], 3));
+    let [one, other] = [low, high].map(|n| name_of(&records[n]));
     let message = format!(
-        "{} differs between the recordings: {} {} in {}, {} in {}; that of the fit is a mean of what the motor did, and the \
-         standard errors are too small",
-        parameter.name(),
-        value(low),
-        parameter.unit(),
-        name_of(&records[low]),
-        value(high),
-        name_of(&records[high]),
+        "{name} differs between the recordings: {least} {unit} in {one}, {most} in {other}; that of the fit is a mean of what \
+         the motor did, and the standard errors are too small"
     );
     let figures = vec![("lowest", own.values[first + low]), ("highest", own.values[first + high]), ("gain", gain)];
     let remedy = "Fit the recordings one by one, or record them alike: warm, with the same load, at like speeds.";
@@ -61,11 +57,9 @@ fn of_parameter(records: &[Record], parameter: Parameter, plain: &Problem, share
 /// The space with a parameter free in each recording, values to start from, and the place of the first of them; `None`
 /// where it is not one shared by all.
 fn apart(space: &Space, values: &[f64], parameter: Parameter, count: usize) -> Option<(Space, Vec<f64>, usize)> {
-    let mine = |axis: &&Axis| axis.parameter == parameter && axis.scope == Scope::Shared;
-    let own = *space.free().iter().find(mine)?;
-    let (mut free, mut start): (Vec<Axis>, Vec<f64>) =
-        space.free().iter().zip(values).filter(|(axis, _)| **axis != own).map(|(axis, value)| (*axis, *value)).unzip();
-    let value = *space.free().iter().zip(values).find(|(axis, _)| **axis == own)?.1;
+    let all = || space.free().iter().copied().zip(values.iter().copied());
+    let (own, value) = all().find(|(axis, _)| axis.parameter == parameter && axis.scope == Scope::Shared)?;
+    let (mut free, mut start): (Vec<Axis>, Vec<f64>) = all().filter(|(axis, _)| *axis != own).unzip();
     let first = free.len();
     for recording in 0..u32::try_from(count).ok()? {
         let scope = Scope::Recording(recording);

@@ -23,11 +23,10 @@ pub(crate) fn input_noise(records: &[Record], found: &FittedMotor<'_>) -> Option
     let speed = k / j * (j / b).min(longest.duration_s()) * noise;
     let times = (1.0 + (speed / sigma).powi(2)).sqrt();
     (times > TOO_SMALL).then(|| {
+        let (noise, times) = (engineering(noise, "A", 2), significant(times, 2));
         let message = format!(
-            "the current has noise of {}, which acts on the speed: standard errors, which know the noise of the speed alone, \
-             are too small by up to a factor of {}",
-            engineering(noise, "A", 2),
-            significant(times, 2)
+            "the current has noise of {noise}, which acts on the speed: standard errors, which know the noise of the speed \
+             alone, are too small by up to a factor of {times}"
         );
         Warning::new("input_noise", message)
     })

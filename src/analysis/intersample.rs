@@ -52,8 +52,7 @@ fn other(method: Discretization) -> Option<Discretization> {
 
 /// What two fits of the same recordings say.
 fn judged(here: &Refined, there: &Refined, better: Discretization, count: usize) -> Option<Intersample> {
-    #[expect(clippy::cast_precision_loss, reason = "a count of samples is far below 2^53")]
-    let count = count as f64 / variance_inflation(&there.uncertainty);
+    let count = numeric::count(count) / variance_inflation(&there.uncertainty);
     let (mut log_likelihood, mut sigma_ratio) = (0.0, f64::INFINITY);
     for (here, there) in here.sigma.iter().zip(&there.sigma) {
         let (Some(here), Some(there)) = (here, there) else { continue };
@@ -82,7 +81,10 @@ pub fn detect_intersample(
     let options =
         |discretization| RefineOptions { model: Model { discretization, initial: Initial::Auto }, sigma: None };
     let (space, start) = match (start, record.measured()) {
-        (Some(start), _) => (around(start)?, start.to_vec()),
+        (Some(start), _) => {
+            let free = Parameter::ALL.into_iter().zip(start).map(|(p, value)| axis(p, *value, [1e-2, 1e2]));
+            (Space::new(free.collect(), Vec::new())?, start.to_vec())
+        }
         (None, [None, Some(_)]) => by_speed(record)?,
         _ => return Ok(None),
     };
@@ -91,26 +93,18 @@ pub fn detect_intersample(
     Ok(judged(&here, &there, better, record.len()))
 }
 
-/// A box of four decades around a motor.
-fn around(motor: &[f64; 5]) -> Result<Space> {
-    let axis = |(parameter, value): (Parameter, &f64)| Axis {
-        parameter,
-        scope: Scope::Shared,
-        min: 1e-2 * value,
-        max: 1e2 * value,
-    };
-    Space::new(Parameter::ALL.into_iter().zip(motor).map(axis).collect(), Vec::new())
+/// The axis between two multiples of a value.
+fn axis(parameter: Parameter, value: f64, [low, high]: [f64; 2]) -> Axis {
+    Axis { parameter, scope: Scope::Shared, min: low * value, max: high * value }
 }
 
 /// What speed alone tells: R = 1 Ω and no friction, so that the gain is 1/K, the time constants J/K² and L/R.
 fn by_speed(record: &Record) -> Result<(Space, Vec<f64>)> {
     let start = guess_by_speed(record)?;
     let [_, k, _] = start;
-    let axis = |parameter, value: f64| Axis { parameter, scope: Scope::Shared, min: 1e-3 * value, max: 1e3 * value };
-    let held = [(Parameter::R, 1.0), (Parameter::B, 1e-6 * k * k)];
-    let fixed = held.map(|(parameter, value)| (parameter, Scope::Shared, value)).to_vec();
-    let free = [Parameter::L, Parameter::K, Parameter::J].into_iter().zip(&start).map(|(p, v)| axis(p, *v)).collect();
-    Ok((Space::new(free, fixed)?, start.to_vec()))
+    let fixed = vec![(Parameter::R, Scope::Shared, 1.0), (Parameter::B, Scope::Shared, 1e-6 * k * k)];
+    let free = [Parameter::L, Parameter::K, Parameter::J].into_iter().zip(start).map(|(p, v)| axis(p, v, [1e-3, 1e3]));
+    Ok((Space::new(free.collect(), fixed)?, start.to_vec()))
 }
 
 /// L, K and J of a motor with R = 1 Ω and no friction that about does what the speed shows.
@@ -143,15 +137,10 @@ pub(crate) fn lag_by_speed(record: &Record) -> Result<[f64; 2]> {
     Ok([gain, constant])
 }
 
-/// What the outputs say of an assumption, in words.
 impl Intersample {
-    /// As a warning, with the setting that follows it.
+    /// Returns it as a warning about what drives the motor, with the setting that follows it.
     #[must_use]
-    pub fn warning(&self) -> Warning {
-        self.warning_of(Quantity::Voltage)
-    }
-
-    fn warning_of(&self, driver: Quantity) -> Warning {
+    pub fn warning(&self, driver: Quantity) -> Warning {
         let (what, follows) = match self.better {
             Discretization::Foh => ("as if it had been sampled while it went on in between", "foh"),
             _ => ("as if it had been held in between", "zoh"),
@@ -173,7 +162,7 @@ impl Intersample {
 pub fn suspicions(records: &[Record], method: Discretization) -> Vec<Warning> {
     let mut warnings = warnings_of_records(records);
     let between = |record: &Record| detect_intersample(record, None, method).ok().flatten();
-    warnings.extend(records.iter().find_map(between).map(|between| between.warning()));
+    warnings.extend(records.iter().find_map(between).map(|between| between.warning(Quantity::Voltage)));
     warnings
 }
 
@@ -185,28 +174,22 @@ const COARSE_BETWEEN: f64 = 0.2;
 /// The warning for a recording that was brought to a rate at which the motor's fastest motion is not seen.
 pub(crate) fn coarse_rate(records: &[Record], found: &FittedMotor<'_>) -> Option<Warning> {
     let [r, l, k, b, j] = found.parameters.to_array();
-    if found.input == Input::Current {
-        return coarse_against(records, j / b);
-    }
     let (sum, product) = (r / l + b / j, (r * b + k * k) / (l * j));
     let root = (sum * sum / 4.0 - product).max(0.0).sqrt();
-    let fastest = if root > 0.0 { 1.0 / (sum / 2.0 + root) } else { 1.0 / product.sqrt() };
-    coarse_against(records, fastest)
-}
-
-fn coarse_against(records: &[Record], fastest: f64) -> Option<Warning> {
+    let fastest = match found.input {
+        Input::Current => j / b,
+        Input::Voltage if root > 0.0 => 1.0 / (sum / 2.0 + root),
+        Input::Voltage => 1.0 / product.sqrt(),
+    };
     let limit = |record: &Record| if record.is_interpolated() { COARSE_BETWEEN } else { COARSE_LINES };
     let record = records.iter().find(|r| !r.slope().is_empty() && r.period_s() > limit(r) * fastest)?;
     let what = if record.is_interpolated() { "what stands between samples" } else { "what the input does within" };
-    Some(Warning::new(
-        "coarse_rate",
-        text!(
-            ("{} between samples is long against ", engineering(record.period_s(), "s", 3))
-            ("the fastest time constant, {}: {what} is not known well enough, ", engineering(fastest, "s", 3))
-            "and the parameters are off by more than their errors; give a higher " [Rate]
-            ", decimate less, or leave both out"
-        ),
-    ))
+    let [period, fastest] = [record.period_s(), fastest].map(|seconds| engineering(seconds, "s", 3));
+    let message = text!(
+        "{period} between samples is long against the fastest time constant, {fastest}: {what} is not known well enough, "
+        "and the parameters are off by more than their errors; give a higher " [Rate] ", decimate less, or leave both out"
+    );
+    Some(Warning::new("coarse_rate", message))
 }
 
 /// The warning for a result whose voltage was taken to go on otherwise than the outputs say.
@@ -216,7 +199,7 @@ pub(crate) fn intersample_of_voltage(records: &[Record], model: Model, found: &F
     let all_free = found.space.fixed().is_empty();
     let start = found.parameters.to_array();
     let between = detect_intersample(record, all_free.then_some(&start), model.discretization);
-    between.ok().flatten().map(|between| between.warning())
+    between.ok().flatten().map(|between| between.warning(Quantity::Voltage))
 }
 
 /// The same where the current is the input.
@@ -230,5 +213,5 @@ pub(crate) fn intersample_of_current(records: &[Record], model: Model, found: &F
         refine(records, found.space, found.values, &options).ok()
     };
     let between = judged(&refined(method)?, &refined(better)?, better, record.len())?;
-    Some(between.warning_of(Quantity::Current))
+    Some(between.warning(Quantity::Current))
 }

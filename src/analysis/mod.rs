@@ -15,9 +15,7 @@ mod residual_input_test;
 mod residuals;
 mod validation;
 
-pub use characteristics::{
-    Characteristic, Characteristics, Constants, Covariance, Named, characteristics, characteristics_by_current,
-};
+pub use characteristics::{Characteristic, Characteristics, Covariance, Named, characteristics};
 pub(crate) use characteristics_document::characteristics_document;
 pub use feedforward::{Regression, regression, regressions};
 pub(crate) use fit_metrics::{FitMetrics, fit_percent, poor_fit};
@@ -35,4 +33,5 @@ pub use residual_input_test::{Regressors, ResidualInputTest, Residuals, residual
 pub(crate) use residuals::document as residuals_document;
 pub use residuals::{ResidualTest, ResidualTests};
 pub(crate) use residuals::{residual_tests, residuals_follow_input, variance_inflation};
-pub use validation::{HeldOut, Validation, split, validate};
+pub(crate) use validation::validate;
+pub use validation::{HeldOut, Validation, split};

@@ -73,19 +73,19 @@ pub fn split(records: Vec<Record>, fraction: f64, held_out: &mut Vec<Record>) ->
     Ok(first)
 }
 
-/// Simulates held-out recordings with the parameters that were found, without another fit: what belongs to a recording
-/// alone is estimated from it, its state at the start where it begins in motion and the parameters that each has for
-/// itself.
-///
-/// # Errors
-/// As for a problem of these recordings.
-pub fn validate(records: &[Record], found: &FittedMotor<'_>, model: Model, criterion: Criterion) -> Result<Validation> {
+/// Validates a fitted motor, as [`crate::identify::validate`] has it.
+pub(crate) fn validate(
+    records: &[Record],
+    found: &FittedMotor<'_>,
+    model: Model,
+    criterion: Criterion,
+) -> Result<Validation> {
     let mut held_out = Vec::with_capacity(records.len());
     let mut sums = FitMetrics::default();
     let moved = moved(found);
     for record in records {
         check_input(record, found)?;
-        let Settled { problem, values, own } = settle(record, found, model, criterion)?;
+        let (problem, values, own) = settle(record, found, model, criterion)?;
         let alone = std::slice::from_ref(record);
         let one = FitMetrics::of(alone, &problem, &values);
         sums = sums.and(one);
@@ -122,16 +122,14 @@ fn check_input(record: &Record, found: &FittedMotor<'_>) -> Result<()> {
     Err(record.source().path.iter().fold(Error::data(message, remedy), |error, path| error.in_file(path)))
 }
 
-/// One recording with what belongs to it alone.
-struct Settled {
-    /// Its problem, from its state at the start; free are the parameters that all recordings share.
-    problem: Problem,
-    values: Vec<f64>,
-    /// What it has for itself.
-    own: Vec<(Parameter, f64)>,
-}
-
-fn settle(record: &Record, found: &FittedMotor<'_>, model: Model, criterion: Criterion) -> Result<Settled> {
+/// What belongs to one recording alone: its problem from its state at the start, where what all recordings share is free, the
+/// values of that, and the parameters that it has for itself.
+fn settle(
+    record: &Record,
+    found: &FittedMotor<'_>,
+    model: Model,
+    criterion: Criterion,
+) -> Result<(Problem, Vec<f64>, Vec<(Parameter, f64)>)> {
     let alone = std::slice::from_ref(record);
     let (mut free, mut values, mut own): (Vec<Axis>, Vec<f64>, Vec<Axis>) = Default::default();
     for (axis, value) in found.space.free().iter().zip(found.values) {
@@ -166,5 +164,5 @@ fn settle(record: &Record, found: &FittedMotor<'_>, model: Model, criterion: Cri
             initial_states(&problem, &values, sigma)?
         }
     };
-    Ok(Settled { problem: problem.starting_from(&initial), values, own: estimated })
+    Ok((problem.starting_from(&initial), values, estimated))
 }

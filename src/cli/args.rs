@@ -1,7 +1,6 @@
 //! Commands and flags.
 
 pub(crate) use super::flags::*;
-pub(crate) use super::names::*;
 pub(crate) use super::sweep::args::*;
 use clap::{Args, Parser, Subcommand};
 use motorfit::identify::Method;
@@ -71,13 +70,19 @@ pub(crate) enum Command {
 }
 
 #[derive(Args)]
-pub(crate) struct IdentifyArgs {
+pub(crate) struct Recordings {
     /// Recordings: CSV, XLSX, MAT or SysId JSON with time, voltage, current and speed; A+B makes one recording of two
     /// files
     #[arg(required = true, value_name = "RECORD")]
     pub records: Vec<PathBuf>,
     #[command(flatten)]
     pub reading: Reading,
+}
+
+#[derive(Args)]
+pub(crate) struct IdentifyArgs {
+    #[command(flatten)]
+    pub recordings: Recordings,
     /// Recordings that are held out: simulated with what was found, without another fit; repeatable
     #[arg(long, value_name = "RECORD", help_heading = "Validation")]
     pub validate: Vec<PathBuf>,
@@ -156,12 +161,8 @@ pub(crate) struct CompareArgs {
 
 #[derive(Args)]
 pub(crate) struct EvaluateArgs {
-    /// Recordings: CSV, XLSX, MAT or SysId JSON with time, voltage, current and speed; A+B makes one recording of two
-    /// files
-    #[arg(required = true, value_name = "RECORD")]
-    pub records: Vec<PathBuf>,
     #[command(flatten)]
-    pub reading: Reading,
+    pub recordings: Recordings,
     /// Candidates, CSV or .parquet, with a column for each free parameter (R,L,K,B,J; SI units; with --per-recording R
     /// R[0],R[1]); - reads CSV from stdin
     #[arg(long, value_name = "FILE", required_unless_present_any = ["sample", "slice"])]
@@ -230,12 +231,8 @@ pub(crate) struct Band {
 
 #[derive(Args)]
 pub(crate) struct InspectArgs {
-    /// Recordings: CSV, XLSX, MAT or SysId JSON with time, voltage, current and speed; A+B makes one recording of two
-    /// files
-    #[arg(required = true, value_name = "RECORD")]
-    pub records: Vec<PathBuf>,
     #[command(flatten)]
-    pub reading: Reading,
+    pub recordings: Recordings,
     #[command(flatten)]
     pub band: Band,
     /// Print one JSON document

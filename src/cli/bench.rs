@@ -1,37 +1,28 @@
 //! `bench`: CPU against GPU evaluation over population sizes.
 
 use super::args::BenchArgs;
-use super::output::{DIM, STRONG, Style, data};
-use super::progress::Reporter;
-use super::{Outcome, cache, files, interrupt};
+use super::prelude::*;
 use motorfit::evaluate::Level;
 use motorfit::numeric::count;
 use motorfit::optimize::Progress;
+use motorfit::report::bench_document;
 use motorfit::report::plot::{Line, log_log};
-use motorfit::report::{bench_document, json};
 use motorfit::study::{Crossover, Measurement, Throughput, ThroughputSpec, contenders, throughput};
-use motorfit::text::significant;
-use motorfit::{Error, Result};
-use std::fmt::Write as _;
-use std::ops::ControlFlow;
-use std::path::Path;
 
 pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
+    settings::threads(args.threads)?;
     let threads = args.threads.unwrap_or_else(rayon::current_num_threads);
-    if !(1..=1024).contains(&threads) {
-        return Err(Error::usage(format!("--threads is {threads}"), "Give 1 to 1024, or leave it out for all."));
-    }
     let spec =
         ThroughputSpec { populations: args.populations.clone(), samples: args.samples.clone(), budget_s: args.seconds }
             .checked()?;
-    interrupt::listen()?;
+    progress::listen()?;
     let contenders = contenders(threads, !args.no_gpu, args.plain)?;
-    let mut reporter = Reporter::of(style, "case");
+    let mut show = progress::reporter(style, "case");
     let result = throughput(&spec, contenders, &mut |done, all| {
-        reporter.show(&Progress { generation: done, generations: all, evaluations: done as u64, cost: f64::NAN });
-        if interrupt::pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        show(&Progress { generation: done, generations: all, evaluations: done as u64, cost: f64::NAN });
+        progress::interrupted()
     });
-    drop(reporter);
+    drop(show);
     let result = result?;
     for refused in &result.refused {
         style.note(&format!("not measured: {refused}"));
@@ -69,7 +60,6 @@ fn keep(spec: &ThroughputSpec, result: &Throughput, style: &Style) {
     }
 }
 
-/// A plot for each recording.
 fn plots(path: &Path, spec: &ThroughputSpec, result: &Throughput, style: &Style) -> Result<()> {
     for &samples in &spec.samples {
         let points = |n: usize| {
@@ -87,7 +77,7 @@ fn plots(path: &Path, spec: &ThroughputSpec, result: &Throughput, style: &Style)
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
             file.set_file_name(format!("{stem}-{samples}.svg"));
         }
-        files::write(&file, &svg)?;
+        out::write_file(&file, &svg)?;
         style.note(&format!("wrote {}", file.display()));
     }
     Ok(())
@@ -100,12 +90,8 @@ fn text(spec: &ThroughputSpec, result: &Throughput) -> String {
         let _ = writeln!(text, "{STRONG}{}{STRONG:#}  {}", letter(n), contender.name);
     }
     if let Some(peak) = result.fma_peak {
-        let _ = writeln!(
-            text,
-            "one core's peak in this run: {} multiply-adds a second ({})",
-            significant(peak, 3),
-            Level::best().name()
-        );
+        let (peak, level) = (significant(peak, 3), Level::best().name());
+        let _ = writeln!(text, "one core's peak in this run: {peak} multiply-adds a second ({level})");
     }
     for &samples in spec.samples.iter().filter(|s| result.measurements.iter().any(|m| m.samples == **s)) {
         let _ = writeln!(
@@ -145,7 +131,6 @@ fn table(spec: &ThroughputSpec, result: &Throughput, samples: usize) -> String {
     laid_out(spec, &everyone(result), &cell)
 }
 
-/// What adapters do by their own clocks.
 fn kernels(text: &mut String, spec: &ThroughputSpec, result: &Throughput, samples: usize) {
     let has_clock = |n: &usize| result.of(*n).any(|m| m.samples == samples && m.kernel.is_some());
     let timed: Vec<usize> = everyone(result).into_iter().filter(has_clock).collect();
@@ -193,31 +178,22 @@ fn crossovers(text: &mut String, result: &Throughput, samples: usize) {
             };
             let _ = writeln!(text, "  {}: {against}", letter(n));
         } else if let Some(peak) = result.fma_peak.filter(|_| n > 0 && rates(n).next().is_some()) {
-            let share = rates(n).fold(0.0, f64::max) * contender.operations / (peak * count(contender.threads));
-            let _ = writeln!(
-                text,
-                "  {}: {:.0} % of the peak of {} core{} ({} operations a step)",
-                letter(n),
-                100.0 * share,
-                contender.threads,
-                if contender.threads == 1 { "" } else { "s" },
-                contender.operations
-            );
+            let (threads, operations) = (contender.threads, contender.operations);
+            let share = 100.0 * (rates(n).fold(0.0, f64::max) * operations / (peak * count(threads)));
+            let cores = if threads == 1 { "core" } else { "cores" };
+            let _ = write!(text, "  {}: {share:.0} % of the peak of {threads} {cores} ", letter(n));
+            let _ = writeln!(text, "({operations} operations a step)");
         }
     }
 }
 
-/// How honest the intervals are.
 fn control(text: &mut String, result: &Throughput) {
     let Some(control) = result.control() else { return };
+    let (name, apart, cases) = (letter(control.contender), control.apart, control.cases);
+    let [median, most] = control.difference.map(|part| 100.0 * part);
     let _ = writeln!(
         text,
-        "\nControl: {} measured a second time in the same rounds is {:.1} % off in the median case, {:.1} % at most; in \
-         {} of {}\ncases by more than both intervals. Smaller differences than these mean nothing.",
-        letter(control.contender),
-        100.0 * control.difference[0],
-        100.0 * control.difference[1],
-        control.apart,
-        control.cases
+        "\nControl: {name} measured a second time in the same rounds is {median:.1} % off in the median case, {most:.1} % at \
+         most; in {apart} of {cases}\ncases by more than both intervals. Smaller differences than these mean nothing."
     );
 }

@@ -1,6 +1,6 @@
 //! What is kept for the user between runs: what a bench measured of this machine, for `--device auto`.
 
-use super::files;
+use super::out;
 use super::output::Style;
 use motorfit::device::ThroughputProfile;
 use motorfit::{Error, Result};
@@ -44,6 +44,6 @@ pub(super) fn keep(paces: &ThroughputProfile) -> Result<Option<PathBuf>> {
                 .in_file(folder)
         })?;
     }
-    files::write(&path, &text)?;
+    out::write_file(&path, &text)?;
     Ok(Some(path))
 }

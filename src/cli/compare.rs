@@ -1,44 +1,35 @@
 //! `compare`: methods side by side.
 
 use super::args::CompareArgs;
-use super::out::{self, Out};
-use super::output::{STRONG, Style, data};
-use super::progress::Reporter;
-use super::{Outcome, interrupt, problem, reading};
-use motorfit::Result;
-use motorfit::device::with_threads;
+use super::prelude::*;
 use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::{IdentifySpec, Method};
 use motorfit::numeric::{count, count_u64};
 use motorfit::report::compare::{compare_document, paper_tables, quartiles, setting_name, tables};
 use motorfit::report::figures::model;
-use motorfit::report::{Table, compare_page, json};
-use motorfit::setting::Setting;
+use motorfit::report::{Table, compare_page};
 use motorfit::settings::Value;
 use motorfit::study::compare::{Block, CompareSettings, CompareSpec, Comparison, Subject, compare, reached};
-use motorfit::text::{engineering, significant};
-use std::fmt::Write as _;
-use std::ops::ControlFlow;
 
 /// Columns that a terminal has at least.
 const WIDTH: usize = 80;
 
 pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
-    let device = problem::device(&args.device, style)?;
+    let device = inputs::device(&args.device, style)?;
     let threads = device.threads;
     let (subject, asked) = (subject(args)?, asked(args));
     let spec = spec(args, &asked, device)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
-    interrupt::listen()?;
-    let mut reporter = Reporter::new(style);
+    progress::listen()?;
+    let mut show = progress::reporter(style, "generation");
     let comparison = with_threads(threads, || {
         let spec = CompareSpec { space: asked.space(&subject, spec.model)?, ..spec };
         compare(subject, &spec, &mut |progress| {
-            reporter.show(progress);
-            if interrupt::pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            show(progress);
+            progress::interrupted()
         })
     })?;
-    drop(reporter);
+    drop(show);
     style.warnings(&comparison.warnings);
     if comparison.interrupted {
         style.note("interrupted: these are the best so far");
@@ -51,7 +42,6 @@ pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     Ok(if comparison.interrupted { Outcome::Interrupted } else { Outcome::Done })
 }
 
-/// The files of `--out`.
 fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<(String, String)> {
     let spec = &comparison.spec;
     let bounds = spec.space.free().iter().map(|a| format!("{}={}:{}", a.parameter.symbol(), a.min, a.max));
@@ -61,20 +51,14 @@ fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<
         format!("{}: {}", setting_name(setting), methods.join(", "))
     });
     let sm = format!("{} records with new noise, {} dB where simulated", spec.noise_records, spec.noise_db);
+    let device = args.device.0.text(Setting::Device).unwrap_or_default();
     let how = out::reproduced(vec![
         ("settings", settings.collect::<Vec<_>>().join("; ")),
         ("steiglitz-mcbride", if spec.steiglitz_mcbride { sm } else { "no".to_owned() }),
         ("discretization", spec.model.discretization.name().to_owned()),
         ("held", held.collect::<Vec<_>>().join(", ")),
         ("target", spec.target.map_or("a range".to_owned(), |cost| cost.to_string())),
-        (
-            "device asked for",
-            format!(
-                "{}, threads {}",
-                args.device.0.text(Setting::Device).unwrap_or_default(),
-                rayon::current_num_threads()
-            ),
-        ),
+        ("device asked for", format!("{device}, threads {}", rayon::current_num_threads())),
         ("runs", spec.runs.to_string()),
         ("seed", spec.seed.to_string()),
         ("bounds", bounds.collect::<Vec<_>>().join(", ")),
@@ -166,7 +150,7 @@ fn subject(args: &CompareArgs) -> Result<Subject> {
     }
     let mut given = args.reading.0.clone();
     given.put(Setting::Discretization, Value::Text(args.discretization.name().to_owned()));
-    Ok(Subject { records: reading::records(&args.records, &given)?, truth: None })
+    Ok(Subject { records: inputs::records(&args.records, &given)?, truth: None })
 }
 
 fn asked(args: &CompareArgs) -> CompareSettings {
@@ -205,20 +189,14 @@ fn text(args: &CompareArgs, comparison: &Comparison) -> String {
         Some(_) => text.push_str("simulated M2 motor, 10.5 V from 1 s on, 3001 samples in steps of 1 ms, no noise\n"),
         None => {
             for record in &comparison.subject.records {
-                let _ = writeln!(text, "{}", reading::understood(record));
+                let _ = writeln!(text, "{}", inputs::understood(record));
             }
         }
     }
-    let rate = count_u64(comparison.evaluations) / comparison.batch_seconds;
-    let _ = writeln!(
-        text,
-        "{} evaluations in {}, {} a second\non {}, {}",
-        comparison.evaluations,
-        engineering(comparison.batch_seconds, "s", 3),
-        significant(rate, 3),
-        comparison.device.1,
-        comparison.device.2
-    );
+    let Comparison { evaluations, batch_seconds, device: (_, device, precision), .. } = comparison;
+    let rate = significant(count_u64(*evaluations) / batch_seconds, 3);
+    let seconds = engineering(*batch_seconds, "s", 3);
+    let _ = writeln!(text, "{evaluations} evaluations in {seconds}, {rate} a second\non {device}, {precision}");
     let show = |text: &mut String, tables: &[Table]| {
         for table in tables {
             let _ = write!(text, "\n{}", table.text(WIDTH));

@@ -1,12 +1,9 @@
 //! `devices`: what can evaluate here.
 
-use super::Outcome;
 use super::args::DevicesArgs;
-use super::output::{STRONG, data};
-use motorfit::Result;
+use super::prelude::*;
 use motorfit::evaluate::{Level, cpu_name};
-use motorfit::report::{devices_document, json};
-use std::fmt::Write as _;
+use motorfit::report::devices_document;
 
 pub(super) fn run(args: &DevicesArgs) -> Result<Outcome> {
     let threads = rayon::current_num_threads();

@@ -1,23 +1,16 @@
 //! `evaluate`: costs of candidates, from a file or sampled, streamed.
 
 use super::args::EvaluateArgs;
-use super::candidates::{Source, sampling};
-use super::output::{Style, data, is_read};
-use super::progress::Reporter;
-use super::{Outcome, interrupt, problem, reading};
+use super::candidates::{self, Sampled, Source, sampling};
+use super::output::is_read;
+use super::prelude::*;
 use motorfit::candidates::Candidates;
-use motorfit::device::with_threads;
 use motorfit::identify::BatchCosts;
 use motorfit::motor::Axis;
 use motorfit::numeric::count_u64;
 use motorfit::optimize::{Progress, Sample, Sampling};
 use motorfit::record::Record;
-use motorfit::report::{EvaluateDocument, json};
-use motorfit::text::{engineering, significant};
-use motorfit::{Error, Result};
-use std::collections::BinaryHeap;
-use std::fmt::Write as _;
-use std::path::Path;
+use motorfit::report::EvaluateDocument;
 use std::time::{Duration, Instant};
 
 /// Candidate-steps in one batch: some hundredths of a second, so that progress and Ctrl-C come in time…
@@ -29,12 +22,12 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     if let Some(slice) = &args.slice {
         return super::slice::run(args, slice, style);
     }
-    let mut spec = problem::spec(&args.problem, &args.device, style)?;
+    let mut spec = inputs::spec(&args.problem, &args.device, style)?;
     let sampled = args.sample.as_deref().map(sampling).transpose()?;
     if args.top == Some(0) {
         return Err(Error::usage("--top is 0", "Give how many of the best to print."));
     }
-    let records = reading::records(&args.records, &args.reading.0.and(&args.problem.0))?;
+    let records = inputs::records(&args.recordings.records, &args.recordings.reading.0.and(&args.problem.0))?;
     // For the choice of a device: how many candidates come at once and in all; of a file that is not known.
     let axes = u32::try_from(spec.space.free().len()).unwrap_or(u32::MAX);
     let expected = match sampled {
@@ -45,61 +38,34 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     let expected = usize::try_from(expected).unwrap_or(usize::MAX);
     spec.population = batch(records.iter().map(Record::len).sum()).min(expected);
     spec.generations = expected.div_ceil(spec.population);
-    interrupt::listen()?;
+    progress::listen()?;
     with_threads(spec.threads, || {
         let costs = BatchCosts::new(&records, &spec)?;
         style.warnings(costs.warnings());
         let axes = costs.problem().space().free().to_vec();
-        let source = match sampled {
+        let source: Box<dyn Source> = match sampled {
             Some((sampling, number)) => {
-                let sample = Sample::new(sampling, number, costs.problem().space().bounds(), args.seed)?;
-                Source::Sample { sample, next: 0 }
+                Box::new(Sampled(Sample::new(sampling, number, costs.problem().space().bounds(), args.seed)?, 0))
             }
-            None => Source::file(args.candidates.as_deref().unwrap_or(Path::new("-")), &axes)?,
+            None => candidates::file(args.candidates.as_deref().unwrap_or(Path::new("-")), &axes)?,
         };
         Evaluation { args, style, axes, costs, source }.run(&records)
     })
 }
 
-/// Candidates in a batch on so many samples.
 fn batch(samples: usize) -> usize {
     (BATCH_STEPS / samples.max(1)).clamp(1, BATCH_MAX)
 }
 
-/// A candidate among the best: the heap's top is the worst of them.
-struct Kept {
-    cost: f64,
-    /// Its number, which decides between equals.
-    number: u64,
-    values: Vec<f64>,
-}
-
-impl PartialEq for Kept {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Kept {}
-
-impl PartialOrd for Kept {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Kept {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.cost.total_cmp(&other.cost).then(self.number.cmp(&other.number))
-    }
-}
+/// A candidate among the best: its cost, its number, which decides between equals, and its values.
+type Kept = (f64, u64, Vec<f64>);
 
 struct Evaluation<'a> {
     args: &'a EvaluateArgs,
     style: &'a Style,
     axes: Vec<Axis>,
     costs: BatchCosts,
-    source: Source,
+    source: Box<dyn Source>,
 }
 
 impl Evaluation<'_> {
@@ -110,10 +76,10 @@ impl Evaluation<'_> {
         let top = self.args.top.or(self.args.json.then_some(10));
         // While one batch is evaluated by a device, the next is made.
         let (mut values, mut next, mut costs) = (Vec::new(), Vec::new(), Vec::new());
-        let mut best = BinaryHeap::new();
+        let mut best = Vec::new();
         let (mut done, mut lowest, mut busy) = (0_u64, f64::INFINITY, Duration::ZERO);
         let started = Instant::now();
-        let mut reporter = Reporter::of(self.style, "batch");
+        let mut show = progress::reporter(self.style, "batch");
         let batches = self.source.count().map_or(0, |count| count.div_ceil(most as u64));
         let mut interrupted = false;
         self.source.next(most, width, &mut values)?;
@@ -122,6 +88,7 @@ impl Evaluation<'_> {
         }
         self.costs.begin(&values)?;
         while !interrupted && !values.is_empty() && is_read() {
+            next.clear();
             self.source.next(most, width, &mut next)?;
             costs.resize(values.len() / width, 0.0);
             let begun = Instant::now();
@@ -138,12 +105,12 @@ impl Evaluation<'_> {
                 && batches > 0
             {
                 let generation = usize::try_from(done.div_ceil(most as u64)).unwrap_or(generations);
-                reporter.show(&Progress { generation, generations, evaluations: done, cost: lowest });
+                show(&Progress { generation, generations, evaluations: done, cost: lowest });
             }
-            interrupted = interrupt::pressed();
+            interrupted = progress::is_interrupted();
             std::mem::swap(&mut values, &mut next);
         }
-        drop(reporter);
+        drop(show);
         self.style.warnings(&self.costs.warnings()[known..]);
         if interrupted {
             self.style.note("interrupted: this is what was evaluated until then");
@@ -152,22 +119,21 @@ impl Evaluation<'_> {
             return Err(Error::data("there are no candidates", "Give a file with rows below its heading."));
         }
         let (_, device, precision) = self.costs.device();
-        let rate = count_u64(done) / started.elapsed().as_secs_f64();
+        let seconds = started.elapsed().as_secs_f64();
+        let rate = significant(count_u64(done) / seconds, 3);
+        let [whole, busy] = [seconds, busy.as_secs_f64()].map(|seconds| engineering(seconds, "s", 3));
         self.style.note(&format!(
-            "{done} candidates in {} ({} of it evaluating), {} a second, on {device}, {precision}; lowest cost {}",
-            engineering(started.elapsed().as_secs_f64(), "s", 3),
-            engineering(busy.as_secs_f64(), "s", 3),
-            significant(rate, 3),
+            "{done} candidates in {whole} ({busy} of it evaluating), {rate} a second, on {device}, {precision}; lowest cost {}",
             significant(lowest, 6)
         ));
-        let best = best.into_sorted_vec();
+        shorten(&mut best, top.unwrap_or(0));
         if self.args.json {
-            let best = best.iter().map(|kept| (kept.cost, kept.values.as_slice()));
-            let document = EvaluateDocument { interrupted, candidates: done, seconds: started.elapsed().as_secs_f64() };
+            let best = best.iter().map(|(cost, _, values)| (*cost, values.as_slice()));
+            let document = EvaluateDocument { interrupted, candidates: done, seconds };
             data(&json(&document.of(records, &self.costs, best)))?;
         } else if top.is_some() {
-            let table: Vec<f64> = best.iter().flat_map(|kept| kept.values.iter().copied()).collect();
-            let costs: Vec<f64> = best.iter().map(|kept| kept.cost).collect();
+            let table: Vec<f64> = best.iter().flat_map(|(_, _, values)| values.iter().copied()).collect();
+            let costs: Vec<f64> = best.iter().map(|(cost, ..)| *cost).collect();
             let head = format!("{},cost\n", self.names().join(","));
             data(&(head + &rows(Candidates::new(&table, width), &costs)))?;
         }
@@ -179,17 +145,22 @@ impl Evaluation<'_> {
     }
 }
 
-/// Keeps the `top` lowest of what came so far.
-fn keep(best: &mut BinaryHeap<Kept>, top: usize, first: u64, candidates: Candidates<'_>, costs: &[f64]) {
+/// Keeps what may be among the `top` lowest of all that came so far: the first `top` are in order, others behind them.
+fn keep(best: &mut Vec<Kept>, top: usize, first: u64, candidates: Candidates<'_>, costs: &[f64]) {
     for (row, &cost) in costs.iter().enumerate() {
-        if best.len() == top && best.peek().is_some_and(|worst| cost >= worst.cost) {
-            continue;
-        }
-        best.push(Kept { cost, number: first + row as u64, values: candidates.row(row).to_vec() });
-        if best.len() > top {
-            best.pop();
+        if best.get(top - 1).is_none_or(|worst| cost < worst.0) {
+            best.push((cost, first + row as u64, candidates.row(row).to_vec()));
+            if best.len() == top || best.len() >= top.saturating_mul(2) {
+                shorten(best, top);
+            }
         }
     }
+}
+
+/// Leaves the `top` lowest, in order.
+fn shorten(best: &mut Vec<Kept>, top: usize) {
+    best.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    best.truncate(top);
 }
 
 /// Lines of CSV: shortest decimals that read back as the same numbers.

@@ -1,7 +1,9 @@
-//! Flags of the settings that commands share, made from the library's table.
+//! Flags of the settings that commands share, made from the library's table; names that other flags take.
 
-use clap::builder::{PossibleValue, PossibleValuesParser};
-use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, value_parser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, ValueEnum, value_parser};
+use motorfit::named::Named;
+use motorfit::optimize::SEARCHES;
 use motorfit::report::command_line;
 use motorfit::setting::Setting;
 use motorfit::settings::{DEVICE, Given, Kind, PROBLEM, READING, SEARCH, Value, row};
@@ -9,7 +11,6 @@ use motorfit::settings::{DEVICE, Given, Kind, PROBLEM, READING, SEARCH, Value, r
 /// Choices whose texts help lists too.
 const DESCRIBED: [Setting; 3] = [Setting::Method, Setting::Polish, Setting::Gaps];
 
-/// The flag of a setting.
 fn flag(setting: Setting) -> Option<Arg> {
     let row = row(setting)?;
     let arg = Arg::new(setting.name()).long(setting.name().replace('_', "-")).help_heading(row.topic);
@@ -50,7 +51,6 @@ fn given(matches: &ArgMatches, settings: &[Setting]) -> Given {
     given
 }
 
-/// Defines groups of flags.
 macro_rules! flags {
     ($($(#[doc = $text:literal])+ $group:ident = $settings:expr;)+) => {$(
         $(#[doc = $text])+
@@ -90,4 +90,33 @@ flags! {
     ProblemArgs = PROBLEM;
     /// What evaluates them.
     DeviceArgs = DEVICE;
+}
+
+/// Reads a row of a table; help lists the names.
+pub(crate) fn named<T: Named + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(T::names()).try_map(|name| T::named("value", &name))
+}
+
+/// The same; help lists the names with their texts.
+pub(crate) fn described<T: Named + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {
+    let row = |row: &T| PossibleValue::new(row.name()).help(row.text());
+    PossibleValuesParser::new(T::all().iter().map(row)).try_map(|name| T::named("value", &name))
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum When {
+    Auto,
+    Always,
+    Never,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum ProgressKind {
+    Auto,
+    Json,
+}
+
+/// The help of `--methods`.
+pub(crate) fn methods_compared() -> String {
+    format!("Methods: {}, sm", SEARCHES.map(|search| search.name).join(", "))
 }

@@ -1,10 +1,7 @@
 //! `identify`: the main job.
 
 use super::args::IdentifyArgs;
-use super::out::{self, Out};
-use super::output::{DIM, STRONG, Style, data};
-use super::progress::Reporter;
-use super::{Outcome, interrupt, problem, reading};
+use super::prelude::*;
 use motorfit::analysis::{split, suspicions};
 use motorfit::estimate::ReferenceKind;
 use motorfit::identify::{Identification, IdentifySpec, Polish, Status, hold_out, identify_with};
@@ -12,22 +9,16 @@ use motorfit::motor::{Discretization, Input, Scope};
 use motorfit::optimize::Stop;
 use motorfit::record::{Quantity, Record};
 use motorfit::report::{
-    characteristics_lines, identify_document, identify_page, json, noise_floor_text, selection_table, selection_text,
+    characteristics_lines, identify_document, identify_page, noise_floor_text, selection_table, selection_text,
     verdicts,
 };
-use motorfit::setting::Setting;
-use motorfit::settings;
-use motorfit::text::{engineering, significant};
-use motorfit::{Error, Result};
-use std::fmt::Write as _;
-use std::ops::ControlFlow;
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     let given = args.search.0.and(&args.problem.0).and(&args.device.0);
-    let mut spec = problem::checked(settings::identify(&given)?, &given, style)?;
-    let reading = args.reading.0.and(&args.problem.0);
-    let records = reading::records(&args.records, &reading)?;
-    let mut held_out = reading::records(&args.validate, &reading)?;
+    let mut spec = inputs::checked(settings::identify(&given)?, &given, style)?;
+    let reading = args.recordings.reading.0.and(&args.problem.0);
+    let records = inputs::records(&args.recordings.records, &reading)?;
+    let mut held_out = inputs::records(&args.validate, &reading)?;
     if !given.has(Setting::Discretization) && records.iter().all(|record| record.driver() == Quantity::Current) {
         // What is measured goes on between samples.
         spec.model.discretization = Discretization::Foh;
@@ -41,13 +32,13 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
         }
     };
     let out = args.out.as_deref().map(Out::take).transpose()?;
-    interrupt::listen()?;
-    let mut reporter = Reporter::new(style);
+    progress::listen()?;
+    let mut show = progress::reporter(style, "generation");
     let found = identify_with(&records, &spec, &mut |progress| {
-        reporter.show(progress);
-        if interrupt::pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        show(progress);
+        progress::interrupted()
     });
-    drop(reporter);
+    drop(show);
     // What is wrong with the recordings may be why.
     let mut found = found.inspect_err(|_| style.warnings(&suspicions(&records, spec.model.discretization)))?;
     hold_out(&mut found, &records, &held_out, &spec)?;
@@ -67,7 +58,6 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     Ok(if found.stop == Stop::Interrupted { Outcome::Interrupted } else { Outcome::Done })
 }
 
-/// The files of `--out`.
 fn report(records: &[Record], spec: &IdentifySpec, found: &Identification, document: String) -> Vec<(String, String)> {
     let bounds = found.space.free().iter().map(|a| format!("{}={}:{}", a.parameter.symbol(), a.min, a.max));
     let how = out::reproduced(vec![
@@ -112,12 +102,11 @@ fn curves(records: &[Record], spec: &IdentifySpec, found: &Identification) -> St
 /// Columns of the terminal that tables keep to.
 const WIDTH: usize = 100;
 
-/// The result for people.
 fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style: &Style) -> String {
     let mut text = String::new();
     if !style.quiet {
         for record in records {
-            let _ = writeln!(text, "{}", reading::understood(record));
+            let _ = writeln!(text, "{}", inputs::understood(record));
         }
         text.push('\n');
     }
@@ -174,7 +163,6 @@ fn parameters(text: &mut String, found: &Identification) {
     }
 }
 
-/// What else there is to say, line by line.
 fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, String)> {
     let channels = |values: [Option<f64>; 2], show: &dyn Fn(f64) -> String| {
         let named = ["current", "speed"].into_iter().zip(values);
@@ -196,27 +184,12 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
         Polish::None => "",
     };
     let (criterion, scale) = (spec.criterion.norm.name(), spec.criterion.scale.name());
-    let mut lines = vec![
-        ("fit", channels(found.fit_percent, &|fit| format!("{fit:.2} %"))),
-        ("residual", format!("{} (standard deviation)", residuals(found.residual_sigma))),
-        ("cost", format!("{} ({criterion}, scale {scale})", significant(found.cost, 4))),
-        ("method", format!("{method}{polish}")),
-        ("verdict", verdict(found)),
-        ("device", format!("{}, {}", found.device, found.precision)),
-        ("time", engineering(found.seconds, "s", 3)),
-    ];
-    if found.residual_sigma == [None; 2] {
-        lines.remove(1);
-    }
-    lines.splice(1..1, characteristics_lines(found));
-    lines.splice(1..1, selection_text(found).map(|text| ("model", text)));
-    lines.splice(1..1, found.noise_floor.iter().map(|of| ("ceiling", noise_floor_text(of))));
+    let mut lines = vec![("fit", channels(found.fit_percent, &|fit| format!("{fit:.2} %")))];
     if let Some(validation) = &found.validation {
         let fit = channels(validation.fit_percent, &|fit| format!("{fit:.2} %"));
         let count = validation.held_out.len();
-        let estimated = validation.held_out.iter().filter(|held| held.initial_is_estimated).count();
         let of = if count == 1 { String::new() } else { format!(" over {count} recordings") };
-        let started = match estimated {
+        let started = match validation.held_out.iter().filter(|held| held.initial_is_estimated).count() {
             0 => "",
             _ if count == 1 => "; its initial state was estimated",
             _ => "; initial states were estimated where they begin in motion",
@@ -225,16 +198,29 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
             validation.held_out.first().into_iter().flat_map(|h| &h.own).map(|o| o.0.symbol()).collect();
         let own = if own.is_empty() { String::new() } else { format!("; {} estimated from each", own.join(", ")) };
         let left = residuals(validation.residual_sigma);
+        lines.push(("held out", format!("{fit}; residual {left}{of}{started}{own}")));
         let tests: Vec<_> = validation.held_out.iter().map(|held| held.residual_tests).collect();
         let [white, independent] = verdicts(&tests);
         let input = if found.input == Input::Current { Quantity::Current } else { Quantity::Voltage };
         let tested = format!("residuals white: {white}; independent of the {input}: {independent} (current, speed)");
-        lines.splice(1..1, [("held out", format!("{fit}; residual {left}{of}{started}{own}")), ("", tested)]);
+        lines.push(("", tested));
     }
+    lines.extend(found.noise_floor.iter().map(|of| ("ceiling", noise_floor_text(of))));
+    lines.extend(selection_text(found).map(|text| ("model", text)));
+    lines.extend(characteristics_lines(found));
+    if found.residual_sigma != [None; 2] {
+        lines.push(("residual", format!("{} (standard deviation)", residuals(found.residual_sigma))));
+    }
+    lines.extend([
+        ("cost", format!("{} ({}, scale {})", significant(found.cost, 4), criterion, scale)),
+        ("method", format!("{method}{polish}")),
+        ("verdict", verdict(found)),
+        ("device", format!("{}, {}", found.device, found.precision)),
+        ("time", engineering(found.seconds, "s", 3)),
+    ]);
     lines
 }
 
-/// Standard deviations of both channels.
 fn residuals([current, speed]: [Option<f64>; 2]) -> String {
     let parts = [
         current.map(|s| format!("current {} A", significant(s, 3))),
@@ -243,7 +229,6 @@ fn residuals([current, speed]: [Option<f64>; 2]) -> String {
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-/// The verification in a sentence.
 fn verdict(found: &Identification) -> String {
     let check = &found.verification;
     let reference = match check.reference {

@@ -1,19 +1,14 @@
 //! `inspect`: what a recording holds and how it was understood.
 
 use super::args::InspectArgs;
-use super::out::{self, Out};
-use super::output::{STRONG, Style, data};
-use super::{Outcome, reading};
+use super::prelude::*;
 use motorfit::identify::{Identifiability, Inspection};
-use motorfit::report::{SignalFacts, command_line, inspect_document, inspect_page, json};
+use motorfit::report::{SignalFacts, command_line, inspect_document, inspect_page};
 use motorfit::setting::Text;
-use motorfit::text::{printable, significant};
-use motorfit::{Error, Result};
-use std::fmt::Write as _;
 
 pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
     let band = band(args.band.settling_band)?;
-    let records = reading::records(&args.records, &args.reading.0)?;
+    let records = inputs::records(&args.recordings.records, &args.recordings.reading.0)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
     let inspections: Vec<Inspection<'_>> = records.iter().map(Inspection::of).collect();
     let document = json(&inspect_document(&inspections, band));
@@ -42,7 +37,7 @@ pub(super) fn band(percent: f64) -> Result<f64> {
 
 fn text(inspection: &Inspection<'_>, band: f64) -> String {
     let record = inspection.record;
-    let mut text = format!("{}\n", reading::understood(record));
+    let mut text = format!("{}\n", inputs::understood(record));
     if record.steps().jitter > 1e-6 {
         let jitter = significant(100.0 * record.steps().jitter, 2);
         let _ = writeln!(text, "  jitter of the period: at most {jitter} %");
@@ -64,21 +59,17 @@ fn text(inspection: &Inspection<'_>, band: f64) -> String {
             .overshoot_percent
             .filter(|p| *p < 1000.0)
             .map_or_else(String::new, |p| format!(" ({p:.1} % over)"));
-        let _ = writeln!(
-            text,
-            "  {STRONG}{}{STRONG:#}: peak {} {unit} at {} s{overshoot}, steady state {} {unit}, {settled} (within {} %)",
-            facts.quantity,
-            significant(response.peak, 5),
-            significant(response.peak_time_s, 5),
-            significant(response.steady_state, 5),
-            significant(100.0 * band, 3).trim_end_matches('0').trim_end_matches('.'),
-        );
+        let [peak, at, steady] =
+            [response.peak, response.peak_time_s, response.steady_state].map(|value| significant(value, 5));
+        let band = significant(100.0 * band, 3);
+        let band = band.trim_end_matches('0').trim_end_matches('.');
+        let _ = write!(text, "  {STRONG}{}{STRONG:#}: peak {peak} {unit} at {at} s{overshoot}, ", facts.quantity);
+        let _ = writeln!(text, "steady state {steady} {unit}, {settled} (within {band} %)");
     }
     text.push_str(&identifiability(&inspection.identifiability));
     text
 }
 
-/// What the recording can and cannot identify.
 fn identifiability(identifiability: &Identifiability) -> String {
     match identifiability {
         Identifiability::Identifies { .. } => {

@@ -7,21 +7,32 @@ mod candidates;
 mod compare;
 mod devices;
 mod evaluate;
-mod files;
 mod flags;
 mod identify;
+mod inputs;
 mod inspect;
-mod interrupt;
-mod names;
 mod out;
 mod output;
-mod problem;
 mod progress;
-mod reading;
 mod shell;
 mod simulate;
 mod slice;
 mod sweep;
+
+/// What every command uses.
+mod prelude {
+    pub(super) use super::out::{self, Out};
+    pub(super) use super::output::{DIM, STRONG, Style, data};
+    pub(super) use super::{Outcome, cache, inputs, progress};
+    pub(super) use motorfit::device::with_threads;
+    pub(super) use motorfit::report::json;
+    pub(super) use motorfit::setting::Setting;
+    pub(super) use motorfit::settings::{self, values};
+    pub(super) use motorfit::text::{engineering, excerpt, printable, significant};
+    pub(super) use motorfit::{Error, Result};
+    pub(super) use std::fmt::Write as _;
+    pub(super) use std::path::Path;
+}
 
 use args::{Cli, Command};
 use clap::{CommandFactory as _, FromArgMatches as _};
@@ -38,7 +49,6 @@ pub(crate) enum Outcome {
     Incomplete,
 }
 
-/// Runs the program on the arguments of the process.
 pub(crate) fn main() -> ExitCode {
     let mut command = Cli::command();
     let parsed = command.try_get_matches_from_mut(std::env::args_os()).and_then(|m| Cli::from_arg_matches(&m));

@@ -1,20 +1,17 @@
-//! The folder of `--out`: a page, the document and tables.
+//! Files that are written, and the folder of `--out`: a page, the document and tables.
 
-use super::files;
 use super::output::Style;
 use motorfit::report::Reproduced;
 use motorfit::text::printable;
 use motorfit::{Error, Result};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-/// A folder for results.
 pub(super) struct Out {
     folder: PathBuf,
-    /// Whether it was made for this run.
     is_new: bool,
 }
 
-/// Whether a file of this name is one of ours.
 fn is_ours(name: &str) -> bool {
     let table = ["table", "block", "averages", "discussion", "curves"].iter().any(|start| name.starts_with(start));
     matches!(name, "report.html" | "result.json") || (table && name.ends_with(".csv"))
@@ -71,11 +68,46 @@ impl Out {
             let _ = std::fs::remove_file(entry.path());
         }
         for (name, text) in &list {
-            files::write(&self.folder.join(name), text)?;
+            write_file(&self.folder.join(name), text)?;
         }
         style.note(&format!("wrote {}", self.folder.join("report.html").display()));
         Ok(())
     }
+}
+
+/// Beside, synced, renamed: the file is whole or not there.
+pub(super) fn write_file(path: &Path, text: &str) -> Result<()> {
+    let failed = |error: std::io::Error| {
+        Error::data(format!("cannot be written: {error}"), "Choose a folder that exists and may be written to.")
+            .in_file(path)
+    };
+    if path.is_dir() {
+        return Err(Error::data("is a folder, expected a file to write", "Name a file in it.").in_file(path));
+    }
+    // A link is written through, a device or pipe written to, a protected file left alone.
+    let resolved = path.canonicalize();
+    let path = resolved.as_deref().unwrap_or(path);
+    match path.metadata() {
+        Ok(metadata) if !metadata.is_file() => return std::fs::write(path, text).map_err(failed),
+        Ok(metadata) if metadata.permissions().readonly() => {
+            return Err(
+                Error::data("is protected against writing", "Choose another file, or allow writing it.").in_file(path)
+            );
+        }
+        _ => {}
+    }
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut beside = tempfile::Builder::new();
+    #[cfg(unix)]
+    {
+        // Those of an ordinary new file; the system takes its mask off.
+        use std::os::unix::fs::PermissionsExt as _;
+        beside.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    let mut file = beside.tempfile_in(folder).map_err(failed)?;
+    file.write_all(text.as_bytes()).and_then(|()| file.as_file().sync_all()).map_err(failed)?;
+    file.persist(path).map_err(|error| failed(error.error))?;
+    Ok(())
 }
 
 /// How this run can be made again: its command line, with all options.
@@ -93,15 +125,12 @@ pub(super) fn reproduced(options: Vec<(&str, String)>) -> Reproduced {
 
 /// Lines of CSV: a heading, then rows of numbers, empty where there is none.
 pub(super) fn curves(heads: &[String], columns: &[Vec<f64>]) -> String {
-    use std::fmt::Write as _;
     let mut text = heads.join(",") + "\n";
     for row in 0..columns.iter().map(Vec::len).max().unwrap_or(0) {
         for (n, column) in columns.iter().enumerate() {
             let comma = if n == 0 { "" } else { "," };
-            let _ = match column.get(row).filter(|v| v.is_finite()) {
-                Some(value) => write!(text, "{comma}{value}"),
-                None => write!(text, "{comma}"),
-            };
+            let value = column.get(row).filter(|v| v.is_finite()).map_or_else(String::new, f64::to_string);
+            text.extend([comma, &value]);
         }
         text.push('\n');
     }

@@ -11,14 +11,12 @@ use motorfit::{Error, Result};
 use std::io::{self, IsTerminal as _, Write as _};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// How this run prints.
 pub(crate) struct Style {
     pub quiet: bool,
     pub verbose: bool,
     pub progress: Progress,
 }
 
-/// How progress is shown.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Progress {
     Hidden,
@@ -62,7 +60,6 @@ impl Style {
         self.findings(warnings.iter().filter(shown));
     }
 
-    /// Warnings and remarks.
     pub(crate) fn findings<'a>(&self, warnings: impl IntoIterator<Item = &'a Warning>) {
         for warning in warnings.into_iter().filter(|_| !self.quiet) {
             let text = printable(&warning.spelled(command_line));
@@ -80,7 +77,6 @@ impl Style {
         }
     }
 
-    /// A remark on what is done.
     pub(crate) fn note(&self, text: &str) {
         for line in text.lines().filter(|_| !self.quiet) {
             self.line(&printable(line));

@@ -1,11 +1,17 @@
-//! Progress on stderr: a bar on a terminal, JSON lines on request.
+//! Progress on stderr: a bar on a terminal, JSON lines on request. And Ctrl-C: the first ends the search with what it has, the
+//! second ends the program.
 
 use super::output::{Progress as Kind, Style};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use motorfit::numeric::whole_u64;
 use motorfit::optimize::Progress;
+use motorfit::study::sweep::SweepProgress;
 use motorfit::text::significant;
+use motorfit::{Error, Result};
 use serde_json::{Value, json};
 use std::io::Write as _;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// A run shorter than this shows no bar.
@@ -13,20 +19,17 @@ const PATIENCE: Duration = Duration::from_millis(300);
 /// Time between JSON lines.
 const PACE: Duration = Duration::from_millis(100);
 
-/// How far something is.
-pub(crate) struct State {
-    pub done: u64,
-    pub of: u64,
+struct State {
+    done: u64,
+    of: u64,
     /// What stands behind the bar.
-    pub message: String,
+    message: String,
     /// The same as a line of JSON.
-    pub line: Value,
+    line: Value,
 }
 
-/// Where progress is shown, whatever it is of.
-pub(crate) struct Meter {
+struct Meter {
     kind: Kind,
-    /// Of the bar.
     template: String,
     bar: Option<ProgressBar>,
     started: Instant,
@@ -34,12 +37,12 @@ pub(crate) struct Meter {
 }
 
 impl Meter {
-    pub(crate) fn new(style: &Style, template: String) -> Self {
+    fn new(style: &Style, template: String) -> Self {
         Self { kind: style.progress, template, bar: None, started: Instant::now(), last: None }
     }
 
     /// Shows a state, which is asked for where it is due.
-    pub(crate) fn show(&mut self, at_end: bool, state: impl FnOnce() -> State) {
+    fn show(&mut self, at_end: bool, state: impl FnOnce() -> State) {
         match self.kind {
             Kind::Json if at_end || self.last.is_none_or(|last| last.elapsed() >= PACE) => {
                 self.last = Some(Instant::now());
@@ -68,37 +71,64 @@ impl Drop for Meter {
     }
 }
 
-/// Shows the progress of one search.
-pub(crate) struct Reporter {
-    meter: Meter,
-    /// What is counted.
-    what: &'static str,
-}
-
-impl Reporter {
-    pub(crate) fn new(style: &Style) -> Self {
-        Self::of(style, "generation")
-    }
-
-    pub(crate) fn of(style: &Style, what: &'static str) -> Self {
-        let template = format!("{{bar:40}} {what} {{pos}}/{{len}}  {{msg}}  {{eta}} left");
-        Self { meter: Meter::new(style, template), what }
-    }
-
-    pub(crate) fn show(&mut self, progress: &Progress) {
-        let what = self.what;
-        self.meter.show(progress.generation == progress.generations, || {
-            let known = !progress.cost.is_nan();
-            let many = format!("{what}{}", if what == "batch" { "es" } else { "s" });
-            State {
-                done: progress.generation as u64,
-                of: progress.generations as u64,
-                message: if known { format!("cost {}", significant(progress.cost, 4)) } else { String::new() },
-                line: json!({
-                    what: progress.generation, many: progress.generations, "evaluations": progress.evaluations,
-                    "cost": progress.cost,
-                }),
-            }
+/// Shows the progress of a search, or of what else is counted by `what`.
+pub(crate) fn reporter(style: &Style, what: &'static str) -> impl FnMut(&Progress) {
+    let mut meter = Meter::new(style, format!("{{bar:40}} {what} {{pos}}/{{len}}  {{msg}}  {{eta}} left"));
+    let many = format!("{what}{}", if what == "batch" { "es" } else { "s" });
+    move |progress| {
+        let &Progress { generation, generations, evaluations, cost } = progress;
+        meter.show(generation == generations, || State {
+            done: generation as u64,
+            of: generations as u64,
+            message: if cost.is_nan() { String::new() } else { format!("cost {}", significant(cost, 4)) },
+            line: json!({what: generation, many.as_str(): generations, "evaluations": evaluations, "cost": cost}),
         });
     }
+}
+
+pub(crate) fn sweep_reporter(style: &Style) -> impl FnMut(&SweepProgress) {
+    let mut meter = Meter::new(style, "{bar:40} run {pos}/{len}  {msg}".to_owned());
+    move |progress| {
+        meter.show(progress.done == progress.total, || State {
+            done: progress.done + whole_u64(progress.under_way),
+            of: progress.total,
+            message: pace(progress),
+            line: json!({
+                "runs": progress.done, "of": progress.total, "failed": progress.failed, "seconds": progress.seconds,
+                "runs_per_second": progress.rate(), "remaining_s": progress.remaining(),
+            }),
+        });
+    }
+}
+
+fn pace(progress: &SweepProgress) -> String {
+    let mut text = progress.rate().map_or_else(String::new, |rate| format!("{} a second", significant(rate, 3)));
+    if let Some(seconds) = progress.remaining().filter(|s| *s < 1e9) {
+        let left = indicatif::HumanDuration(Duration::from_secs_f64(seconds));
+        text.push_str(&format!("  {left:#} left"));
+    }
+    if progress.failed > 0 {
+        text.push_str(&format!("  {} failed", progress.failed));
+    }
+    text
+}
+
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+pub(crate) fn listen() -> Result<()> {
+    ctrlc::set_handler(|| {
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    })
+    .map_err(|error| Error::data(format!("Ctrl-C cannot be handled: {error}"), "Try again."))
+}
+
+/// What an observer answers: work ends where Ctrl-C was pressed.
+pub(crate) fn interrupted() -> ControlFlow<()> {
+    if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+}
+
+pub(crate) fn is_interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
 }

@@ -1,17 +1,12 @@
 //! `simulate`: a motor at rest, driven and recorded.
 
 use super::args::SimulateArgs;
-use super::output::{Style, data};
-use super::{Outcome, files, inspect};
+use super::inspect;
+use super::prelude::*;
 use motorfit::experiment::{Excitation, noise_of, simulated_with, with_noise};
 use motorfit::motor::Discretization;
 use motorfit::record::{parse_columns, read_inputs, write_csv};
 use motorfit::report::SignalFacts;
-use motorfit::setting::Setting;
-use motorfit::settings::values;
-use motorfit::text::{excerpt, significant};
-use motorfit::{Error, Result};
-use std::path::Path;
 
 pub(super) fn run(args: &SimulateArgs, style: &Style) -> Result<Outcome> {
     let (parameters, extensions) = values::motor(&args.parameters)?;
@@ -24,7 +19,7 @@ pub(super) fn run(args: &SimulateArgs, style: &Style) -> Result<Outcome> {
     if args.out == Path::new("-") {
         data(&text)?;
     } else {
-        files::write(&args.out, &text)?;
+        out::write_file(&args.out, &text)?;
         style.note(&format!("wrote {}: {} samples", args.out.display(), record.len()));
     }
     for facts in SignalFacts::of(&clean, band) {
@@ -34,12 +29,10 @@ pub(super) fn run(args: &SimulateArgs, style: &Style) -> Result<Outcome> {
             || "does not settle".to_owned(),
             |t| format!("settled ({} %) from {} s on", args.band.settling_band, significant(t, 5)),
         );
+        let [peak, steady] = [response.peak, response.steady_state].map(|value| significant(value, 7));
+        let (signal, at) = (facts.quantity, significant(response.peak_time_s, 5));
         style.note(&format!(
-            "{} without noise: peak {} {unit} at {} s, steady state {} {unit}, {settled}",
-            facts.quantity,
-            significant(response.peak, 7),
-            significant(response.peak_time_s, 5),
-            significant(response.steady_state, 7),
+            "{signal} without noise: peak {peak} {unit} at {at} s, steady state {steady} {unit}, {settled}"
         ));
     }
     Ok(Outcome::Done)

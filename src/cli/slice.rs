@@ -1,22 +1,17 @@
 //! `evaluate --slice`: a cost map as CSV, and as a heat map.
 
 use super::args::EvaluateArgs;
-use super::output::{Style, data};
-use super::{Outcome, files, problem, reading};
+use super::prelude::*;
 use motorfit::criterion::Criterion;
-use motorfit::device::with_threads;
 use motorfit::motor::Parameter;
 use motorfit::report::plot::{Map, heat_map};
 use motorfit::study::{CostMap, cost_map};
-use motorfit::text::{excerpt, significant};
-use motorfit::{Error, Result};
-use std::fmt::Write as _;
 
 /// Points a side where nobody says how many.
 const SIDE: usize = 101;
 
 pub(super) fn run(args: &EvaluateArgs, slice: &str, style: &Style) -> Result<Outcome> {
-    let spec = problem::spec(&args.problem, &args.device, style)?;
+    let spec = inputs::spec(&args.problem, &args.device, style)?;
     let names: Vec<&str> = slice.split(',').map(str::trim).collect();
     let [first, second] = names[..] else {
         let message = format!("--slice: \"{}\" is not two parameters", excerpt(slice));
@@ -31,11 +26,11 @@ pub(super) fn run(args: &EvaluateArgs, slice: &str, style: &Style) -> Result<Out
             return Err(Error::usage(message, "Leave --sample out, or give the points a side as grid:N."));
         }
     };
-    let records = reading::records(&args.records, &args.reading.0.and(&args.problem.0))?;
+    let records = inputs::records(&args.recordings.records, &args.recordings.reading.0.and(&args.problem.0))?;
     let map = with_threads(spec.threads, || cost_map(&records, &spec, parameters, side))?;
     style.warnings(&map.found.warnings);
     if let Some(path) = &args.svg {
-        files::write(path, &svg(&map, &spec.criterion))?;
+        out::write_file(path, &svg(&map, &spec.criterion))?;
         style.note(&format!("wrote {}", path.display()));
     }
     data(&csv(&map))?;
@@ -54,21 +49,14 @@ fn csv(map: &CostMap) -> String {
 
 fn svg(map: &CostMap, criterion: &Criterion) -> String {
     let [x, y] = map.parameters.map(|p| format!("{}, {} [{}]", p.symbol(), p.name(), p.unit()));
-    let [best_x, best_y] = map.optimum();
+    let (criterion, scale) = (criterion.norm.name(), criterion.scale.name());
+    let [at_x, at_y] = [0, 1].map(|n| format!("{} = {}", map.parameters[n].symbol(), significant(map.optimum()[n], 5)));
     heat_map(Map {
-        title: &format!(
-            "log10 of {} ({}) around {} = {}, {} = {}; ellipse: 95 %",
-            criterion.norm.name(),
-            criterion.scale.name(),
-            map.parameters[0].symbol(),
-            significant(best_x, 5),
-            map.parameters[1].symbol(),
-            significant(best_y, 5)
-        ),
+        title: &format!("log10 of {criterion} ({scale}) around {at_x}, {at_y}; ellipse: 95 %"),
         labels: [&x, &y],
         ranges: map.ranges,
         values: map.costs.iter().map(|row| row.iter().map(|c| c.clamp(1e-300, 1e30).log10()).collect()).collect(),
-        mark: [best_x, best_y],
+        mark: map.optimum(),
         curve: map.ellipse(),
     })
 }

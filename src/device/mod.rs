@@ -2,10 +2,26 @@
 
 mod batch_search;
 mod select;
-mod threads;
 mod throughput_profile;
 
 pub use batch_search::BatchSearchEvaluator;
 pub use select::{DeviceSettings, DeviceSpec, OnLoss, PrecisionSpec};
-pub use threads::with_threads;
 pub use throughput_profile::{AdapterThroughput, ThroughputCurve, ThroughputProfile, Work};
+
+use crate::setting::text;
+use crate::{Error, Result};
+
+/// Does `work` inside a pool of so many threads, `None` in that of the caller: its threads then need no waking between
+/// one batch and the next.
+///
+/// # Errors
+/// `Usage` when threads cannot be started, and those of `work`.
+pub fn with_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
+    let pool = threads.map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build()).transpose();
+    let hint = || text!("Give fewer " [Threads] ".");
+    let pool = pool.map_err(|e| Error::usage(format!("threads cannot be started: {e}"), hint()))?;
+    match pool {
+        Some(pool) => pool.install(work),
+        None => rayon::scope(|_| work()),
+    }
+}

@@ -174,10 +174,8 @@ impl SelectedDevice {
     /// Selects what a search on a problem is evaluated on.
     pub(super) fn for_search(settings: &DeviceSettings, problem: &Problem) -> Result<Self> {
         if settings.precision == PrecisionSpec::F32 && matches!(settings.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
-            return Err(Error::usage(
-                "f32 is for GPUs: the CPU evaluates in f64 only",
-                text!("Add " [Device = "gpu"] ", or leave " [Precision] " out."),
-            ));
+            let message = "f32 is for GPUs: the CPU evaluates in f64 only";
+            return Err(Error::usage(message, text!("Add " [Device = "gpu"] ", or leave " [Precision] " out.")));
         }
         let mut opened = open(settings, problem)?;
         if settings.threads == Some(1) {
@@ -251,11 +249,8 @@ fn open(settings: &DeviceSettings, _: &Problem) -> Result<SelectedDevice> {
     if matches!(settings.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
         return Ok(SelectedDevice::cpu(Vec::new()));
     }
-    Err(Error::new(
-        ErrorKind::Device,
-        "this build has no GPU evaluation",
-        text!("Build with the feature gpu, or use " [Device = "cpu"] "."),
-    ))
+    let hint = text!("Build with the feature gpu, or use " [Device = "cpu"] ".");
+    Err(Error::new(ErrorKind::Device, "this build has no GPU evaluation", hint))
 }
 
 pub(super) fn taken_over(error: &Error) -> Warning {

@@ -113,7 +113,11 @@ impl ThroughputProfile {
         let (rounds, cores) = (count_u64(generations), count(threads.max(1)) / count(self.threads.max(1)));
         let cpu = rounds * self.pace.seconds(samples, population)? / cores;
         let fits = |adapter: &&AdapterThroughput| {
-            let wanted = precision.unwrap_or(if self.has_f64(adapter) { "f64" } else { "f32" });
+            let same = |a: &AdapterThroughput| {
+                a.name == adapter.name && a.driver == adapter.driver && a.backend == adapter.backend
+            };
+            let has_f64 = self.adapters.iter().any(|a| same(a) && a.precision == "f64");
+            let wanted = precision.unwrap_or(if has_f64 { "f64" } else { "f32" });
             adapter.kind != "software" && adapter.precision == wanted
         };
         let time = |adapter: &AdapterThroughput| {
@@ -121,12 +125,6 @@ impl ThroughputProfile {
         };
         let timed = self.adapters.iter().filter(fits).filter_map(|adapter| Some((adapter, time(adapter)?)));
         timed.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(adapter, _)| adapter)
-    }
-
-    /// Whether an adapter was measured in f64 too.
-    fn has_f64(&self, of: &AdapterThroughput) -> bool {
-        let same = |a: &AdapterThroughput| a.name == of.name && a.driver == of.driver && a.backend == of.backend;
-        self.adapters.iter().any(|a| same(a) && a.precision == "f64")
     }
 }
 

@@ -1,11 +1,15 @@
 //! Costs of candidates from anywhere, on the device that a spec asks for.
 
-use super::fit::search_space;
+use super::current_driven::needs_voltage;
+use super::model_selection::named_space;
 use super::spec::IdentifySpec;
+use super::start::{around, steiglitz_mcbride};
 use crate::Result;
 use crate::candidates::Candidates;
 use crate::device::BatchSearchEvaluator;
+use crate::estimate::fit_problem;
 use crate::evaluate::Problem;
+use crate::motor::Space;
 use crate::optimize::Evaluate as _;
 use crate::record::Record;
 use crate::warning::Warning;
@@ -83,5 +87,20 @@ impl BatchCosts {
     #[must_use]
     pub fn warnings(&self) -> &[Warning] {
         self.evaluation.warnings()
+    }
+}
+
+/// Bounds that follow the Steiglitz–McBride estimate do so where there is one.
+fn search_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
+    needs_voltage(records)?;
+    if spec.is_extended() {
+        return named_space(records, spec);
+    }
+    if spec.auto_bounds.is_empty() {
+        return Ok(spec.space.clone());
+    }
+    match steiglitz_mcbride(records, spec, &fit_problem(records, &spec.space, spec.model)?)? {
+        Ok(estimate) => around(spec, &[estimate.parameters.to_array()]),
+        Err(_) => Ok(spec.space.clone()),
     }
 }

@@ -13,7 +13,6 @@ const GAIN: f64 = 6.0;
 /// And the residuals of some channel by this part: below it nobody would notice.
 const SMALLEST: f64 = 0.01;
 
-/// A fitted model.
 pub(super) struct Fit {
     pub with: Vec<Extension>,
     pub space: Space,
@@ -24,7 +23,9 @@ pub(super) struct Fit {
 
 /// Whether a model is worth being taken in place of another.
 pub(super) fn is_worth(from: &Fit, to: &Fit) -> bool {
-    gain(from, to) < -GAIN && is_smaller(from, to)
+    let ratios =
+        from.refined.sigma.iter().zip(&to.refined.sigma).filter_map(|(before, after)| Some((*after)? / (*before)?));
+    gain(from, to) < -GAIN && ratios.into_iter().any(|ratio| ratio < 1.0 - SMALLEST)
 }
 
 /// How many independent samples the residuals of each recording and channel have.
@@ -64,12 +65,6 @@ pub(super) fn gain(from: &Fit, to: &Fit) -> f64 {
     }
     let more = numeric::count(to.space.free().len()) - numeric::count(from.space.free().len());
     gain + more * samples.max(std::f64::consts::E).ln()
-}
-
-/// Whether some channel's residuals become smaller by enough to matter.
-fn is_smaller(from: &Fit, to: &Fit) -> bool {
-    let pairs = from.refined.sigma.iter().zip(&to.refined.sigma);
-    pairs.filter_map(|(before, after)| Some((*after)? / (*before)?)).any(|ratio| ratio < 1.0 - SMALLEST)
 }
 
 /// Residuals of more σ than these of the noise are not noise.

@@ -15,10 +15,8 @@ use crate::{Error, Result};
 /// Whether the spec, the recordings and the criterion leave anything to be found at all.
 pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem) -> Result<()> {
     if spec.method == Method::SteiglitzMcBride && !spec.space.fixed().is_empty() {
-        return Err(Error::usage(
-            "Steiglitz–McBride estimates all five parameters and cannot hold any",
-            text!("Leave " [Fix] " out, or use " [Method = "auto"] "."),
-        ));
+        let message = "Steiglitz–McBride estimates all five parameters and cannot hold any";
+        return Err(Error::usage(message, text!("Leave " [Fix] " out, or use " [Method = "auto"] ".")));
     }
     spec.search(problem.space()).check()?;
     let values: usize = records
@@ -29,22 +27,19 @@ pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem)
     let free = problem.space().free().len();
     if values == 0 || !problem.signals().iter().any(|s| s.is_driven()) {
         let input = driver(records);
-        return Err(Error::not_identified(
-            format!("nothing drives the motor: {input} and load torque are zero throughout and it starts at rest"),
-            format!("Record while the {input} changes."),
-        ));
+        let message =
+            format!("nothing drives the motor: {input} and load torque are zero throughout and it starts at rest");
+        return Err(Error::not_identified(message, format!("Record while the {input} changes.")));
     }
     if values <= free {
-        return Err(Error::not_identified(
-            format!("{values} measured values under {} for {free} free parameters", driver(records)),
-            text!("Record longer or faster, or hold parameters with " [Fix] "."),
-        ));
+        let message = format!("{values} measured values under {} for {free} free parameters", driver(records));
+        let hint = text!("Record longer or faster, or hold parameters with " [Fix] ".");
+        return Err(Error::not_identified(message, hint));
     }
     if !problem.has_weight() {
-        return Err(Error::not_identified(
-            text!("no sample counts: " [TimeOrigin] " is at or after the end of the recording"),
-            text!("Give " [TimeOrigin] " in seconds from the start of the recording."),
-        ));
+        let message = text!("no sample counts: " [TimeOrigin] " is at or after the end of the recording");
+        let hint = text!("Give " [TimeOrigin] " in seconds from the start of the recording.");
+        return Err(Error::not_identified(message, hint));
     }
     if spec.is_polished()
         && let Some((what, remedy)) = missing_channel(records, spec)
@@ -113,12 +108,10 @@ fn unknown(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<Stri
     if !directions.is_empty() {
         let part = |n: usize| directions.iter().any(|direction| direction[n].abs() > 0.1);
         let symbols: Vec<&str> = (0..axes.len()).filter(|n| part(*n)).map(|n| axes[n].parameter.symbol()).collect();
-        let rank = refined.uncertainty.rank;
+        let (rank, count, unknown) = (refined.uncertainty.rank, axes.len(), symbols.join(", "));
+        let told = if rank == 1 { "combination" } else { "combinations" };
         return Some(format!(
-            "the recordings tell {rank} combination{} of the {} free parameters; unknown are {}",
-            if rank == 1 { "" } else { "s" },
-            axes.len(),
-            symbols.join(", ")
+            "the recordings tell {rank} {told} of the {count} free parameters; unknown are {unknown}"
         ));
     }
     let (parameter, side) = running(spec, space, refined)?;
@@ -135,10 +128,8 @@ pub(super) fn fit(records: &[Record], spec: &IdentifySpec, fit_percent: [Option<
         reversed_sign(records)?;
     }
     if fit_percent.iter().flatten().all(|percent| *percent <= 0.0) {
-        return Err(Error::not_identified(
-            "the motor does not explain the recordings: no fit is better than the mean",
-            "Check columns, units and signs.",
-        ));
+        let message = "the motor does not explain the recordings: no fit is better than the mean";
+        return Err(Error::not_identified(message, "Check columns, units and signs."));
     }
     Ok(())
 }

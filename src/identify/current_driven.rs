@@ -5,10 +5,10 @@
 //! motor with some K stands for all of them. Where one of them is held, the others follow.
 
 use super::method::Method;
-use super::normalized::NormalizedModel;
+use super::normalized::{NormalizedModel, longest};
 use super::spec::IdentifySpec;
 use crate::analysis::{lag_by_speed, unused_columns};
-use crate::motor::{Axis, Discretization, Extension, Parameter, Scope, Space, With};
+use crate::motor::{Axis, Discretization, Extension, Parameter, With};
 use crate::numeric::peak;
 use crate::record::{Quantity, Record, is_driven_by_current};
 use crate::setting::{Text, text};
@@ -17,21 +17,18 @@ use crate::{Error, Result};
 
 /// The parameters that only one of them gives a scale.
 const SCALED: [Parameter; 5] = [Parameter::K, Parameter::B, Parameter::J, Parameter::Coulomb, Parameter::Load];
-/// How far around a motor that was guessed the bounds are.
-const SPREAD: f64 = 1e3;
-/// That recordings have a voltage, where only that serves.
+
+/// Checks that recordings have a voltage, where only that serves.
 ///
 /// # Errors
 /// `Data` with the recording that has none.
 pub fn needs_voltage(records: &[Record]) -> Result<()> {
     let Some(record) = records.iter().find(|record| record.driver() == Quantity::Current) else { return Ok(()) };
-    let error = Error::data(
-        "has no voltage: costs of R, L, K, B and J cannot be told without one",
-        text!(
-            "Use " [Command::Identify] ", which takes the current as the input, or name the column: "
-            [Columns = "voltage=HEADING:V"] "."
-        ),
+    let hint = text!(
+        "Use " [Command::Identify] ", which takes the current as the input, or name the column: "
+        [Columns = "voltage=HEADING:V"] "."
     );
+    let error = Error::data("has no voltage: costs of R, L, K, B and J cannot be told without one", hint);
     Err(record.source().path.iter().fold(error, |error, path| error.in_file(path)))
 }
 
@@ -41,36 +38,17 @@ pub(super) fn current_driven(records: &[Record], spec: &IdentifySpec) -> Result<
         return Ok(None);
     }
     check(spec)?;
-    let held = |parameter| spec.fixed(parameter).is_some();
     let scaled = SCALED.into_iter().any(|p| spec.fixed(p).is_some_and(|value| value != 0.0));
     if !scaled {
         check_bounds(spec)?;
     }
-    let motor = guess(records, spec);
-    let (mut free, mut fix) = (Vec::new(), spec.space.fixed().to_vec());
-    for axis in spec.space.free() {
-        let Some(&value) = motor.get(axis.parameter as usize) else {
-            free.push(*axis);
-            continue;
-        };
-        if matches!(axis.parameter, Parameter::R | Parameter::L) || (axis.parameter == Parameter::K && !scaled) {
-            fix.push((axis.parameter, Scope::Shared, value));
-        } else if spec.auto_bounds.contains(&axis.parameter) {
-            free.push(Axis { min: value / SPREAD, max: value * SPREAD, ..*axis });
-        } else {
-            free.push(*axis);
-        }
-    }
-    let mut unknown = vec![Parameter::R, Parameter::L];
-    unknown.extend(SCALED.iter().filter(|_| !scaled));
-    // All of the motor may be held where its extensions are asked for.
-    let space = if free.is_empty() { Space::unchecked(free, fix) } else { Space::new(free, fix)? };
-    Ok(Some(NormalizedModel {
-        space,
-        motor,
-        unknown: unknown.into_iter().filter(|p| !held(*p)).collect(),
-        warning: warning(records, spec, scaled),
-    }))
+    let electrical = [Parameter::R, Parameter::L];
+    let (assumed, unknown) = match scaled {
+        true => (electrical.to_vec(), electrical.to_vec()),
+        false => ([&electrical[..], &[Parameter::K]].concat(), [&electrical[..], &SCALED].concat()),
+    };
+    let warning = warning(records, spec, scaled);
+    NormalizedModel::new(spec, guess(records, spec), &assumed, &unknown, warning).map(Some)
 }
 
 /// Whether everything that is asked for has a meaning.
@@ -87,20 +65,18 @@ fn check(spec: &IdentifySpec) -> Result<()> {
     let Some(extension) = Extension::ALL.into_iter().find(|e| meant(e) && !e.acts_on_current()).or(no_sensor) else {
         return Ok(());
     };
-    let message = match extension {
-        Extension::SensorAverage => {
-            "Ni: the current is the input here, and no output that a sensor averages".to_owned()
-        }
-        _ => format!("{} is about the voltage, and the recordings have none", extension.name()),
-    };
-    let remedy = match extension {
+    if extension == Extension::SensorAverage {
+        let message = "Ni: the current is the input here, and no output that a sensor averages";
+        return Err(Error::usage(message, "Leave Ni out; that of the speed is Nw."));
+    }
+    let message = format!("{} is about the voltage, and the recordings have none", extension.name());
+    let hint = match extension {
         Extension::Offset => {
             text!("An offset of the current acts as a load: " [With = "load"] ", or subtract it with " [Offset] ".")
         }
-        Extension::SensorAverage => "Leave Ni out; that of the speed is Nw.".into(),
         _ => text!("Leave it out, or name the voltage's column: " [Columns = "voltage=HEADING:V"] "."),
     };
-    Err(Error::usage(message, remedy))
+    Err(Error::usage(message, hint))
 }
 
 /// Bounds mean nothing to what has no scale.
@@ -108,15 +84,13 @@ fn check_bounds(spec: &IdentifySpec) -> Result<()> {
     let given = |axis: &&Axis| SCALED.contains(&axis.parameter) && !spec.auto_bounds.contains(&axis.parameter);
     let Some(axis) = spec.space.free().iter().find(given) else { return Ok(()) };
     let symbol = axis.parameter.symbol();
-    Err(Error::usage(
-        format!("{symbol} has bounds, but current and speed tell only ratios of K, B, J, Tc and TL"),
-        text!("Hold K with " [Fix = "K=…"] ", or leave the bounds of {symbol} out."),
-    ))
+    let message = format!("{symbol} has bounds, but current and speed tell only ratios of K, B, J, Tc and TL");
+    Err(Error::usage(message, text!("Hold K with " [Fix = "K=…"] ", or leave the bounds of {symbol} out.")))
 }
 
 /// A motor that about does what current and speed show, with what is held of it.
 fn guess(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
-    let longest = records.iter().max_by_key(|record| record.len());
+    let longest = longest(records);
     let [gain, constant] = longest.and_then(|record| lag_by_speed(record).ok()).unwrap_or_else(|| {
         let amperes = longest.map_or(1.0, |record| peak(record.input())).max(f64::MIN_POSITIVE);
         let speed = longest.and_then(|r| r.samples().speed.as_deref()).map_or(1.0, peak).max(f64::MIN_POSITIVE);
@@ -126,17 +100,11 @@ fn guess(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
         let axis = spec.space.free().iter().find(|axis: &&Axis| axis.parameter == parameter);
         axis.map_or(1.0, Axis::middle)
     };
-    let own = |parameter| spec.fixed(parameter);
-    let by_others = own(Parameter::J).map(|j| j * gain / constant).or(own(Parameter::B).map(|b| b * gain));
-    let k = own(Parameter::K).or(by_others).unwrap_or_else(|| middle(Parameter::K));
-    let or_middle = |parameter| own(parameter).unwrap_or_else(|| middle(parameter));
-    [
-        or_middle(Parameter::R),
-        or_middle(Parameter::L),
-        k,
-        own(Parameter::B).unwrap_or(k / gain),
-        own(Parameter::J).unwrap_or(k * constant / gain),
-    ]
+    let [r, l, k, b, j] = Parameter::ALL.map(|parameter| spec.fixed(parameter));
+    let by_others = j.map(|j| j * gain / constant).or(b.map(|b| b * gain));
+    let k = k.or(by_others).unwrap_or_else(|| middle(Parameter::K));
+    let [r, l] = [r.unwrap_or_else(|| middle(Parameter::R)), l.unwrap_or_else(|| middle(Parameter::L))];
+    [r, l, k, b.unwrap_or(k / gain), j.unwrap_or(k * constant / gain)]
 }
 
 fn warning(records: &[Record], spec: &IdentifySpec, scaled: bool) -> Warning {

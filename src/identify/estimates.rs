@@ -7,7 +7,6 @@ use crate::estimate::fit_problem;
 use crate::motor::{Axis, Extension, Input, Parameter, Scope};
 use crate::record::Record;
 use serde::de::Error as _;
-use serde::ser::SerializeStruct as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
@@ -71,41 +70,46 @@ impl Estimates {
     }
 }
 
-impl Serialize for Estimates {
-    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        let mut all = serializer.serialize_struct("Estimates", MAPS.len())?;
-        all.serialize_field(MAPS[0], &ByName(&self.list, |e| e.value))?;
-        all.serialize_field(MAPS[1], &self.polished.then_some(ByName(&self.list, |e| e.std_error)))?;
-        all.serialize_field(MAPS[2], &self.polished.then_some(ByName(&self.list, |e| e.ci95)))?;
-        all.serialize_field(MAPS[3], &ByName(&self.list, |e| e.at_bound))?;
-        all.end()
-    }
-}
-
-/// The maps of estimates.
-pub(crate) const MAPS: [&str; 4] = ["parameters", "std_error", "ci95", "at_bound"];
-
-/// What estimates have of one kind, by name.
-struct ByName<'a, T>(&'a [ParameterEstimate], fn(&ParameterEstimate) -> T);
-
-impl<T: Serialize> Serialize for ByName<'_, T> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        serializer.collect_map(self.0.iter().map(|e| (e.name(), self.1(e))))
-    }
-}
-
-/// Estimates as they are read back. What was held and within which bounds others were free is not among them.
-#[derive(Deserialize)]
-struct Read {
-    parameters: Map<String, Value>,
+/// Estimates as they are written: maps by name, all `None` where there is no result. What was held and within which bounds
+/// others were free is not among them.
+#[derive(Default, Serialize, Deserialize)]
+struct Maps {
+    parameters: Option<Map<String, Value>>,
     std_error: Option<Map<String, Value>>,
     ci95: Option<Map<String, Value>>,
     at_bound: Option<Map<String, Value>>,
 }
 
+impl From<&Estimates> for Maps {
+    fn from(estimates: &Estimates) -> Self {
+        let map =
+            |of: fn(&ParameterEstimate) -> Value| Some(estimates.list.iter().map(|e| (e.name(), of(e))).collect());
+        Self {
+            parameters: map(|e| e.value.into()),
+            std_error: map(|e| e.std_error.into()).filter(|_| estimates.polished),
+            ci95: map(|e| json!(e.ci95)).filter(|_| estimates.polished),
+            at_bound: map(|e| e.at_bound.into()),
+        }
+    }
+}
+
+impl Serialize for Estimates {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        Maps::from(self).serialize(serializer)
+    }
+}
+
+/// Serializes estimates, each map as `null` where there are none.
+pub(crate) fn some_or_nulls<S: Serializer>(
+    estimates: &Option<Estimates>,
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    estimates.as_ref().map(Maps::from).unwrap_or_default().serialize(serializer)
+}
+
 impl<'de> Deserialize<'de> for Estimates {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        let Read { parameters, std_error, ci95, at_bound } = Read::deserialize(deserializer)?;
+        let Maps { parameters, std_error, ci95, at_bound } = Maps::deserialize(deserializer)?;
         let entry = |(name, value): (&String, &Value)| {
             let (parameter, scope) = Scope::named(name).ok_or_else(|| D::Error::custom("no parameter"))?;
             let of = |map: &'_ Option<Map<String, Value>>| map.as_ref().and_then(|map| map.get(name)).cloned();
@@ -118,6 +122,7 @@ impl<'de> Deserialize<'de> for Estimates {
                 ..ParameterEstimate::new(parameter, scope, value.as_f64())
             })
         };
+        let parameters = parameters.ok_or_else(|| D::Error::custom("no parameters"))?;
         let list = parameters.iter().map(entry).collect::<std::result::Result<_, D::Error>>()?;
         Ok(Self { list, polished: std_error.is_some() })
     }

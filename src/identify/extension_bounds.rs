@@ -1,5 +1,6 @@
 //! Bounds of extensions: where their parameters are searched, by the size of what recordings show.
 
+use super::normalized::is_measured;
 use super::spec::IdentifySpec;
 use crate::Result;
 use crate::motor::{Axis, Extension, Parameter, Scope, Space, UsualBounds};
@@ -8,7 +9,7 @@ use crate::record::{Record, is_driven_by_current};
 
 /// The parameters of an extension that recordings can show: those of sensors that were there.
 fn shown(extension: Extension, records: &[Record]) -> impl Iterator<Item = Parameter> {
-    let measured = [0, 1].map(|channel: usize| records.iter().any(|r| r.measured()[channel].is_some()));
+    let measured = [0, 1].map(|channel| is_measured(records, channel));
     extension.parameters().iter().copied().filter(move |p| p.channel().is_none_or(|channel| measured[channel]))
 }
 
@@ -23,13 +24,12 @@ pub(super) fn extended_space(
     space: &Space,
     (extensions, motor): (&[Extension], &[f64; 5]),
 ) -> Result<Space> {
-    let scales = Scales::of(records, motor);
     let mut free = space.free().to_vec();
     let has = |p: Parameter| {
         space.free().iter().any(|axis| axis.parameter == p) || space.fixed().iter().any(|(of, _, _)| *of == p)
     };
     for parameter in extensions.iter().flat_map(|extension| shown(*extension, records)).filter(|p| !has(*p)) {
-        let (min, max) = scales.bounds(parameter);
+        let (min, max) = bounds(parameter, records, motor);
         free.push(Axis { parameter, scope: Scope::Shared, min, max });
     }
     let space = Space::new(free, space.fixed().to_vec())?;
@@ -38,45 +38,29 @@ pub(super) fn extended_space(
     Ok(if records.len() > 1 { space.per_recording(&own, records.len()) } else { space })
 }
 
-/// What is large in recordings.
-struct Scales {
-    /// The input, a voltage or a current.
-    voltage: f64,
-    stall_torque: f64,
-    period_s: f64,
-    duration_s: f64,
-    time_constant_s: f64,
-    samples: f64,
-}
-
-impl Scales {
-    fn of(records: &[Record], &[r, _, k, b, j]: &[f64; 5]) -> Self {
-        let largest = |of: &dyn Fn(&Record) -> f64| records.iter().map(of).fold(0.0, f64::max);
-        let voltage = largest(&|record| peak(record.input())).max(f64::MIN_POSITIVE);
-        let by_current = is_driven_by_current(records);
-        let shortest = records.iter().map(Record::len).min().unwrap_or(1);
-        Self {
-            voltage,
-            stall_torque: if by_current { k * voltage } else { k * voltage / r },
-            period_s: largest(&Record::period_s),
-            duration_s: largest(&Record::duration_s),
-            time_constant_s: if by_current { j / b } else { r * j / (k * k + r * b) },
-            samples: count(shortest),
+/// Bounds that leave room for whatever recordings can show of a parameter, by what is large in them and a motor near the right
+/// one.
+fn bounds(parameter: Parameter, records: &[Record], &[r, _, k, b, j]: &[f64; 5]) -> (f64, f64) {
+    let largest = |of: &dyn Fn(&Record) -> f64| records.iter().map(of).fold(0.0, f64::max);
+    // The input is a voltage or a current.
+    let input = || largest(&|record| peak(record.input())).max(f64::MIN_POSITIVE);
+    let by_current = is_driven_by_current(records);
+    match parameter.usual_bounds() {
+        UsualBounds::Fixed(min, max) => (min, max),
+        UsualBounds::OfTorque(min, max) => {
+            let stall_torque = if by_current { k * input() } else { k * input() / r };
+            (min * stall_torque, max * stall_torque)
         }
-    }
-
-    /// Bounds that leave room for whatever a recording can show.
-    fn bounds(&self, parameter: Parameter) -> (f64, f64) {
-        let Self { voltage, stall_torque, period_s, duration_s, time_constant_s, samples } = *self;
-        match parameter.usual_bounds() {
-            UsualBounds::Fixed(min, max) => (min, max),
-            UsualBounds::OfTorque(min, max) => (min * stall_torque, max * stall_torque),
-            UsualBounds::OfInput(min, max) => (min * voltage, max * voltage),
-            UsualBounds::Late(periods, constants) => {
-                let longest = (periods * period_s).max(constants * time_constant_s);
-                (0.0, longest.min(0.25 * duration_s).max(period_s))
-            }
-            UsualBounds::Samples => (1.0, (0.25 * samples).clamp(2.0, 300.0)),
+        UsualBounds::OfInput(min, max) => (min * input(), max * input()),
+        UsualBounds::Late(periods, constants) => {
+            let (period_s, duration_s) = (largest(&Record::period_s), largest(&Record::duration_s));
+            let time_constant_s = if by_current { j / b } else { r * j / (k * k + r * b) };
+            let longest = (periods * period_s).max(constants * time_constant_s);
+            (0.0, longest.min(0.25 * duration_s).max(period_s))
+        }
+        UsualBounds::Samples => {
+            let shortest = records.iter().map(Record::len).min().unwrap_or(1);
+            (1.0, (0.25 * count(shortest)).clamp(2.0, 300.0))
         }
     }
 }

@@ -1,46 +1,32 @@
 //! Identifications without the verification and without what judges a result: what a batch of thousands needs of each.
 //!
-//! [`fit`] is Steiglitz–McBride with the polish. A population search comes in two parts, so that many of them can be run in
+//! [`fit_on`] is Steiglitz–McBride with the polish. A population search comes in two parts, so that many of them can be run in
 //! lock step: [`PreparedSearch`] is what comes before it and what follows, by the stages of the pipeline.
 
 use super::checks;
-use super::current_driven::needs_voltage;
-use super::model_selection::{ModelSelection, named_space, select};
+use super::model_selection::{SelectionStep, select};
 use super::pipeline::unidentified;
 use super::prepare::Prepared;
 use super::refine::from_search;
-use super::result::{Identification, SearchOutcome};
+use super::result::Identification;
 use super::search::SearchResult;
 use super::spec::IdentifySpec;
 use super::start::{around, asked_space, start, steiglitz_mcbride};
 use super::unidentified::{fix_unidentified, not_told};
-use super::verify::Verification;
 use super::warnings;
 use crate::Result;
 use crate::analysis::{FitMetrics, fit_percent};
-use crate::estimate::{Uncertainty, fit_problem};
 use crate::evaluate::{Problem, Scalar};
-use crate::motor::{Parameter, Space};
 use crate::optimize::Stop;
 use crate::record::Record;
-use crate::warning::Warning;
 use std::sync::Arc;
 
-/// Steiglitz–McBride, then the spec's polish, of a linear motor. Nothing verifies or judges the result, and the cost of what
-/// was searched is not computed.
+/// Steiglitz–McBride, then the spec's polish, of a linear motor, on the problem whose cost is reported and that of a fit
+/// ([`crate::estimate::fit_problem`]), both made of the recordings. Nothing verifies or judges the result, and the cost of what was searched is
+/// not computed.
 ///
 /// # Errors
 /// As [`super::identify`] with that method.
-pub fn fit(records: &[Record], spec: &IdentifySpec) -> Result<Identification> {
-    needs_voltage(records)?;
-    let problem = Problem::new(records, spec.model, spec.space.clone(), spec.criterion)?;
-    fit_on((&problem, &fit_problem(records, &spec.space, spec.model)?), records, spec)
-}
-
-/// Like [`fit`], on the problem whose cost is reported and that of a fit ([`fit_problem`]), both made of the recordings.
-///
-/// # Errors
-/// As [`fit`].
 pub fn fit_on(
     (problem, plain): (&Problem, &Problem),
     records: &[Record],
@@ -49,7 +35,7 @@ pub fn fit_on(
     checks::before(records, spec, problem)?;
     let estimate = steiglitz_mcbride(records, spec, plain)??;
     let prepared = Prepared::given(records, spec, problem, plain);
-    let problem = prepared.searched(around(spec, &estimate)?);
+    let problem = prepared.searched(around(spec, &[estimate.parameters.to_array()])?);
     let found = SearchResult::of_estimate(&estimate, &problem);
     finished(&prepared, &problem, found)
 }
@@ -81,7 +67,7 @@ pub struct SearchRun<'a> {
 /// A population search that is to be run beside others.
 pub struct PreparedSearch {
     problem: Arc<Problem>,
-    selection: Option<ModelSelection>,
+    selection: Option<Vec<SelectionStep>>,
 }
 
 impl PreparedSearch {
@@ -97,8 +83,8 @@ impl PreparedSearch {
         if prepared.is_linear() && spec.auto_bounds.is_empty() {
             return Ok(Self { problem: asked, selection: None });
         }
-        let model = select(&prepared, &start(&prepared)?)?;
-        Ok(Self { problem: prepared.searched(model.space), selection: model.selection })
+        let (space, selection) = select(&prepared, &start(&prepared)?)?;
+        Ok(Self { problem: prepared.searched(space), selection })
     }
 
     /// What candidates are evaluated on.
@@ -113,131 +99,43 @@ impl PreparedSearch {
     /// # Errors
     /// As [`super::identify`].
     pub fn finish(&self, records: &[Record], spec: &IdentifySpec, run: SearchRun<'_>) -> Result<Identification> {
-        let found = SearchResult {
-            method: spec.method.name(),
-            values: run.values.to_vec(),
-            stop: Stop::BudgetSpent,
-            evaluations: run.evaluations,
-            history: Vec::new(),
-            device_kind: run.device[0],
-            device: String::new(),
-            precision: run.device[1],
-            cost_difference: None,
-            warnings: Vec::new(),
-        };
+        let SearchRun { values, evaluations, device: [device_kind, precision] } = run;
+        let found = SearchResult::new(spec.method.name(), values.to_vec(), Stop::BudgetSpent, evaluations);
+        let found = SearchResult { device_kind, precision, ..found };
         let prepared = Prepared::new(records, spec)?;
         Ok(Identification { selection: self.selection.clone(), ..finished(&prepared, &self.problem, found)? })
     }
 }
 
-/// What is told of a fit beside what was searched.
-struct Known {
-    values: Vec<f64>,
-    fit_percent: [Option<f64>; 2],
-    residual_sigma: [Option<f64>; 2],
-    uncertainty: Option<Uncertainty>,
-    converged: bool,
-    unidentified: Vec<Parameter>,
-    warnings: Vec<Warning>,
-}
-
 /// The result of a search or an estimate: refined, checked and reported, or as it is without a polish.
 fn finished(prepared: &Prepared<'_>, problem: &Arc<Problem>, found: SearchResult) -> Result<Identification> {
     let mut warnings = warnings::with_normalized(Vec::new(), prepared.normalized.as_ref());
-    if !prepared.spec.is_polished() {
-        let values = found.values.clone();
-        let metrics = FitMetrics::of(prepared.records, &prepared.fitted(problem.space()), &values);
-        let known = Known {
-            values,
+    let mut result = if prepared.spec.is_polished() {
+        let mut fit = from_search(prepared, problem, found, Vec::new())?;
+        let dropped = fix_unidentified(prepared, &mut fit)?;
+        warnings.extend(checks::after(prepared.records, &prepared.spec, &fit.space, &fit.refined)?);
+        warnings.extend(dropped.iter().copied().map(not_told));
+        let unidentified = unidentified(prepared, &fit, &dropped);
+        // From the sums of the refinement: no simulation is needed.
+        let fit_percent = fit_percent(prepared.records, &fit.refined);
+        checks::fit(prepared.records, &prepared.spec, fit_percent)?;
+        let problem = problem.with_space(fit.space).starting_from(&fit.refined.initial);
+        Identification { unidentified, fit_percent, ..Identification::new(&problem, fit.found, Some(fit.refined)) }
+    } else {
+        let metrics = FitMetrics::of(prepared.records, &prepared.fitted(problem.space()), &found.values);
+        Identification {
+            unidentified: prepared.open().to_vec(),
             fit_percent: metrics.fit_percent(),
             residual_sigma: metrics.residual_sigma(),
-            uncertainty: None,
-            converged: true,
-            unidentified: prepared.open().to_vec(),
-            warnings,
-        };
-        return Ok(reported(problem, found, known));
-    }
-    let mut fit = from_search(prepared, problem, found, Vec::new())?;
-    let dropped = fix_unidentified(prepared, &mut fit)?;
-    warnings.extend(checks::after(prepared.records, &prepared.spec, &fit.space, &fit.refined)?);
-    warnings.extend(dropped.iter().copied().map(not_told));
-    let unidentified = unidentified(prepared, &fit, &dropped);
-    // From the sums of the refinement: no simulation is needed.
-    let fit_percent = fit_percent(prepared.records, &fit.refined);
-    checks::fit(prepared.records, &prepared.spec, fit_percent)?;
-    let refined = fit.refined;
-    let problem = problem.with_space(fit.space).starting_from(&refined.initial);
-    let known = Known {
-        values: refined.values,
-        fit_percent,
-        residual_sigma: refined.sigma,
-        uncertainty: Some(refined.uncertainty),
-        converged: refined.converged,
-        unidentified,
-        warnings,
+            ..Identification::new(problem, found, None)
+        }
     };
-    Ok(reported(&problem, fit.found, known))
-}
-
-fn reported(problem: &Problem, found: SearchResult, known: Known) -> Identification {
-    let mut result = Identification {
-        input: problem.input(),
-        parameters: problem.parameters(&known.values, 0),
-        cost: Scalar::cost(problem, &known.values),
-        searched: SearchOutcome {
-            method: found.method,
-            is_fallback: false,
-            parameters: problem.parameters(&found.values, 0),
-            cost: f64::NAN,
-        },
-        space: problem.space().clone(),
-        initial: problem.signals().iter().map(|signals| signals.initial()).collect(),
-        values: known.values,
-        unidentified: known.unidentified,
-        fit_percent: known.fit_percent,
-        residual_sigma: known.residual_sigma,
-        uncertainty: known.uncertainty,
-        converged: known.converged,
-        selection: None,
-        residual_tests: Vec::new(),
-        verification: Verification::none(),
-        warnings: known.warnings,
-        stop: found.stop,
-        evaluations: found.evaluations,
-        history: found.history,
-        device_kind: found.device_kind,
-        device: found.device,
-        precision: found.precision,
-        cost_difference: None,
-        validation: None,
-        regressions: Vec::new(),
-        noise_floor: None,
-        seconds: 0.0,
-    };
+    result.warnings = warnings;
     // A code once: the lines of a batch have no more of them.
     for warning in warnings::of_result(&result, None) {
         if result.warnings.iter().all(|known| known.code != warning.code) {
             result.warnings.push(warning);
         }
     }
-    result
-}
-
-/// The space of a search: bounds that follow the Steiglitz–McBride estimate do so where there is one.
-///
-/// # Errors
-/// As for a problem.
-pub fn search_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
-    needs_voltage(records)?;
-    if spec.is_extended() {
-        return named_space(records, spec);
-    }
-    if spec.auto_bounds.is_empty() {
-        return Ok(spec.space.clone());
-    }
-    match steiglitz_mcbride(records, spec, &fit_problem(records, &spec.space, spec.model)?)? {
-        Ok(estimate) => around(spec, &estimate),
-        Err(_) => Ok(spec.space.clone()),
-    }
+    Ok(result)
 }

@@ -81,7 +81,7 @@ impl<'a> Inspection<'a> {
             }
             Err(error) => {
                 let between = detect_intersample(record, None, spec.model.discretization);
-                say(between.ok().flatten().map(|between| between.warning()));
+                say(between.ok().flatten().map(|between| between.warning(Quantity::Voltage)));
                 Identifiability::Lacks { message: error.text(), remedy: error.hint().clone() }
             }
         };

@@ -1,13 +1,13 @@
 //! What recordings tell that lack a channel. Speed alone shows three combinations of R, L, K, B and J: the motor with
 //! R = 1 Ω and next to no friction that does the same under the same voltage stands for all of them, and gives kV and kA,
 //! gain and time constant. Current alone shows four: a motor with some K stands for all of them, and its R and L are
-//! right. What there is without a voltage has a file of its own, `mechanical.rs`.
+//! right. What there is without a voltage has a file of its own, `current_driven.rs`.
 
-use super::normalized::NormalizedModel;
+use super::normalized::{NormalizedModel, is_measured, longest};
 use super::spec::IdentifySpec;
 use crate::Result;
 use crate::analysis::{guess_by_speed, unused_columns};
-use crate::motor::{Axis, Parameter, Scope, Space};
+use crate::motor::{Axis, Parameter};
 use crate::numeric::peak;
 use crate::record::{Record, is_driven_by_current};
 use crate::setting::{Text, text};
@@ -20,8 +20,8 @@ const BY_SPEED: [Parameter; 7] = {
     let [r, l, k, b, j] = Parameter::ALL;
     [r, l, k, b, j, Parameter::Coulomb, Parameter::Load]
 };
-/// How far around a motor that was guessed the bounds are.
-const SPREAD: f64 = 1e3;
+/// What current alone does not tell.
+const BY_CURRENT: [Parameter; 3] = [Parameter::K, Parameter::B, Parameter::J];
 
 /// Returns the normalized model of recordings with a voltage and one output; `None` where both outputs were measured,
 /// enough is fixed, or nothing is refined.
@@ -29,53 +29,32 @@ pub(super) fn single_channel(records: &[Record], spec: &IdentifySpec) -> Result<
     if !spec.is_polished() {
         return Ok(None);
     }
-    let missing = |channel: usize| records.iter().all(|r| r.measured()[channel].is_none());
     let held = |parameter| spec.fixed(parameter).is_some();
     let free = Parameter::ALL.into_iter().filter(|p| !held(*p)).count();
-    let by_speed = missing(0) && free > 3 && !held(Parameter::K);
-    let by_current = missing(1) && [Parameter::K, Parameter::B, Parameter::J].into_iter().all(|p| !held(p));
+    let by_speed = !is_measured(records, 0) && free > 3 && !held(Parameter::K);
+    let by_current = !is_measured(records, 1) && !BY_CURRENT.into_iter().any(held);
     let Some((what, remedy)) = missing_channel(records, spec).filter(|_| by_speed || by_current) else {
         return Ok(None);
     };
-    let (motor, assumed, unknown): ([f64; 5], &[Parameter], &[Parameter]) = if by_speed {
+    let warning = |told: &str| Warning::new("channel_missing", text!({what} "; {told}; for the others " {remedy}));
+    let model = if by_speed {
         // Torques go with the resistance.
-        (of_speed(records, spec), &[Parameter::R, Parameter::B], &BY_SPEED)
+        let warning = warning("gain, time constants, kV and kA are told");
+        NormalizedModel::new(spec, of_speed(records, spec), &[Parameter::R, Parameter::B], &BY_SPEED, warning)
     } else {
-        let unknown = &[Parameter::K, Parameter::B, Parameter::J];
-        (of_current(records, spec), &[Parameter::K], unknown)
+        let warning = warning("R and L are told");
+        NormalizedModel::new(spec, of_current(records, spec), &[Parameter::K], &BY_CURRENT, warning)
     };
-    let (mut free, mut fix) = (Vec::new(), spec.space.fixed().to_vec());
-    for axis in spec.space.free() {
-        let value = motor.get(axis.parameter as usize).copied().unwrap_or(f64::NAN);
-        if assumed.contains(&axis.parameter) {
-            fix.push((axis.parameter, Scope::Shared, value));
-        } else if spec.auto_bounds.contains(&axis.parameter) && !axis.parameter.is_extension() {
-            free.push(Axis { min: value / SPREAD, max: value * SPREAD, ..*axis });
-        } else {
-            free.push(*axis);
-        }
-    }
-    let told = if by_speed { "gain, time constants, kV and kA are told" } else { "R and L are told" };
-    Ok(Some(NormalizedModel {
-        space: Space::new(free, fix)?,
-        motor,
-        unknown: unknown.iter().copied().filter(|p| !held(*p)).collect(),
-        warning: Warning::new("channel_missing", text!({what} "; {told}; for the others " {remedy})),
-    }))
+    model.map(Some)
 }
 
 /// A motor that about does what one channel shows, where there is only one.
 pub(super) fn guess(records: &[Record], spec: &IdentifySpec) -> Option<[f64; 5]> {
-    let missing = |channel: usize| records.iter().all(|r| r.measured()[channel].is_none());
-    match [missing(0), missing(1)] {
-        [true, false] => Some(of_speed(records, spec)),
-        [false, true] => Some(of_current(records, spec)),
+    match [0, 1].map(|channel| is_measured(records, channel)) {
+        [false, true] => Some(of_speed(records, spec)),
+        [true, false] => Some(of_current(records, spec)),
         _ => None,
     }
-}
-
-fn longest(records: &[Record]) -> Option<&Record> {
-    records.iter().max_by_key(|record| record.len())
 }
 
 /// A motor that about does what the speed shows.
@@ -113,15 +92,14 @@ pub(super) fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option
     }
     let free: Vec<&Axis> = spec.space.free().iter().filter(|axis| !axis.parameter.is_extension()).collect();
     let is_free = |parameter| free.iter().any(|axis| axis.parameter == parameter);
-    let missing = |channel: usize| records.iter().all(|r| r.measured()[channel].is_none());
     let unused = unused_columns(records);
-    if missing(0) && free.len() > 3 {
+    if !is_measured(records, 0) && free.len() > 3 {
         let count = free.len();
         Some((
             text!("no current" {unused} ": speed alone fixes three combinations of the {count} free parameters"),
             text!("record the current, or hold two with " [Fix] ", R and K for example."),
         ))
-    } else if missing(1) && [Parameter::K, Parameter::B, Parameter::J].into_iter().all(is_free) {
+    } else if !is_measured(records, 1) && BY_CURRENT.into_iter().all(is_free) {
         Some((
             text!("no speed" {unused} ": current alone leaves K, B and J free along K : B : J = 1 : 2 : 2"),
             text!("record the speed or hold K with " [Fix] "."),

@@ -30,12 +30,12 @@ mod warnings;
 
 pub use batch_costs::BatchCosts;
 pub use current_driven::needs_voltage;
-pub(crate) use estimates::MAPS;
+pub(crate) use estimates::some_or_nulls;
 pub use estimates::{Estimates, ParameterEstimate};
-pub use fit::{PreparedSearch, SearchRun, fit, fit_on, has_all_channels, search_space, with_cost_on};
+pub use fit::{PreparedSearch, SearchRun, fit_on, has_all_channels, with_cost_on};
 pub use identifiability::{Identifiability, Inspection};
 pub use method::{Method, Polish};
-pub use model_selection::{ModelSelection, SelectionStep};
+pub use model_selection::SelectionStep;
 pub use pipeline::{identify, identify_with};
 pub use result::{Identification, SearchOutcome, hold_out, validate};
 pub(crate) use serialize::bounds;

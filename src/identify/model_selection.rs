@@ -3,6 +3,7 @@
 
 use super::bic::{Fit, gain, independent, is_worth};
 use super::extension_bounds::extended_space;
+use super::normalized::is_measured;
 use super::prepare::Prepared;
 use super::spec::IdentifySpec;
 use super::start::{Start, start};
@@ -35,14 +36,6 @@ pub struct SelectionStep {
     pub taken: bool,
 }
 
-/// The models that were tried, in their order.
-#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
-#[serde(transparent)]
-pub struct ModelSelection {
-    /// One by one.
-    pub steps: Vec<SelectionStep>,
-}
-
 /// Extensions at most.
 const HEIGHT: usize = 6;
 /// Models of a step that are refined thoroughly.
@@ -50,40 +43,29 @@ const FINALISTS: usize = 3;
 /// Samples on which models are tried, if fewer recordings have as many: what is taken is estimated on all.
 const SAMPLES: usize = 20_000;
 
-/// The model that is fitted.
-pub(super) struct Model {
-    /// Its space, extensions included.
-    pub space: Space,
-    /// How it was selected, where it was.
-    pub selection: Option<ModelSelection>,
-}
-
 /// Stage 3, select: the extensions that the spec names or, where it leaves them open, those that forward selection takes.
+/// Returns the space of the model that is fitted, and the models that were tried where it was selected.
 ///
 /// # Errors
 /// `Usage` for parameters of single recordings that the model lacks, and as a fit.
-pub(super) fn select(prepared: &Prepared<'_>, start: &Start) -> Result<Model> {
+pub(super) fn select(prepared: &Prepared<'_>, start: &Start) -> Result<(Space, Option<Vec<SelectionStep>>)> {
     if prepared.is_linear() {
-        return Ok(Model { space: start.space.clone(), selection: None });
+        return Ok((start.space.clone(), None));
     }
     let (with, selection) = match prepared.named() {
         Some(list) => (list.to_vec(), None),
-        None => forward_selection(prepared, start).map(|(with, selection)| (with, Some(selection)))?,
+        None => {
+            let some = representative(prepared.records, &start.space);
+            let mut steps = Vec::new();
+            let best = Selection { prepared: &prepared.of(&some)?, start }.up(&mut steps)?;
+            (best.with, Some(steps))
+        }
     };
     let space = extended_space(prepared.records, &prepared.spec, &start.space, (&with, &start.motors[0]))?;
     if prepared.spec.with != With::Auto {
         check_per_recording(&prepared.spec, &space)?;
     }
-    Ok(Model { space, selection })
-}
-
-/// Returns the extensions that recordings speak for, with the steps that led to them.
-fn forward_selection(prepared: &Prepared<'_>, start: &Start) -> Result<(Vec<Extension>, ModelSelection)> {
-    let some = representative(prepared.records, &start.space);
-    let prepared = prepared.of(&some)?;
-    let mut steps = ModelSelection::default();
-    let best = Selection { prepared: &prepared, start }.up(&mut steps)?;
-    Ok((best.with, steps))
+    Ok((space, selection))
 }
 
 /// Of many recordings some from all over them; recordings with parameters of their own are needed as they are.
@@ -104,24 +86,19 @@ struct Selection<'a> {
 
 impl Selection<'_> {
     /// From the linear motor up.
-    fn up(&self, selection: &mut ModelSelection) -> Result<Fit> {
+    fn up(&self, steps: &mut Vec<SelectionStep>) -> Result<Fit> {
         let mut best = self.thorough(&[], |problem| explained(problem, &self.start.motors))?;
-        selection.steps.push(SelectionStep { taken: true, ..step(self.prepared.records, &best, None) });
+        let records = self.prepared.records;
+        steps.push(step(records, &best, None, true));
         while best.with.len() < HEIGHT {
-            let next = candidates(self.prepared.records, &best);
+            let next = candidates(records, &best);
             // One that cannot be fitted explains nothing.
-            let fits = next.par_iter().filter_map(|extension| self.rough(&best, *extension).ok());
-            let mut tried: Vec<(f64, Fit)> = fits.map(|fit| (gain(&best, &fit), fit)).collect();
-            tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let mut tried = ranked(&best, next.par_iter().filter_map(|extension| self.rough(&best, *extension).ok()));
             let others = tried.split_off(tried.len().min(FINALISTS));
-            let thorough: Vec<Fit> = tried.into_par_iter().map(|(_, fit)| self.finished(fit)).collect();
-            let mut fits: Vec<(f64, Fit)> = thorough.into_iter().map(|fit| (gain(&best, &fit), fit)).collect();
-            fits.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let fits = ranked(&best, tried.into_par_iter().map(|(_, fit)| self.finished(fit)));
             let take = fits.first().is_some_and(|(_, fit)| is_worth(&best, fit));
             for (n, (gain, fit)) in fits.iter().chain(&others).enumerate() {
-                selection
-                    .steps
-                    .push(SelectionStep { taken: take && n == 0, ..step(self.prepared.records, fit, Some(*gain)) });
+                steps.push(step(records, fit, Some(*gain), take && n == 0));
             }
             match fits.into_iter().next().filter(|_| take) {
                 Some((_, fit)) => best = self.pruned(fit)?,
@@ -196,6 +173,13 @@ fn fit(with: &[Extension], plain: &Problem, refined: Refined) -> Fit {
     Fit { with: with.to_vec(), space: plain.space().clone(), refined, independent }
 }
 
+/// Fits with their gains on another, the lowest first.
+fn ranked(best: &Fit, fits: impl ParallelIterator<Item = Fit>) -> Vec<(f64, Fit)> {
+    let mut fits: Vec<(f64, Fit)> = fits.map(|fit| (gain(best, &fit), fit)).collect();
+    fits.sort_by(|a, b| a.0.total_cmp(&b.0));
+    fits
+}
+
 fn nowhere() -> Error {
     Error::new(ErrorKind::NotIdentified, "no start of this model can be refined", "Name other extensions.")
 }
@@ -207,26 +191,20 @@ const ANEW: usize = 2;
 fn candidates(records: &[Record], model: &Fit) -> Vec<Extension> {
     let any = |of: &dyn Fn(f64) -> bool| records.iter().any(|record| record.input().iter().any(|v| of(*v)));
     let both_ways = any(&|v| v > 0.0) && any(&|v| v < 0.0);
-    let measured = |channel: usize| records.iter().any(|record| record.measured()[channel].is_some());
     let by_current = is_driven_by_current(records);
     let can = |extension: &Extension| match extension.needs() {
         _ if by_current && !extension.acts_on_current() => false,
         Needs::BothSigns => both_ways,
-        Needs::Current => measured(0),
+        Needs::Current => is_measured(records, 0),
         Needs::Nothing => true,
     };
     let features = model.space.features();
     Extension::ALL.into_iter().filter(|e| !features.has_any(e.parameters())).filter(can).collect()
 }
 
-fn step(records: &[Record], fit: &Fit, gain: Option<f64>) -> SelectionStep {
-    SelectionStep {
-        with: fit.with.clone(),
-        free: fit.space.free().len(),
-        fit_percent: fit_percent(records, &fit.refined),
-        gain,
-        taken: false,
-    }
+fn step(records: &[Record], fit: &Fit, gain: Option<f64>, taken: bool) -> SelectionStep {
+    let fit_percent = fit_percent(records, &fit.refined);
+    SelectionStep { with: fit.with.clone(), free: fit.space.free().len(), fit_percent, gain, taken }
 }
 
 /// What each recording is to have for itself must be free in the model.

@@ -1,7 +1,13 @@
 //! The normalized model: one motor that represents all that are consistent with recordings which lack a channel.
 
-use crate::motor::{Parameter, Space};
+use super::spec::IdentifySpec;
+use crate::Result;
+use crate::motor::{Axis, Parameter, Scope, Space};
+use crate::record::Record;
 use crate::warning::Warning;
+
+/// How far around a motor that was guessed the bounds are.
+const SPREAD: f64 = 1e3;
 
 /// A normalized representative of all motors consistent with recordings.
 pub(super) struct NormalizedModel {
@@ -12,4 +18,43 @@ pub(super) struct NormalizedModel {
     /// The parameters that the recordings do not identify.
     pub unknown: Vec<Parameter>,
     pub warning: Warning,
+}
+
+impl NormalizedModel {
+    /// Returns the model of a motor: free parameters that are `assumed` are fixed at its values, the others are free around
+    /// them, or within bounds of their own. Of `unknown` those count that the spec does not fix.
+    ///
+    /// # Errors
+    /// As for a space.
+    pub(super) fn new(
+        spec: &IdentifySpec,
+        motor: [f64; 5],
+        assumed: &[Parameter],
+        unknown: &[Parameter],
+        warning: Warning,
+    ) -> Result<Self> {
+        let (mut free, mut fix) = (Vec::new(), spec.space.fixed().to_vec());
+        for axis in spec.space.free() {
+            match motor.get(axis.parameter as usize) {
+                Some(&value) if assumed.contains(&axis.parameter) => fix.push((axis.parameter, Scope::Shared, value)),
+                Some(value) if spec.auto_bounds.contains(&axis.parameter) => {
+                    free.push(Axis { min: value / SPREAD, max: value * SPREAD, ..*axis });
+                }
+                _ => free.push(*axis),
+            }
+        }
+        // All of the motor may be held where its extensions are asked for.
+        let space = if free.is_empty() { Space::unchecked(free, fix) } else { Space::new(free, fix)? };
+        let unknown = unknown.iter().copied().filter(|parameter| spec.fixed(*parameter).is_none()).collect();
+        Ok(Self { space, motor, unknown, warning })
+    }
+}
+
+/// Returns whether any recording has measured a channel.
+pub(super) fn is_measured(records: &[Record], channel: usize) -> bool {
+    records.iter().any(|record| record.measured()[channel].is_some())
+}
+
+pub(super) fn longest(records: &[Record]) -> Option<&Record> {
+    records.iter().max_by_key(|record| record.len())
 }

@@ -10,7 +10,7 @@ use super::result::{Identification, SearchOutcome};
 use super::spec::IdentifySpec;
 use super::start::{asked_space, start};
 use super::unidentified::{fix_unidentified, not_told};
-use super::verify::{Verification, settle, verify};
+use super::verify::{settle, verify};
 use super::warnings;
 use crate::Result;
 use crate::analysis::{
@@ -67,8 +67,8 @@ fn estimated(
     let prepared = Prepared::new(records, spec)?;
     checks::before(records, &prepared.spec, &prepared.searched(asked_space(records, &prepared.spec)?))?;
     let start = start(&prepared)?;
-    let model = select(&prepared, &start)?;
-    let mut fit = fit(&prepared, &start, &model.space, observe)?;
+    let (space, selection) = select(&prepared, &start)?;
+    let mut fit = fit(&prepared, &start, &space, observe)?;
     let dropped = fix_unidentified(&prepared, &mut fit)?;
     // The residuals are tested beside the verification, which nearly always leaves the fit as it is.
     let verified = || verify(&prepared, &fit, start.estimate.as_ref().ok());
@@ -83,7 +83,7 @@ fn estimated(
     warnings.extend(dropped.iter().copied().map(not_told));
     let unidentified = unidentified(&prepared, &fit, &dropped);
     let found = assembled(&prepared, fit);
-    let mut result = Identification { verification, unidentified, residual_tests, selection: model.selection, ..found };
+    let mut result = Identification { verification, unidentified, residual_tests, selection, ..found };
     checks::fit(records, &prepared.spec, result.fit_percent)?;
     warnings.extend(warnings::of_result(&result, start.estimate.as_ref().err().copied()));
     result.warnings = warnings;
@@ -137,48 +137,23 @@ fn analyse(prepared: &Prepared<'_>, result: &mut Identification) -> Result<()> {
     Ok(())
 }
 
-/// Stage 7, result: what was found, with its fit and the tests of its residuals.
+/// Stage 7, result: what was found, with its fit.
 fn assembled(prepared: &Prepared<'_>, fit: Fit) -> Identification {
-    let (records, spec) = (prepared.records, prepared.spec.as_ref());
     let Fit { found, problem, refined, space } = fit;
-    let searched = SearchOutcome {
-        method: found.method,
-        is_fallback: spec.method == Method::Auto && !matches!(found.method, "sm" | "grid"),
-        parameters: problem.parameters(&found.values, 0),
-        cost: Scalar::cost(&problem, &found.values),
+    let refined = Some(refined).filter(|_| prepared.spec.is_polished());
+    let cost = Scalar::cost(&problem, &found.values);
+    let problem = problem.with_space(space);
+    let problem = match &refined {
+        Some(refined) => problem.starting_from(&refined.initial),
+        None => problem,
     };
-    let polished = spec.is_polished();
-    let values = if polished { &refined.values } else { &found.values };
-    let problem = problem.with_space(space.clone());
-    let problem = if polished { problem.starting_from(&refined.initial) } else { problem };
-    let metrics = FitMetrics::of(records, &problem, values);
-    Identification {
-        input: problem.input(),
-        parameters: problem.parameters(values, 0),
-        values: values.clone(),
-        unidentified: Vec::new(),
-        selection: None,
-        cost: Scalar::cost(&problem, values),
-        searched,
-        space,
-        initial: problem.signals().iter().map(|s| s.initial()).collect(),
-        fit_percent: metrics.fit_percent(),
-        residual_tests: Vec::new(),
-        residual_sigma: if polished { refined.sigma } else { metrics.residual_sigma() },
-        converged: !polished || refined.converged,
-        uncertainty: polished.then_some(refined.uncertainty),
-        verification: Verification::none(),
-        warnings: Vec::new(),
-        stop: found.stop,
-        evaluations: found.evaluations,
-        history: found.history,
-        device_kind: found.device_kind,
-        device: found.device,
-        precision: found.precision,
-        cost_difference: found.cost_difference,
-        validation: None,
-        regressions: Vec::new(),
-        noise_floor: None,
-        seconds: 0.0,
+    let mut result = Identification::new(&problem, found, refined);
+    let metrics = FitMetrics::of(prepared.records, &problem, &result.values);
+    result.fit_percent = metrics.fit_percent();
+    if result.uncertainty.is_none() {
+        result.residual_sigma = metrics.residual_sigma();
     }
+    let is_fallback = prepared.spec.method == Method::Auto && !matches!(result.searched.method, "sm" | "grid");
+    result.searched = SearchOutcome { is_fallback, cost, ..result.searched };
+    result
 }

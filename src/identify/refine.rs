@@ -122,7 +122,6 @@ pub(super) fn from_search(
     from_starts(prepared, problem, found, &starts)
 }
 
-/// Returns what was found with the refinement of the best start.
 fn from_starts(
     prepared: &Prepared<'_>,
     problem: &Arc<Problem>,

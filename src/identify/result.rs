@@ -1,11 +1,13 @@
 //! The result of an identification.
 
-use super::model_selection::ModelSelection;
+use super::model_selection::SelectionStep;
+use super::search::SearchResult;
 use super::spec::IdentifySpec;
 use super::verify::Verification;
 use crate::Result;
 use crate::analysis::{self, FittedMotor, NoiseFloor, Regression, ResidualTests, Validation, noise_floor};
-use crate::estimate::Uncertainty;
+use crate::estimate::{Refined, Uncertainty};
+use crate::evaluate::{Problem, Scalar};
 use crate::motor::{Axis, Input, Parameter, Parameters, Scope, Space};
 use crate::optimize::Stop;
 use crate::record::Record;
@@ -37,8 +39,8 @@ pub struct Identification {
     pub values: Vec<f64>,
     /// Parameters that the recordings do not tell: what stands for them in `parameters` does the same and says nothing.
     pub unidentified: Vec<Parameter>,
-    /// The models that were tried, where extensions were to be chosen.
-    pub selection: Option<ModelSelection>,
+    /// The models that were tried, in their order, where extensions were to be chosen.
+    pub selection: Option<Vec<SelectionStep>>,
     /// Their cost in the chosen criterion, by the scalar oracle.
     pub cost: f64,
     /// What the method found.
@@ -86,6 +88,51 @@ pub struct Identification {
 }
 
 impl Identification {
+    /// What a search and, where there was one, the refinement of its optimum leave on a problem: the problem in the space of the
+    /// refinement, from its initial states. How well it fits is still to be said.
+    pub(super) fn new(problem: &Problem, found: SearchResult, refined: Option<Refined>) -> Self {
+        let searched = SearchOutcome {
+            method: found.method,
+            is_fallback: false,
+            parameters: problem.parameters(&found.values, 0),
+            cost: f64::NAN,
+        };
+        let converged = refined.as_ref().is_none_or(|refined| refined.converged);
+        let (values, residual_sigma, uncertainty) = match refined {
+            Some(refined) => (refined.values, refined.sigma, Some(refined.uncertainty)),
+            None => (found.values, [None; 2], None),
+        };
+        Self {
+            input: problem.input(),
+            parameters: problem.parameters(&values, 0),
+            unidentified: Vec::new(),
+            selection: None,
+            cost: Scalar::cost(problem, &values),
+            values,
+            searched,
+            space: problem.space().clone(),
+            initial: problem.signals().iter().map(|signals| signals.initial()).collect(),
+            uncertainty,
+            residual_sigma,
+            converged,
+            fit_percent: [None; 2],
+            verification: Verification::none(),
+            warnings: Vec::new(),
+            stop: found.stop,
+            evaluations: found.evaluations,
+            history: found.history,
+            device_kind: found.device_kind,
+            device: found.device,
+            precision: found.precision,
+            cost_difference: found.cost_difference,
+            validation: None,
+            residual_tests: Vec::new(),
+            regressions: Vec::new(),
+            noise_floor: None,
+            seconds: 0.0,
+        }
+    }
+
     /// Correlations of R, L, K, B and J, `None` for those held or unknown.
     pub(super) fn correlation(&self, uncertainty: &Uncertainty) -> [[Option<f64>; 5]; 5] {
         let place = |p: Parameter| self.space.free().iter().position(|axis| axis.parameter == p);

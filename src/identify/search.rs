@@ -12,7 +12,6 @@ use crate::{Error, Result};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// A first optimum.
 pub(super) struct SearchResult {
     pub method: &'static str,
     /// One value per free axis.
@@ -28,13 +27,13 @@ pub(super) struct SearchResult {
 }
 
 impl SearchResult {
-    /// An estimate as a first optimum of a problem that nothing evaluates.
-    pub(super) fn of_estimate(estimate: &Estimate, problem: &Problem) -> Self {
+    /// A first optimum that nothing evaluated.
+    pub(super) fn new(method: &'static str, values: Vec<f64>, stop: Stop, evaluations: u64) -> Self {
         Self {
-            method: "sm",
-            values: inside(estimate, problem),
-            stop: Stop::Converged,
-            evaluations: estimate.iterations as u64,
+            method,
+            values,
+            stop,
+            evaluations,
             history: Vec::new(),
             device_kind: "cpu",
             device: String::new(),
@@ -43,40 +42,34 @@ impl SearchResult {
             warnings: Vec::new(),
         }
     }
-}
 
-/// An estimate within the bounds of a problem, one value per free axis.
-fn inside(estimate: &Estimate, problem: &Problem) -> Vec<f64> {
-    let value = |axis: &Axis| estimate.parameters.get(axis.parameter).clamp(axis.min, axis.max);
-    problem.space().free().iter().map(value).collect()
+    /// An estimate within the bounds of a problem, as a first optimum that nothing evaluated.
+    pub(super) fn of_estimate(estimate: &Estimate, problem: &Problem) -> Self {
+        let value = |axis: &Axis| estimate.parameters.get(axis.parameter).clamp(axis.min, axis.max);
+        let values = problem.space().free().iter().map(value).collect();
+        Self::new("sm", values, Stop::Converged, estimate.iterations as u64)
+    }
+
+    /// The same on a device: what it is, and how its cost differs from the oracle's.
+    fn on(self, mut evaluation: BatchSearchEvaluator) -> Self {
+        let cost_difference = evaluation.cost_difference(0, &self.values);
+        let (device_kind, device, precision) = evaluation.device();
+        Self { cost_difference, device_kind, device, precision, warnings: evaluation.take_warnings(), ..self }
+    }
 }
 
 /// An estimate as a first optimum of a problem. A device that is asked for evaluates it too.
 pub(super) fn taken(estimate: &Estimate, spec: &IdentifySpec, problem: &Arc<Problem>) -> Result<SearchResult> {
-    let values = inside(estimate, problem);
-    Ok(SearchResult { method: "sm", evaluations: estimate.iterations as u64, ..evaluated(problem, spec, values)? })
+    let evaluation = BatchSearchEvaluator::for_check(spec, problem.clone())?;
+    Ok(SearchResult::of_estimate(estimate, problem).on(evaluation))
 }
 
 /// Values as a first optimum of a problem, by nothing but its costs. A device that is asked for evaluates them too.
 pub(super) fn evaluated(problem: &Arc<Problem>, spec: &IdentifySpec, values: Vec<f64>) -> Result<SearchResult> {
-    let mut evaluation = BatchSearchEvaluator::for_check(spec, problem.clone())?;
-    let cost_difference = evaluation.cost_difference(0, &values);
-    let (device_kind, device, precision) = evaluation.device();
-    Ok(SearchResult {
-        method: "grid",
-        stop: Stop::Converged,
-        evaluations: 0,
-        history: Vec::new(),
-        cost_difference,
-        device_kind,
-        device,
-        precision,
-        warnings: evaluation.take_warnings(),
-        values,
-    })
+    let evaluation = BatchSearchEvaluator::for_check(spec, problem.clone())?;
+    Ok(SearchResult::new("grid", values, Stop::Converged, 0).on(evaluation))
 }
 
-/// A population search.
 pub(super) fn population(
     problem: &Arc<Problem>,
     spec: &IdentifySpec,
@@ -87,29 +80,14 @@ pub(super) fn population(
     let mut evaluation = BatchSearchEvaluator::open(spec, vec![problem.clone()])?;
     let slice = evaluation.slice();
     let stop = minimize(&mut runs, Budget { generations, slice }, &mut evaluation, observe)?;
-    let [run] = runs;
-    let best = run.optimizer.best().filter(|best| Scalar::cost(problem, best.values).is_finite());
+    let [Run { optimizer, history, evaluations }] = runs;
+    let best = optimizer.best().filter(|best| Scalar::cost(problem, best.values).is_finite());
     let Some(best) = best else {
-        return Err(Error::not_identified(
-            format!("all {} candidates diverge", run.evaluations),
-            text!(
-                "Check the units of the recording and " [Bounds] "; " [Discretization = "zoh"]
-                " cannot diverge by itself."
-            ),
-        ));
+        let message = format!("all {evaluations} candidates diverge");
+        let zoh = text!([Discretization = "zoh"] " cannot diverge by itself.");
+        return Err(Error::not_identified(message, text!("Check the units of the recording and " [Bounds] "; " {zoh})));
     };
-    let cost_difference = evaluation.cost_difference(0, best.values);
-    let (device_kind, device, precision) = evaluation.device();
-    Ok(SearchResult {
-        method: spec.method.search().map_or("", |tuned| tuned.search.name),
-        values: best.values.to_vec(),
-        stop,
-        evaluations: run.evaluations,
-        history: run.history,
-        device_kind,
-        device,
-        precision,
-        cost_difference,
-        warnings: evaluation.take_warnings(),
-    })
+    let method = spec.method.search().map_or("", |tuned| tuned.search.name);
+    let found = SearchResult::new(method, best.values.to_vec(), stop, evaluations);
+    Ok(SearchResult { history, ..found.on(evaluation) })
 }

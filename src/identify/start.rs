@@ -16,7 +16,6 @@ use crate::record::Record;
 use crate::setting::text;
 use crate::{Error, Result};
 
-/// Where an identification starts.
 pub(super) struct Start {
     /// The Steiglitz–McBride estimate of the linear motor.
     pub estimate: std::result::Result<Estimate, SmFailure>,
@@ -37,7 +36,7 @@ pub(super) fn start(prepared: &Prepared<'_>) -> Result<Start> {
     }
     let estimate = steiglitz_mcbride(prepared.records, &prepared.spec, prepared.plain())?;
     let space = match &estimate {
-        Ok(estimate) => around(&prepared.spec, estimate)?,
+        Ok(estimate) => around(&prepared.spec, &[estimate.parameters.to_array()])?,
         Err(_) => prepared.spec.space.clone(),
     };
     Ok(Start { estimate, motors: Vec::new(), space })
@@ -78,14 +77,15 @@ pub(super) fn steiglitz_mcbride(
     Ok(best)
 }
 
-/// The space with a decade to each side of an estimate for the axes that have no bounds of their own.
-pub(super) fn around(spec: &IdentifySpec, estimate: &Estimate) -> Result<Space> {
+/// The space with a decade to each side of motors for the axes of the motor that have no bounds of their own.
+pub(super) fn around(spec: &IdentifySpec, motors: &[[f64; 5]]) -> Result<Space> {
     let decade = |axis: &Axis| {
-        if !spec.auto_bounds.contains(&axis.parameter) {
+        if axis.parameter.is_extension() || !spec.auto_bounds.contains(&axis.parameter) {
             return *axis;
         }
-        let value = estimate.parameters.get(axis.parameter);
-        Axis { min: 0.1 * value, max: 10.0 * value, ..*axis }
+        let values = || motors.iter().map(|motor| motor[axis.parameter as usize]);
+        let [low, high] = [values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max)];
+        Axis { min: 0.1 * low, max: 10.0 * high, ..*axis }
     };
     Space::new(spec.space.free().iter().map(decade).collect(), spec.space.fixed().to_vec())
 }
@@ -96,7 +96,7 @@ fn near(prepared: &Prepared<'_>) -> Result<(Vec<[f64; 5]>, Space)> {
     if let Some(model) = &prepared.normalized {
         return Ok((vec![model.motor], model.space.clone()));
     }
-    if let Some(motor) = held_motor(&spec.space) {
+    if let Some(motor) = held_motor(spec) {
         return Ok((vec![motor], spec.space.clone()));
     }
     let mut motors = lagged(records, spec.model);
@@ -106,19 +106,10 @@ fn near(prepared: &Prepared<'_>) -> Result<(Vec<[f64; 5]>, Space)> {
         let found = global_reference_on(&prepared.fitted(&linear), prepared.deviations())?;
         motors.push(found.refined.parameters.to_array());
     }
-    let around = |axis: &Axis| {
-        let values = || motors.iter().filter_map(|motor| motor.get(axis.parameter as usize));
-        if axis.parameter.is_extension() || !spec.auto_bounds.contains(&axis.parameter) {
-            return *axis;
-        }
-        let [low, high] = [values().copied().fold(f64::INFINITY, f64::min), values().copied().fold(0.0, f64::max)];
-        Axis { min: 0.1 * low, max: 10.0 * high, ..*axis }
-    };
-    let space = Space::new(spec.space.free().iter().map(around).collect(), spec.space.fixed().to_vec())?;
+    let space = around(spec, &motors)?;
     Ok((motors, space))
 }
 
-/// A space without extensions.
 fn linear(space: &Space) -> Result<Space> {
     let free = space.free().iter().filter(|axis| !axis.parameter.is_extension()).copied().collect();
     let fixed = space.fixed().iter().filter(|(parameter, _, _)| !parameter.is_extension()).copied().collect();
@@ -127,7 +118,7 @@ fn linear(space: &Space) -> Result<Space> {
 
 /// Returns what is certainly free: of a motor that is fixed as a whole, its extensions.
 pub(super) fn asked_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
-    match (&spec.with, held_motor(&spec.space)) {
+    match (&spec.with, held_motor(spec)) {
         (With::These(list), Some(motor)) => extended_space(records, spec, &spec.space, (list, &motor)),
         (With::Auto, Some(_)) => {
             let what = "compares fits of the linear motor with others";
@@ -140,8 +131,7 @@ pub(super) fn asked_space(records: &[Record], spec: &IdentifySpec) -> Result<Spa
 }
 
 /// R, L, K, B and J, where all are held.
-fn held_motor(space: &Space) -> Option<[f64; 5]> {
-    let held = |p: Parameter| space.fixed().iter().find(|(of, ..)| *of == p).map(|(.., value)| *value);
-    let [r, l, k, b, j] = Parameter::ALL.map(held);
+fn held_motor(spec: &IdentifySpec) -> Option<[f64; 5]> {
+    let [r, l, k, b, j] = Parameter::ALL.map(|parameter| spec.fixed(parameter));
     Some([r?, l?, k?, b?, j?])
 }

@@ -88,11 +88,10 @@ fn is_same(space: &Space, one: &Refined, other: &Refined) -> bool {
 }
 
 pub(super) fn not_told(parameter: Parameter) -> Warning {
+    let (symbol, name) = (parameter.symbol(), parameter.name());
     let message = format!(
-        "the recordings do not tell {}, the {}: the others hold whatever it is; record faster, or under a voltage that \
-         changes more",
-        parameter.symbol(),
-        parameter.name()
+        "the recordings do not tell {symbol}, the {name}: the others hold whatever it is; record faster, or under a voltage \
+         that changes more"
     );
     Warning::new("not_identifiable", message)
 }

@@ -10,17 +10,18 @@ use crate::analysis::{Characteristics, poor_fit, warnings_of_records};
 use crate::estimate::{SmFailure, Whiteness};
 use crate::evaluate::Initial;
 use crate::motor::{Input, Parameter};
+use crate::numeric::peak;
 use crate::record::Record;
-use crate::setting::{Text, text};
+use crate::setting::text;
 use crate::text::{engineering, significant};
 use crate::warning::Warning;
 
 /// Below so many samples 95 % intervals cover 81 to 90 % (measured).
 const SAMPLES_FEW: usize = 12;
+
 /// Returns the warnings about recordings, as a spec takes them.
 pub(super) fn of_recordings(records: &[Record], spec: &IdentifySpec) -> Vec<Warning> {
-    let mut warnings = Vec::new();
-    warnings.extend(warnings_of_records(records));
+    let mut warnings = warnings_of_records(records);
     let samples: usize = records.iter().map(Record::len).sum();
     if samples < SAMPLES_FEW {
         let message = format!("{samples} samples: from fewer than {SAMPLES_FEW} the intervals come out too narrow");
@@ -30,6 +31,7 @@ pub(super) fn of_recordings(records: &[Record], spec: &IdentifySpec) -> Vec<Warn
         missing_channel(records, spec)
             .map(|(what, remedy)| Warning::new("channel_missing", what.and("; ").and(remedy))),
     );
+    let moves_at_start = |signal: &[f64]| signal[0].abs() > 0.05 * peak(signal);
     if spec.model.initial == Initial::Zero && records.iter().flat_map(Record::measured).flatten().any(moves_at_start) {
         let say = "a recording does not start at rest, but ";
         let message = text!("{say}" [Initial = "zero"] " says so; use " [Initial = "free"]);
@@ -50,66 +52,49 @@ pub(super) fn with_normalized(mut warnings: Vec<Warning>, model: Option<&Normali
 /// What is said of a result.
 pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let mut warn = |code, message: Text| warnings.push(Warning::new(code, message));
     if found.searched.is_fallback && found.input == Input::Voltage {
-        let failure = failure.unwrap_or(SmFailure::PoorFit);
-        let message = format!("Steiglitz–McBride cannot serve: {}; a population search took over", failure.message());
-        warn("sm_failed", message.into());
+        let why = failure.unwrap_or(SmFailure::PoorFit).message();
+        let message = format!("Steiglitz–McBride cannot serve: {why}; a population search took over");
+        warnings.push(Warning::new("sm_failed", message));
     }
     for parameter in Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS) {
-        if let Some(side) = found.at_bound(parameter) {
-            let symbol = parameter.symbol();
-            if is_idle(found, parameter, side) {
-                let name = parameter.name();
-                warn(
-                    "extension_idle",
-                    format!("the recordings show no {name}: {symbol} ended where it changes nothing").into(),
-                );
-                continue;
-            }
-            warn(
-                "at_bound",
-                text!(
-                    "{symbol} ended at its {side} bound; widen it with " [Bounds]
-                    ", or the others hold only if it is right"
-                ),
-            );
-        }
+        let Some(side) = found.at_bound(parameter) else { continue };
+        let (symbol, name) = (parameter.symbol(), parameter.name());
+        warnings.push(if is_idle(found, parameter, side) {
+            let message = format!("the recordings show no {name}: {symbol} ended where it changes nothing");
+            Warning::new("extension_idle", message)
+        } else {
+            let rest = ", or the others hold only if it is right";
+            Warning::new("at_bound", text!("{symbol} ended at its {side} bound; widen it with " [Bounds] {rest}))
+        });
     }
     warnings.extend(poor_fit(found.fit_percent));
-    let mut warn = |code, message: Text| warnings.push(Warning::new(code, message));
     if !found.converged {
-        warn("not_converged", "the refinement has not come to its end: the result may be near the optimum only".into());
+        let message = "the refinement has not come to its end: the result may be near the optimum only";
+        warnings.push(Warning::new("not_converged", message));
     }
-    if let Some(uncertainty) = &found.uncertainty {
-        let colored = |(name, white): (&str, &Option<Whiteness>)| {
-            white.filter(|w| !w.is_white).map(|w| format!("{name} (from sample to sample {:.2})", w.lag1))
-        };
-        let list: Vec<String> =
-            ["current", "speed"].into_iter().zip(&uncertainty.whiteness).filter_map(colored).collect();
-        if !list.is_empty() {
-            warn(
-                "residuals_not_white",
-                format!(
-                    "the residuals are correlated, {}: the model misses something, or the sensors filter; the standard \
-                     errors are then too small",
-                    list.join(", ")
-                )
-                .into(),
-            );
-        }
+    let white = found.uncertainty.as_ref().map_or([None; 2], |uncertainty| uncertainty.whiteness);
+    let colored = |(name, white): (&str, Option<Whiteness>)| {
+        white.filter(|w| !w.is_white).map(|w| format!("{name} (from sample to sample {:.2})", w.lag1))
+    };
+    let list: Vec<String> = ["current", "speed"].into_iter().zip(white).filter_map(colored).collect();
+    if !list.is_empty() {
+        let list = list.join(", ");
+        let message = format!(
+            "the residuals are correlated, {list}: the model misses something, or the sensors filter; the standard errors are \
+             then too small"
+        );
+        warnings.push(Warning::new("residuals_not_white", message));
     }
     if found.verification.status == Status::SearchStuck {
         let times = significant(1.0 + found.verification.cost_gap.unwrap_or(f64::NAN), 3);
         let rescued = found.uncertainty.is_some() && found.verification.refined_agrees;
         let what = if rescued { "the refinement left it for a better one" } else { "a reference fits better" };
-        warn(
-            "search_stuck",
-            text!(
-                "the search ended in another optimum, whose weighted sum of squares is {times} times the best; {what}; \
-                 use " [Method = "auto"] ", more " [Generations] " or another " [Seed]
-            ),
+        let message = text!(
+            "the search ended in another optimum, whose weighted sum of squares is {times} times the best; {what}; use "
+            [Method = "auto"] ", more " [Generations] " or another " [Seed]
         );
+        warnings.push(Warning::new("search_stuck", message));
     }
     warnings
 }
@@ -133,16 +118,11 @@ pub(super) fn long_dead_time(found: &Identification) -> Option<Warning> {
         e.parameter == Parameter::DeadTime && e.value.is_some_and(|td| td > DEAD_TIME_MAX * constant)
     };
     let dead_time = estimates.iter().find(long)?.value?;
+    let times = significant(dead_time / constant, 2);
+    let [dead_time, constant] = [dead_time, constant].map(|seconds| engineering(seconds, "s", 3));
     let message = format!(
-        "the dead time, {}, is {} of the motor's time constants ({}): a clock that is off, or a recording that begins \
-         before the drive, looks like that",
-        engineering(dead_time, "s", 3),
-        significant(dead_time / constant, 2),
-        engineering(constant, "s", 3)
+        "the dead time, {dead_time}, is {times} of the motor's time constants ({constant}): a clock that is off, or a \
+         recording that begins before the drive, looks like that"
     );
     Some(Warning::new("dead_time_long", message))
-}
-
-fn moves_at_start(signal: &[f64]) -> bool {
-    signal[0].abs() > 0.05 * signal.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()))
 }

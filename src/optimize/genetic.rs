@@ -4,11 +4,8 @@
 //! pressure. Two of them give a child by single-point crossover; each gene of a child then mutates, with the mutation
 //! rate as probability, to a uniform value of its range. The best ever seen survive unchanged (elites).
 
-use super::population::{Population, SearchSettings, ordered};
-use super::table::{Hyperparameter, PROBABILITY, Range, Search, SettingValue, Values, search};
-use super::{Best, Optimizer, SearchOptions as _};
-use crate::Result;
-use crate::candidates::Candidates;
+use super::population::{Population, Rule};
+use super::table::{PROBABILITY, Range, search};
 use crate::numeric::{count, whole};
 
 search! {
@@ -26,27 +23,15 @@ search! {
     }
 }
 
-/// A run of the genetic algorithm.
-#[derive(Debug, Clone)]
-pub struct Genetic {
+#[derive(Default)]
+struct Genetic {
     options: GeneticOptions,
-    population: Population,
     costs: Vec<f64>,
-    told: bool,
 }
 
 impl Genetic {
-    /// A new run.
-    ///
-    /// # Errors
-    /// `Usage` for an empty box or population, a probability outside 0..1, or a pressure that is not in (0, 1].
-    pub fn new(setup: SearchSettings, options: GeneticOptions) -> Result<Self> {
-        options.check()?;
-        Ok(Self { options, population: Population::new(setup)?, costs: Vec::new(), told: false })
-    }
-
     /// Parents by roulette on fitness 1/cost, with replacement.
-    fn parents(&mut self) -> Vec<f64> {
+    fn parents(&self, population: &mut Population) -> Vec<f64> {
         // A cost of zero is the fitness of the smallest cost that has one.
         let fitness = self.costs.iter().map(|cost| 1.0 / cost.max(1e-300));
         let mut wheel: Vec<f64> = fitness
@@ -62,29 +47,35 @@ impl Genetic {
             total = count(self.costs.len());
         }
         let wanted = whole((self.options.pressure * count(self.costs.len())).round()).max(1);
-        let mut parents = Vec::with_capacity(wanted * self.population.width());
+        let mut parents = Vec::with_capacity(wanted * population.width());
         for _ in 0..wanted {
-            let at = self.population.numbers.unit() * total;
+            let at = population.numbers.unit() * total;
             let agent = wheel.partition_point(|sum| *sum <= at).min(self.costs.len() - 1);
-            parents.extend_from_slice(self.population.row(agent));
+            parents.extend_from_slice(population.row(agent));
         }
         parents
     }
+}
 
-    fn breed(&mut self) {
-        let width = self.population.width();
-        let parents = self.parents();
+impl Rule for Genetic {
+    fn learn(&mut self, _: &Population, costs: Vec<f64>) {
+        self.costs = costs;
+    }
+
+    fn advance(&mut self, population: &mut Population) {
+        let width = population.width();
+        let parents = self.parents(population);
         let count = parents.len() / width;
         let mut order: Vec<usize> = (0..self.costs.len()).collect();
         let elites = self.options.elites.min(order.len());
         if elites > 0 && elites < order.len() {
             order.select_nth_unstable_by(elites - 1, |a, b| self.costs[*a].total_cmp(&self.costs[*b]));
         }
-        let mut next = Vec::with_capacity(self.population.values.len());
+        let mut next = Vec::with_capacity(population.values.len());
         for &agent in &order[..elites] {
-            next.extend_from_slice(self.population.row(agent));
+            next.extend_from_slice(population.row(agent));
         }
-        let Population { setup, numbers, values, .. } = &mut self.population;
+        let Population { setup, numbers, values, .. } = population;
         while next.len() < values.len() {
             let (first, second) = (numbers.below(count), numbers.below(count));
             let mix = width > 1 && numbers.unit() < self.options.crossover;
@@ -100,34 +91,16 @@ impl Genetic {
     }
 }
 
-impl Optimizer for Genetic {
-    fn ask(&mut self) -> Candidates<'_> {
-        if self.told {
-            self.breed();
-            self.told = false;
-        }
-        self.population.candidates()
-    }
-
-    fn tell(&mut self, costs: &[f64]) {
-        self.costs = ordered(costs);
-        self.population.note(&self.costs);
-        self.told = true;
-    }
-
-    fn best(&self) -> Option<Best<'_>> {
-        self.population.best()
-    }
-}
-
-#[cfg(test)]
 #[allow(clippy::float_cmp, clippy::cast_possible_truncation, reason = "exact equality is meant")]
+#[cfg(test)]
 mod tests {
     use super::*;
+    use crate::optimize::population::Moving;
+    use crate::optimize::{Optimizer as _, SearchSettings};
 
     fn run(options: GeneticOptions) -> (Vec<f64>, Vec<f64>) {
         let setup = SearchSettings { bounds: vec![(0.0, 1.0); 4], population: 1000, generations: 3, seed: 5, run: 0 };
-        let mut ga = Genetic::new(setup, options).unwrap();
+        let mut ga = Moving::new(Genetic { options, costs: Vec::new() }, setup).unwrap();
         let first = ga.ask().values().to_vec();
         // Agent 7 is ten times as fit as each of the others.
         let costs: Vec<f64> = (0..1000).map(|n| if n == 7 { 0.1 } else { 1.0 }).collect();

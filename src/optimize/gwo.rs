@@ -4,11 +4,8 @@
 //! the old alpha to beta and beta to delta. `A = 2a r₁ − a`, `C = 2 r₂`, with r₁, r₂ uniform in \[0, 1) for each leader,
 //! axis and agent; a falls in equal steps from `a_start` towards `a_end` over the generations. Agents stay in the box.
 
-use super::population::{Population, SearchSettings, ordered, split};
-use super::table::{Hyperparameter, NOT_NEGATIVE, Search, SettingValue, Values, search};
-use super::{Best, Optimizer, SearchOptions as _};
-use crate::Result;
-use crate::candidates::Candidates;
+use super::population::{Population, Rule, split};
+use super::table::{NOT_NEGATIVE, search};
 use crate::numeric::count;
 use multiversion::multiversion;
 
@@ -23,50 +20,35 @@ search! {
     }
 }
 
-#[derive(Debug, Clone)]
 struct Leader {
     cost: f64,
     values: Vec<f64>,
 }
 
-/// A run of the Grey Wolf Optimizer.
-#[derive(Debug, Clone)]
-pub struct Gwo {
+#[derive(Default)]
+struct Gwo {
     options: GwoOptions,
-    population: Population,
-    /// Alpha, beta, delta: the best first.
+    /// Alpha, beta, delta: the best three ever told, the best first.
     leaders: Vec<Leader>,
     generation: usize,
-    told: bool,
 }
 
-impl Gwo {
-    /// A new run.
-    ///
-    /// # Errors
-    /// `Usage` for an empty box or population, or a that is negative or not finite.
-    pub fn new(setup: SearchSettings, options: GwoOptions) -> Result<Self> {
-        options.check()?;
-        Ok(Self { options, population: Population::new(setup)?, leaders: Vec::new(), generation: 0, told: false })
-    }
-
-    /// Alpha, beta and delta are the best three ever told.
-    fn update_leaders(&mut self, costs: &[f64]) {
-        for (agent, &cost) in costs.iter().enumerate() {
+impl Rule for Gwo {
+    fn learn(&mut self, population: &Population, costs: Vec<f64>) {
+        for (agent, cost) in costs.into_iter().enumerate() {
             let rank = self.leaders.partition_point(|leader| leader.cost <= cost);
             if rank < 3 {
-                self.leaders.insert(rank, Leader { cost, values: self.population.row(agent).to_vec() });
+                self.leaders.insert(rank, Leader { cost, values: population.row(agent).to_vec() });
                 self.leaders.truncate(3);
             }
         }
     }
 
     /// Eq. 10 for every agent.
-    fn hunt(&mut self) {
-        let generations = count(self.population.setup.generations);
+    fn advance(&mut self, population: &mut Population) {
+        let Population { setup, numbers, values, .. } = population;
         let GwoOptions { a_start, a_end } = self.options;
-        let a = a_start + (a_end - a_start) * (count(self.generation) / generations).min(1.0);
-        let Population { setup, numbers, values, .. } = &mut self.population;
+        let a = a_start + (a_end - a_start) * (count(self.generation) / count(setup.generations)).min(1.0);
         let width = setup.bounds.len();
         // Fewer than three agents: the last leader stands in for those that are missing.
         let last = self.leaders.len() - 1;
@@ -82,6 +64,7 @@ impl Gwo {
             numbers.fill(draws.as_flattened_mut());
             move_towards_leaders(a, &genes, draws, tile);
         }
+        self.generation += 1;
     }
 }
 
@@ -110,32 +93,12 @@ fn move_towards_leaders(a: f64, genes: &[Gene], draws: &[[u64; 3]], values: &mut
     }
 }
 
-impl Optimizer for Gwo {
-    fn ask(&mut self) -> Candidates<'_> {
-        if self.told {
-            self.hunt();
-            self.generation += 1;
-            self.told = false;
-        }
-        self.population.candidates()
-    }
-
-    fn tell(&mut self, costs: &[f64]) {
-        let costs = ordered(costs);
-        self.update_leaders(&costs);
-        self.population.note(&costs);
-        self.told = true;
-    }
-
-    fn best(&self) -> Option<Best<'_>> {
-        self.population.best()
-    }
-}
-
-#[cfg(test)]
 #[allow(clippy::float_cmp, clippy::cast_possible_truncation, reason = "exact equality is meant")]
+#[cfg(test)]
 mod tests {
     use super::*;
+    use crate::optimize::population::Moving;
+    use crate::optimize::{Optimizer as _, SearchSettings};
 
     /// Bits of a draw whose pair is (r1, r2), multiples of 2^-32.
     fn draw(r1: f64, r2: f64) -> u64 {
@@ -159,9 +122,9 @@ mod tests {
     #[test]
     fn leaders_demote() {
         let setup = SearchSettings { bounds: vec![(0.0, 1.0)], population: 4, generations: 2, seed: 1, run: 0 };
-        let mut gwo = Gwo::new(setup, GwoOptions::default()).unwrap();
+        let mut gwo = Moving::new(Gwo::default(), setup).unwrap();
         gwo.tell(&[4.0, 2.0, 3.0, 9.0]);
-        let costs = |gwo: &Gwo| gwo.leaders.iter().map(|l| l.cost as i32).collect::<Vec<_>>();
+        let costs = |gwo: &Moving<Gwo>| gwo.rule.leaders.iter().map(|l| l.cost as i32).collect::<Vec<_>>();
         assert_eq!(costs(&gwo), [2, 3, 4]);
         gwo.tell(&[f64::NAN, 1.0, 8.0, 8.0]);
         assert_eq!(costs(&gwo), [1, 2, 3], "a new best pushes alpha to beta and beta to delta");

@@ -3,12 +3,12 @@
 //! Where the evaluator has a device of its own, two pieces of work are in flight: the runs are two halves, and while one
 //! is evaluated the other is told its costs and makes its next populations. A run's result does not depend on that.
 
-use super::{Progress, Run, Stop};
+use super::run::{Progress, Run, Stop};
 use crate::Result;
 use crate::candidates::Candidates;
 use rayon::prelude::*;
 use std::collections::VecDeque;
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 
 /// What evaluates populations, one for each run (empty where a run has none in this call). A closure that writes the
 /// costs, run after run, is one.
@@ -87,10 +87,15 @@ pub fn minimize(
         let progress = search.finished(piece, stopped);
         stopped = stopped || observe(&progress).is_break();
     }
-    if stopped {
-        search.tell_unfinished();
+    if !stopped {
+        return Ok(Stop::BudgetSpent);
     }
-    Ok(if stopped { Stop::Interrupted } else { Stop::BudgetSpent })
+    for part in 0..search.parts.len() {
+        if search.parts[part].done > 0 {
+            search.tell(part, false);
+        }
+    }
+    Ok(Stop::Interrupted)
 }
 
 /// Rows of the populations of a part of the runs, taken as one table.
@@ -119,10 +124,9 @@ fn end_of_piece(counts: &[usize], from: usize, slice: usize) -> usize {
 }
 
 /// Runs that are evaluated and told together.
+#[derive(Default)]
 struct Part {
-    /// The first of its runs, and how many.
-    first: usize,
-    count: usize,
+    runs: Range<usize>,
     /// The generation that is under way, from 1 on.
     generation: usize,
     /// Candidates of each run.
@@ -151,19 +155,15 @@ impl<'r> Search<'r> {
         let mut search = Self { runs, widths, budget, parts: Vec::new(), evaluations: 0 };
         for part in 0..parts {
             let [first, end] = [part, part + 1].map(|n| n * search.runs.len() / parts);
-            let (counts, costs) = (Vec::new(), Vec::new());
-            let count = end - first;
-            let part = Part { first, count, generation: 0, counts, costs, begun: 0, done: 0, open: false };
-            search.parts.push(part);
-            search.open(search.parts.len() - 1);
+            search.parts.push(Part { runs: first..end, ..Part::default() });
+            search.open(part);
         }
         search
     }
 
-    /// Begins the next generation of a part.
     fn open(&mut self, part: usize) {
         let part = &mut self.parts[part];
-        let runs = &mut self.runs[part.first..part.first + part.count];
+        let runs = &mut self.runs[part.runs.clone()];
         part.counts.clear();
         part.counts.extend(runs.iter_mut().map(|run| run.optimizer.ask().count()));
         part.costs.clear();
@@ -185,11 +185,11 @@ impl<'r> Search<'r> {
     /// Does `work` with the rows of a piece, one table for every run, and with their costs.
     fn with_rows<T>(&mut self, piece: Piece, work: impl FnOnce(&[Candidates<'_>], &mut [f64]) -> T) -> T {
         let Piece { part, from, to } = piece;
-        let Part { first: first_run, count, costs, .. } = &mut self.parts[part];
+        let Part { runs, costs, .. } = &mut self.parts[part];
         let mut first = 0;
         let mut tables = Vec::with_capacity(self.runs.len());
         for (n, run) in self.runs.iter_mut().enumerate() {
-            if n < *first_run || n >= *first_run + *count {
+            if !runs.contains(&n) {
                 tables.push(Candidates::new(&[], self.widths[n]));
                 continue;
             }
@@ -229,8 +229,8 @@ impl<'r> Search<'r> {
     fn tell(&mut self, part: usize, more: bool) {
         let part = &self.parts[part];
         let (mut rest, mut left) = (part.costs.as_slice(), part.done);
-        let mut told = Vec::with_capacity(part.count);
-        for (run, &count) in self.runs[part.first..part.first + part.count].iter_mut().zip(&part.counts) {
+        let mut told = Vec::with_capacity(part.runs.len());
+        for (run, &count) in self.runs[part.runs.clone()].iter_mut().zip(&part.counts) {
             let (own, others) = rest.split_at(count);
             told.push((run, own, count.min(left) as u64));
             left -= count.min(left);
@@ -251,27 +251,18 @@ impl<'r> Search<'r> {
             told.into_par_iter().for_each(tell);
         }
     }
-
-    /// Tells what was evaluated of unfinished generations.
-    fn tell_unfinished(&mut self) {
-        for part in 0..self.parts.len() {
-            if self.parts[part].done > 0 {
-                self.tell(part, false);
-            }
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optimize::{Jaya, JayaOptions, SearchSettings};
+    use crate::optimize::{JayaOptions, SearchSettings, Tuned};
 
     fn runs() -> Vec<Run> {
         let run = |run: u64| {
             let population = 5 + usize::try_from(run).unwrap();
             let setup = SearchSettings { bounds: vec![(-1.0, 2.0); 3], population, generations: 12, seed: 1, run };
-            Run::new(Box::new(Jaya::new(setup, JayaOptions::default()).unwrap()))
+            Run::new(Tuned::from(JayaOptions::default()).begin(setup).unwrap())
         };
         (0..7).map(run).collect()
     }

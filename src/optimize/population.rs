@@ -1,6 +1,6 @@
-//! What every search shares: the box, the random numbers, the first population, the best so far.
+//! What every search shares: the box, the random numbers, the first population, the best so far; and the run of a [`Rule`].
 
-use super::Best;
+use super::run::{Best, Optimizer};
 use crate::candidates::Candidates;
 use crate::numeric::count_u64;
 use crate::setting::{Setting, text};
@@ -29,10 +29,8 @@ pub struct SearchSettings {
 
 impl SearchSettings {
     fn too_large(&self) -> Error {
-        Error::usage(
-            format!("a population of {} agents does not fit in memory", self.population),
-            format!("Give fewer, at most {}.", VALUES_MAX / self.bounds.len()),
-        )
+        let message = format!("a population of {} agents does not fit in memory", self.population);
+        Error::usage(message, format!("Give fewer, at most {}.", VALUES_MAX / self.bounds.len()))
     }
 
     /// Whether a search can be set up like this.
@@ -53,10 +51,8 @@ impl SearchSettings {
         }
         let evaluations = (self.population as u64).checked_mul(self.generations as u64);
         if evaluations.is_none_or(|count| count > 1 << 53) {
-            return Err(Error::usage(
-                format!("population {} × generations {} overflows", self.population, self.generations),
-                "Give fewer of one: together at most 9007199254740992 evaluations.",
-            ));
+            let message = format!("population {} × generations {} overflows", self.population, self.generations);
+            return Err(Error::usage(message, "Give fewer of one: together at most 9007199254740992 evaluations."));
         }
         Ok(())
     }
@@ -120,45 +116,90 @@ pub(super) struct Population {
 }
 
 impl Population {
-    /// Uniform in the box: `X_min + (X_max − X_min) r`.
+    /// Uniform in the box.
     pub(super) fn new(setup: SearchSettings) -> Result<Self> {
         setup.check()?;
-        let mut numbers = Numbers::new(setup.seed, setup.run);
-        let mut values = Vec::new();
-        values.try_reserve_exact(setup.population * setup.bounds.len()).map_err(|_| setup.too_large())?;
-        for _ in 0..setup.population {
-            values.extend(setup.bounds.iter().map(|&(min, max)| min + (max - min) * numbers.unit()));
+        let (numbers, mut values) = (Numbers::new(setup.seed, setup.run), Vec::new());
+        let size = setup.population * setup.bounds.len();
+        values.try_reserve_exact(size).map_err(|_| setup.too_large())?;
+        values.resize(size, 0.0);
+        let mut population = Self { setup, numbers, values, best: Vec::new(), best_cost: f64::INFINITY };
+        population.scatter();
+        Ok(population)
+    }
+
+    /// Draws every agent anew: `X_min + (X_max − X_min) r`.
+    pub(super) fn scatter(&mut self) {
+        for agent in self.values.chunks_exact_mut(self.setup.bounds.len()) {
+            for (x, &(min, max)) in agent.iter_mut().zip(&self.setup.bounds) {
+                *x = min + (max - min) * self.numbers.unit();
+            }
         }
-        Ok(Self { setup, numbers, values, best: Vec::new(), best_cost: f64::INFINITY })
     }
 
     pub(super) fn width(&self) -> usize {
         self.setup.bounds.len()
     }
 
-    pub(super) fn candidates(&self) -> Candidates<'_> {
-        Candidates::new(&self.values, self.width())
-    }
-
     pub(super) fn row(&self, agent: usize) -> &[f64] {
         &self.values[agent * self.width()..(agent + 1) * self.width()]
     }
 
-    /// Remembers the best of the population.
-    pub(super) fn note(&mut self, costs: &[f64]) {
+    fn note(&mut self, costs: &[f64]) {
         let Some((agent, &cost)) = costs.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)) else { return };
         if cost < self.best_cost {
             self.best_cost = cost;
             self.best = self.row(agent).to_vec();
         }
     }
+}
 
-    pub(super) fn best(&self) -> Option<Best<'_>> {
-        self.best_cost.is_finite().then(|| Best { values: &self.best, cost: self.best_cost })
+/// How the agents of a search move.
+pub(super) trait Rule: Send {
+    /// Checks settings that are wrong together, though each is in its range.
+    fn check(&self) -> Result<()> {
+        Ok(())
+    }
+
+    /// Takes the costs of the population, none of them NaN or −∞.
+    fn learn(&mut self, population: &Population, costs: Vec<f64>);
+
+    /// Makes the next population of the present one.
+    fn advance(&mut self, population: &mut Population);
+}
+
+pub(super) struct Moving<R> {
+    pub rule: R,
+    pub population: Population,
+    told: bool,
+}
+
+impl<R: Rule> Moving<R> {
+    pub(super) fn new(rule: R, setup: SearchSettings) -> Result<Self> {
+        rule.check()?;
+        Ok(Self { rule, population: Population::new(setup)?, told: false })
     }
 }
 
-/// Costs with NaN and −∞, which say nothing, counted as +∞.
-pub(super) fn ordered(costs: &[f64]) -> Vec<f64> {
-    costs.iter().map(|&cost| if cost > f64::NEG_INFINITY { cost } else { f64::INFINITY }).collect()
+impl<R: Rule> Optimizer for Moving<R> {
+    fn ask(&mut self) -> Candidates<'_> {
+        if std::mem::take(&mut self.told) {
+            self.rule.advance(&mut self.population);
+        }
+        Candidates::new(&self.population.values, self.population.width())
+    }
+
+    fn tell(&mut self, costs: &[f64]) {
+        // NaN and −∞ say nothing.
+        let ordered = |&cost: &f64| if cost > f64::NEG_INFINITY { cost } else { f64::INFINITY };
+        let costs: Vec<f64> = costs.iter().map(ordered).collect();
+        self.population.note(&costs);
+        self.rule.learn(&self.population, costs);
+        self.told = true;
+    }
+
+    fn best(&self) -> Option<Best<'_>> {
+        let Population { best, best_cost, .. } = &self.population;
+        best_cost.is_finite().then_some(Best { values: best, cost: *best_cost })
+    }
 }

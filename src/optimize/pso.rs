@@ -7,10 +7,8 @@
 //! axis (R. C. Eberhart, Y. Shi, IEEE CEC 2000). A particle that would leave the box ends on its wall, where the
 //! velocity is lost or turned around (J. Robinson, Y. Rahmat-Samii, IEEE Trans. Antennas Propag. 52 (2004)).
 
-use super::population::{Population, SearchSettings, ordered, split};
-use super::table::{Hyperparameter, NOT_NEGATIVE, Range, Search, SettingValue, Values, search, setting_choice};
-use super::{Best, Optimizer, SearchOptions as _};
-use crate::candidates::Candidates;
+use super::population::{Population, Rule, split};
+use super::table::{NOT_NEGATIVE, Range, search, setting_choice};
 use crate::{Error, Result};
 
 /// The velocity of a particle that runs against a wall of the box.
@@ -39,48 +37,60 @@ search! {
     }
 }
 
-/// A run of the particle swarm.
-#[derive(Debug, Clone)]
-pub struct Pso {
+#[derive(Default)]
+struct Pso {
     options: PsoOptions,
-    /// χ.
-    constriction: f64,
-    /// The positions, which are evaluated next.
-    swarm: Population,
     velocities: Vec<f64>,
     /// The best position of each particle, and its cost.
     own: Vec<f64>,
     costs: Vec<f64>,
-    told: bool,
 }
 
 impl Pso {
-    /// Makes a run.
-    ///
-    /// # Errors
-    /// `Usage` for an empty box or population, a setting out of its range, or c1 + c2 of 4 or less.
-    pub fn new(setup: SearchSettings, options: PsoOptions) -> Result<Self> {
-        options.check()?;
-        let phi = options.c1 + options.c2;
-        if phi <= 4.0 {
-            return Err(Error::usage(
-                format!("c1 + c2 of pso is {phi}"),
-                "Give c1 and c2 whose sum is more than 4: only then does the constriction make the swarm converge.",
-            ));
+    /// φ.
+    fn attraction(&self) -> f64 {
+        self.options.c1 + self.options.c2
+    }
+
+    /// χ.
+    fn constriction(&self) -> f64 {
+        let phi = self.attraction();
+        2.0 / (2.0 - phi - (phi * phi - 4.0 * phi).sqrt()).abs()
+    }
+}
+
+impl Rule for Pso {
+    fn check(&self) -> Result<()> {
+        let phi = self.attraction();
+        if phi > 4.0 {
+            return Ok(());
         }
-        let constriction = 2.0 / (2.0 - phi - (phi * phi - 4.0 * phi).sqrt()).abs();
-        let swarm = Population::new(setup)?;
-        let (velocities, own) = (vec![0.0; swarm.values.len()], swarm.values.clone());
-        Ok(Self { options, constriction, swarm, velocities, own, costs: Vec::new(), told: false })
+        let message = format!("c1 + c2 of pso is {phi}");
+        let hint = "Give c1 and c2 whose sum is more than 4: only then does the constriction make the swarm converge.";
+        Err(Error::usage(message, hint))
+    }
+
+    fn learn(&mut self, swarm: &Population, costs: Vec<f64>) {
+        if self.costs.is_empty() {
+            self.velocities.resize(swarm.values.len(), 0.0);
+            self.own.clone_from(&swarm.values);
+            self.costs = costs;
+            return;
+        }
+        let rows = self.own.chunks_exact_mut(swarm.width()).zip(&mut self.costs).zip(costs).enumerate();
+        for (agent, ((own, lowest), cost)) in rows.filter(|(_, ((_, lowest), cost))| cost < *lowest) {
+            *lowest = cost;
+            own.copy_from_slice(swarm.row(agent));
+        }
     }
 
     /// Eq. 3 for every particle.
-    fn fly(&mut self) {
-        let width = self.swarm.width();
+    fn advance(&mut self, swarm: &mut Population) {
+        let Population { setup, numbers, values, .. } = swarm;
+        let (width, constriction) = (setup.bounds.len(), self.constriction());
         let best = self.costs.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(agent, _)| agent);
-        let best = self.own[best * width..(best + 1) * width].to_vec();
+        let best = &self.own[best * width..(best + 1) * width];
         let PsoOptions { c1, c2, velocity, walls } = self.options;
-        let Population { setup, numbers, values, .. } = &mut self.swarm;
         let mut draws = vec![0; width];
         let rows = values.chunks_exact_mut(width).zip(self.velocities.chunks_exact_mut(width));
         for ((x, v), own) in rows.zip(self.own.chunks_exact(width)) {
@@ -89,7 +99,7 @@ impl Pso {
                 let ((r1, r2), (min, max)) = (split(draws[axis]), setup.bounds[axis]);
                 let pulled = v[axis] + c1 * r1 * (own[axis] - x[axis]) + c2 * r2 * (best[axis] - x[axis]);
                 let fastest = velocity * (max - min);
-                let moved = (self.constriction * pulled).clamp(-fastest, fastest);
+                let moved = (constriction * pulled).clamp(-fastest, fastest);
                 let free = x[axis] + moved;
                 x[axis] = free.max(min).min(max);
                 let is_inside = (min..=max).contains(&free);
@@ -103,41 +113,19 @@ impl Pso {
     }
 }
 
-impl Optimizer for Pso {
-    fn ask(&mut self) -> Candidates<'_> {
-        if self.told {
-            self.fly();
-            self.told = false;
-        }
-        self.swarm.candidates()
-    }
-
-    fn tell(&mut self, costs: &[f64]) {
-        let costs = ordered(costs);
-        self.swarm.note(&costs);
-        self.costs.resize(costs.len(), f64::INFINITY);
-        let width = self.swarm.width();
-        for (agent, cost) in costs.into_iter().enumerate() {
-            if cost < self.costs[agent] {
-                self.costs[agent] = cost;
-                self.own[agent * width..(agent + 1) * width].copy_from_slice(self.swarm.row(agent));
-            }
-        }
-        self.told = true;
-    }
-
-    fn best(&self) -> Option<Best<'_>> {
-        self.swarm.best()
-    }
-}
-
-#[cfg(test)]
 #[allow(clippy::float_cmp, reason = "exact equality is meant")]
+#[cfg(test)]
 mod tests {
     use super::*;
+    use crate::optimize::population::Moving;
+    use crate::optimize::{Optimizer as _, SearchSettings};
 
     fn setup() -> SearchSettings {
         SearchSettings { bounds: vec![(-1.0, 3.0), (10.0, 20.0)], population: 3, generations: 4, seed: 5, run: 2 }
+    }
+
+    fn swarm(options: PsoOptions) -> Result<Moving<Pso>> {
+        Moving::new(Pso { options, ..Pso::default() }, setup())
     }
 
     /// One generation after another by the formula alone, particle by particle, from the same random numbers.
@@ -145,7 +133,7 @@ mod tests {
     fn generations_are_the_formula() {
         for walls in [Wall::Absorbing, Wall::Reflecting] {
             let options = PsoOptions { c1: 2.5, c2: 1.9, velocity: 0.1, walls };
-            let mut swarm = Pso::new(setup(), options).unwrap();
+            let mut swarm = swarm(options).unwrap();
             let mut numbers = Population::new(setup()).unwrap().numbers;
             let chi = 2.0 / (2.0_f64 - 4.4 - (4.4_f64 * 4.4 - 4.0 * 4.4).sqrt()).abs();
             let mut x: Vec<[f64; 2]> = swarm.ask().values().chunks(2).map(|row| [row[0], row[1]]).collect();
@@ -186,21 +174,21 @@ mod tests {
 
     #[test]
     fn the_constriction_is_that_of_clerc_and_kennedy() {
-        let swarm = Pso::new(setup(), PsoOptions::default()).unwrap();
-        assert!((swarm.constriction - 0.729_843_788).abs() < 1e-9, "{}", swarm.constriction);
-        assert!(Pso::new(setup(), PsoOptions { c1: 2.0, c2: 2.0, ..PsoOptions::default() }).is_err());
+        let constriction = Pso::default().constriction();
+        assert!((constriction - 0.729_843_788).abs() < 1e-9, "{constriction}");
+        assert!(swarm(PsoOptions { c1: 2.0, c2: 2.0, ..PsoOptions::default() }).is_err());
     }
 
     #[test]
     fn random_numbers_do_not_depend_on_costs() {
         let after = |cost: fn(usize) -> f64| {
-            let mut swarm = Pso::new(setup(), PsoOptions::default()).unwrap();
+            let mut swarm = swarm(PsoOptions::default()).unwrap();
             for _ in 0..3 {
                 swarm.ask();
                 swarm.tell(&[0, 1, 2].map(cost));
             }
             swarm.ask();
-            swarm.swarm.numbers.unit()
+            swarm.population.numbers.unit()
         };
         assert_eq!(after(|_| f64::INFINITY), after(|agent| [1.0, f64::NAN, 0.5][agent]));
     }

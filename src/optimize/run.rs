@@ -1,31 +1,40 @@
 //! A run of a search, and what is said of it on the way.
 
-use super::Optimizer;
+use crate::candidates::Candidates;
+use crate::named::named;
 
-/// Why a search ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Stop {
-    /// All generations were evaluated.
-    BudgetSpent,
-    /// The observer ended it.
-    Interrupted,
-    /// An iteration came to its end.
-    Converged,
+/// The best candidate so far.
+#[derive(Debug, Clone, Copy)]
+pub struct Best<'a> {
+    /// Its values, one per axis.
+    pub values: &'a [f64],
+    /// Its cost.
+    pub cost: f64,
 }
 
-impl Stop {
-    /// Every reason.
-    pub const ALL: [Self; 3] = [Self::BudgetSpent, Self::Interrupted, Self::Converged];
+/// A population search, driven from outside.
+pub trait Optimizer: Send {
+    /// The candidates to be evaluated next; the same ones until `tell`.
+    fn ask(&mut self) -> Candidates<'_>;
 
-    /// Its name in results.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::BudgetSpent => "budget_spent",
-            Self::Interrupted => "interrupted",
-            Self::Converged => "converged",
-        }
+    /// Takes the costs of the candidates of the last `ask`, in their order; +∞ for one that failed. A NaN counts
+    /// as +∞.
+    fn tell(&mut self, costs: &[f64]);
+
+    /// The best so far; `None` before the first `tell` and while every cost was +∞.
+    fn best(&self) -> Option<Best<'_>>;
+}
+
+named! {
+    /// Why a search ended.
+    #[non_exhaustive]
+    pub enum Stop {
+        /// All generations were evaluated.
+        BudgetSpent = "budget_spent",
+        /// The observer ended it.
+        Interrupted = "interrupted",
+        /// An iteration came to its end.
+        Converged = "converged",
     }
 }
 

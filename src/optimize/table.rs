@@ -1,11 +1,11 @@
-//! The table of population searches: what a row of [`SEARCHES`] says of a search and of its settings.
+//! The rows of the table of population searches: what one says of a search and of its settings.
 
-use super::{Optimizer, SEARCHES, SearchSettings};
+use super::population::SearchSettings;
+use super::run::Optimizer;
 use crate::numeric::{count, whole};
 use crate::setting::text;
-use crate::text::{excerpt, listed};
+use crate::text::excerpt;
 use crate::{Error, Result};
-use std::fmt;
 
 /// A population search: a row of the table.
 #[derive(Debug)]
@@ -43,9 +43,7 @@ pub enum Range {
     Choice(&'static [&'static str]),
 }
 
-/// A number of 0 or more.
 pub(super) const NOT_NEGATIVE: Range = Range::Number(0.0, f64::INFINITY, false);
-/// A probability.
 pub(super) const PROBABILITY: Range = Range::Number(0.0, 1.0, false);
 
 /// The most settings that a search has.
@@ -53,7 +51,7 @@ const SETTINGS_MAX: usize = 8;
 
 /// The values of the settings of a search, in the order of its row: numbers, counts, or places among the choices.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Values([f64; SETTINGS_MAX]);
+pub struct Values(pub(super) [f64; SETTINGS_MAX]);
 
 impl Values {
     /// Returns these values followed by zeros.
@@ -62,10 +60,6 @@ impl Values {
         let mut values = [0.0; SETTINGS_MAX];
         values[..N].copy_from_slice(&given);
         Self(values)
-    }
-
-    pub(super) fn get(&self, place: usize) -> f64 {
-        self.0[place]
     }
 }
 
@@ -79,15 +73,6 @@ pub trait SearchOptions: Default {
 
     /// Returns the values in the order of the row.
     fn values(&self) -> Values;
-
-    /// Checks every value against its range.
-    ///
-    /// # Errors
-    /// `Usage` for a value out of its range.
-    fn check(&self) -> Result<()> {
-        let mut rows = Self::SEARCH.settings.iter().enumerate();
-        rows.try_for_each(|(place, row)| row.check(Self::SEARCH, self.values().get(place)))
-    }
 }
 
 /// A type that a typed setting may have.
@@ -156,12 +141,14 @@ macro_rules! search {
             }
         }
 
-        impl $crate::optimize::SearchOptions for $options {
+        use $crate::optimize::table::{Hyperparameter, Search, SearchOptions, SettingValue, Values};
+
+        impl SearchOptions for $options {
             const SEARCH: &'static Search = &SEARCH;
 
             fn of(values: &Values) -> Self {
-                let mut places = 0..;
-                let mut next = || places.next().map_or(0.0, |place| values.get(place));
+                let mut values = values.0.into_iter();
+                let mut next = || values.next().unwrap_or_default();
                 Self { $($field: SettingValue::of(next())),* }
             }
 
@@ -175,32 +162,15 @@ macro_rules! search {
             text: $text,
             settings: &[$(Hyperparameter { name: $setting, text: concat!($($doc),+).trim_ascii(), range: $range }),*],
             usual: || $options::default().values(),
-            begin: |setup, values| Ok(Box::new($search::new(setup, $options::of(values))?)),
+            begin: |setup, values| {
+                let rule = $search { options: $options::of(values), ..$search::default() };
+                Ok(Box::new($crate::optimize::population::Moving::new(rule, setup)?))
+            },
             debug: |values| format!("{}({:?})", stringify!($search), $options::of(values)),
         };
     };
 }
 pub(super) use search;
-
-impl Search {
-    /// Returns the search of this name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<&'static Self> {
-        SEARCHES.into_iter().find(|search| search.name == name)
-    }
-
-    /// Returns the settings that all searches have, in a sentence.
-    #[must_use]
-    pub fn settings_of_all() -> String {
-        let with_settings = SEARCHES.into_iter().filter(|search| !search.settings.is_empty());
-        let one = |(n, search): (usize, &Self)| {
-            let settings: Vec<String> = search.settings.iter().map(Hyperparameter::form).collect();
-            let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
-            format!("{} {}{}", search.name, if n == 0 { "has " } else { "" }, listed(&settings, "and"))
-        };
-        with_settings.enumerate().map(one).collect::<Vec<_>>().join("; ")
-    }
-}
 
 impl Hyperparameter {
     /// Returns the name, and behind it the words that it may be.
@@ -218,7 +188,7 @@ impl Hyperparameter {
     }
 
     /// Returns a value as it is written.
-    fn shown(&self, value: f64) -> String {
+    pub(super) fn shown(&self, value: f64) -> String {
         match self.range {
             Range::Number(..) => format!("{value:?}"),
             Range::Count => value.to_string(),
@@ -226,7 +196,7 @@ impl Hyperparameter {
         }
     }
 
-    fn read(&self, text: &str) -> Result<f64> {
+    pub(super) fn read(&self, text: &str) -> Result<f64> {
         let wrong = |what: &str, remedy: String| {
             Err(Error::usage(text!([Set](" {}=\"{}\" is {what}", self.name, excerpt(text))), remedy))
         };
@@ -246,7 +216,7 @@ impl Hyperparameter {
         }
     }
 
-    fn check(&self, search: &Search, value: f64) -> Result<()> {
+    pub(super) fn check(&self, search: &Search, value: f64) -> Result<()> {
         let Range::Number(min, max, above) = self.range else { return Ok(()) };
         if value.is_finite() && value <= max && if above { value > min } else { value >= min } {
             return Ok(());
@@ -259,81 +229,4 @@ impl Hyperparameter {
         let message = format!("{} of {} is {value}", self.name, search.name);
         Err(Error::usage(message, format!("Give {} {range}.", self.name)))
     }
-}
-
-/// A search with the values of its settings.
-#[derive(Clone, Copy)]
-pub struct Tuned {
-    /// The search.
-    pub search: &'static Search,
-    values: Values,
-}
-
-impl fmt::Debug for Tuned {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&(self.search.debug)(&self.values))
-    }
-}
-
-impl PartialEq for Tuned {
-    fn eq(&self, other: &Self) -> bool {
-        self.search.name == other.search.name && self.values == other.values
-    }
-}
-
-impl From<&'static Search> for Tuned {
-    /// Takes the usual values.
-    fn from(search: &'static Search) -> Self {
-        Self { search, values: (search.usual)() }
-    }
-}
-
-impl<O: SearchOptions> From<O> for Tuned {
-    fn from(options: O) -> Self {
-        Self { search: O::SEARCH, values: options.values() }
-    }
-}
-
-impl Tuned {
-    /// Changes a setting.
-    ///
-    /// # Errors
-    /// `Usage` when the search has no such setting, or it cannot be this.
-    pub fn set(&mut self, name: &str, value: &str) -> Result<()> {
-        let settings = self.search.settings;
-        let place = settings.iter().position(|setting| setting.name == name);
-        let place = place.ok_or_else(|| unknown_setting(name, value))?;
-        self.values.0[place] = settings[place].read(value)?;
-        settings[place].check(self.search, self.values.0[place])
-    }
-
-    /// Returns the value of the setting at a place of the row, as it is written.
-    #[must_use]
-    pub fn shown(&self, place: usize) -> String {
-        self.search.settings[place].shown(self.values.0[place])
-    }
-
-    /// Returns the settings that are not the usual ones, each with its value as it is written.
-    #[must_use]
-    pub fn changed(&self) -> Vec<(&'static str, String)> {
-        let usual = (self.search.usual)();
-        let places = self.search.settings.iter().enumerate();
-        let changed = places.filter(|(place, _)| self.values.0[*place].to_bits() != usual.0[*place].to_bits());
-        changed.map(|(place, setting)| (setting.name, self.shown(place))).collect()
-    }
-
-    /// Begins a run.
-    ///
-    /// # Errors
-    /// `Usage` for a box or settings that cannot be.
-    pub fn begin(&self, setup: SearchSettings) -> Result<Box<dyn Optimizer>> {
-        (self.search.begin)(setup, &self.values)
-    }
-}
-
-/// Returns the error of a setting that a method has not.
-#[must_use]
-pub fn unknown_setting(name: &str, value: &str) -> Error {
-    let message = text!([Set](" \"{}={}\" is no setting of this method", excerpt(name), excerpt(value)));
-    Error::usage(message, format!("{}.", Search::settings_of_all()))
 }

@@ -3,7 +3,7 @@
 use super::identified::{window, with_error};
 use super::table::{Table, dash};
 use crate::analysis::{Characteristic, Characteristics};
-use crate::identify::{Identification, IdentifySpec, ModelSelection};
+use crate::identify::{Identification, IdentifySpec, SelectionStep};
 use crate::motor::{Extension, Input, Scope};
 use crate::text::significant;
 
@@ -73,10 +73,10 @@ pub(super) fn characteristics_table(found: &Identification) -> Table {
 
 /// The models that were tried, in their order.
 #[must_use]
-pub fn selection_table(selection: &ModelSelection) -> Table {
+pub fn selection_table(selection: &[SelectionStep]) -> Table {
     let heads = ["extensions", "free", "current [%]", "speed [%]", "criterion", ""];
     let mut table = Table::new("ladder", "Models that were tried", &heads);
-    for step in &selection.steps {
+    for step in selection {
         let [current, speed] = step.fit_percent.map(|fit| fit.map_or_else(dash, |fit| format!("{fit:.2}")));
         let gain = step.gain.map_or_else(String::new, |gain| significant(gain, 3));
         let taken = if step.taken { "taken" } else { "" };
@@ -97,5 +97,5 @@ pub fn selection_text(found: &Identification) -> Option<String> {
     let selection = found.selection.as_ref()?;
     let taken: Vec<&str> = found.extensions().into_iter().map(Extension::name).collect();
     let what = if taken.is_empty() { "no extension".to_owned() } else { taken.join(", ") };
-    Some(format!("{what}; {} models were tried (-v shows them)", selection.steps.len()))
+    Some(format!("{what}; {} models were tried (-v shows them)", selection.len()))
 }

@@ -47,34 +47,18 @@ pub struct Row {
 }
 
 /// How recordings are read and prepared.
-pub const READING: [Setting; 10] = [
-    Setting::Columns,
-    Setting::Rate,
-    Setting::Sheet,
-    Setting::Gaps,
-    Setting::DropRepeats,
-    Setting::Crop,
-    Setting::Offset,
-    Setting::Mask,
-    Setting::Decimate,
-    Setting::Filter,
-];
+pub const READING: [Setting; 10] = {
+    use Setting::{Columns, Crop, Decimate, DropRepeats, Filter, Gaps, Mask, Offset, Rate, Sheet};
+    [Columns, Rate, Sheet, Gaps, DropRepeats, Crop, Offset, Mask, Decimate, Filter]
+};
 /// How the optimum is found and refined.
 pub const SEARCH: [Setting; 6] =
     [Setting::Method, Setting::Polish, Setting::Population, Setting::Generations, Setting::Seed, Setting::Set];
 /// What candidates are evaluated on.
-pub const PROBLEM: [Setting; 10] = [
-    Setting::Bounds,
-    Setting::Fix,
-    Setting::Criterion,
-    Setting::Scale,
-    Setting::Noise,
-    Setting::TimeOrigin,
-    Setting::With,
-    Setting::PerRecording,
-    Setting::Discretization,
-    Setting::Initial,
-];
+pub const PROBLEM: [Setting; 10] = {
+    use Setting::{Bounds, Criterion, Discretization, Fix, Initial, Noise, PerRecording, Scale, TimeOrigin, With};
+    [Bounds, Fix, Criterion, Scale, Noise, TimeOrigin, With, PerRecording, Discretization, Initial]
+};
 /// What evaluates them.
 pub const DEVICE: [Setting; 3] = [Setting::Device, Setting::Precision, Setting::Threads];
 

@@ -57,20 +57,18 @@ pub fn motor(text: &str) -> Result<(Parameters, Extensions)> {
     let named: Vec<String> = text.split(',').filter(|item| !is_m2(item)).map(str::to_owned).collect();
     let list = parameters(&named, Setting::Parameters)?;
     let extensions = list.iter().fold(Extensions::NONE, |all, (parameter, value)| all.with(*parameter, *value));
+    let has_m2 = text.split(',').any(is_m2);
     let mut values = Parameters::M2.to_array();
-    if text.split(',').any(is_m2) {
-        for &(parameter, value) in list.iter().filter(|(parameter, _)| !parameter.is_extension()) {
-            values[parameter as usize] = value;
+    for (parameter, own) in Parameter::ALL.into_iter().zip(&mut values) {
+        match list.iter().find(|(p, _)| *p == parameter) {
+            Some((_, value)) => *own = *value,
+            None if has_m2 => {}
+            None => {
+                let message = text!([Parameters](" lacks {}, the {}", parameter.symbol(), parameter.name()));
+                let hint = "Give all five: R=0.921042,L=0.007759,K=0.073472,B=0.000678,J=0.000136.";
+                return Err(Error::usage(message, hint));
+            }
         }
-        return Ok((Parameters::from_array(values), extensions));
-    }
-    for parameter in Parameter::ALL {
-        let found = list.iter().find(|(p, _)| *p == parameter);
-        let &(_, value) = found.ok_or_else(|| {
-            let message = text!([Parameters](" lacks {}, the {}", parameter.symbol(), parameter.name()));
-            Error::usage(message, "Give all five: R=0.921042,L=0.007759,K=0.073472,B=0.000678,J=0.000136.")
-        })?;
-        values[parameter as usize] = value;
     }
     Ok((Parameters::from_array(values), extensions))
 }

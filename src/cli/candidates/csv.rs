@@ -1,13 +1,13 @@
 //! Candidates from CSV.
 
-use super::places;
+use super::{Source, open, places};
 use motorfit::motor::Axis;
 use motorfit::text::printable;
 use motorfit::{Error, Result};
 use std::io::Read;
 use std::path::Path;
 
-pub(in crate::cli) struct Table {
+pub(super) struct Table {
     reader: csv::Reader<Capped>,
     name: String,
     places: Vec<(String, usize)>,
@@ -16,12 +16,7 @@ pub(in crate::cli) struct Table {
 impl Table {
     pub(super) fn open(path: &Path, axes: &[Axis]) -> Result<Self> {
         let name = path.display().to_string();
-        let input: Box<dyn Read + Send> = if name == "-" {
-            Box::new(std::io::stdin())
-        } else {
-            let failed = |e| Error::data(format!("cannot be read: {e}"), "Check the path.").in_file(path);
-            Box::new(std::fs::File::open(path).map_err(failed)?)
-        };
+        let input: Box<dyn Read + Send> = if name == "-" { Box::new(std::io::stdin()) } else { Box::new(open(path)?) };
         let input = Capped { input, line: 0 };
         let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(input);
         let heading = reader.headers().map_err(|e| broken(&name, &e))?;
@@ -29,8 +24,14 @@ impl Table {
         let places = places(&format!("{name}, line 1"), &columns, axes)?;
         Ok(Self { reader, name, places })
     }
+}
 
-    pub(super) fn next(&mut self, most: usize, width: usize, values: &mut Vec<f64>) -> Result<()> {
+impl Source for Table {
+    fn count(&self) -> Option<u64> {
+        None
+    }
+
+    fn next(&mut self, most: usize, width: usize, values: &mut Vec<f64>) -> Result<()> {
         let Self { reader, name, places } = self;
         let mut row = csv::StringRecord::new();
         while values.len() < most * width && reader.read_record(&mut row).map_err(|e| broken(name, &e))? {

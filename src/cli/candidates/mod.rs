@@ -5,75 +5,64 @@ mod csv;
 mod parquet;
 
 use motorfit::motor::Axis;
-use motorfit::numeric::whole_u64;
+use motorfit::numeric::{index, whole_u64};
 use motorfit::optimize::{Sample, Sampling};
 use motorfit::setting::Setting;
 use motorfit::settings::values;
 use motorfit::text::excerpt;
 use motorfit::{Error, Result};
+use std::fs::File;
 use std::path::Path;
 
 /// Candidates that come one after the other.
-pub(super) enum Source {
-    Sample {
-        sample: Sample,
-        next: u64,
-    },
-    Csv(csv::Table),
-    #[cfg(feature = "parquet")]
-    Parquet(parquet::Table),
+pub(super) trait Source {
+    /// How many there are, where that is known.
+    fn count(&self) -> Option<u64>;
+
+    /// Appends the next candidates of `width` values, at most `most`; none at the end.
+    fn next(&mut self, most: usize, width: usize, values: &mut Vec<f64>) -> Result<()>;
 }
 
-impl Source {
-    /// Opens a file, `-` for stdin, and finds the column of each axis.
-    pub(super) fn file(path: &Path, axes: &[Axis]) -> Result<Self> {
-        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
-            #[cfg(feature = "parquet")]
-            return Ok(Self::Parquet(parquet::Table::open(path, axes)?));
-            #[cfg(not(feature = "parquet"))]
-            return Err(Error::usage(
-                "this build reads no Parquet",
-                "Build with the feature parquet, or give the candidates as CSV.",
-            ));
-        }
-        Ok(Self::Csv(csv::Table::open(path, axes)?))
+/// A sample, and the number of its next candidate.
+pub(super) struct Sampled(pub Sample, pub u64);
+
+impl Source for Sampled {
+    fn count(&self) -> Option<u64> {
+        Some(self.0.count())
     }
 
-    /// How many there are, where that is known.
-    pub(super) fn count(&self) -> Option<u64> {
-        match self {
-            Self::Sample { sample, .. } => Some(sample.count()),
-            Self::Csv(_) => None,
-            #[cfg(feature = "parquet")]
-            Self::Parquet(table) => Some(table.count()),
-        }
+    fn next(&mut self, most: usize, width: usize, values: &mut Vec<f64>) -> Result<()> {
+        let count = most.min(index(self.0.count() - self.1));
+        values.resize(count * width, 0.0);
+        self.0.fill(self.1, values);
+        self.1 += count as u64;
+        Ok(())
     }
+}
 
-    /// The next candidates, at most `most`; none at the end.
-    pub(super) fn next(&mut self, most: usize, width: usize, values: &mut Vec<f64>) -> Result<()> {
-        values.clear();
-        match self {
-            Self::Sample { sample, next } => {
-                let count = most.min(usize::try_from(sample.count() - *next).unwrap_or(usize::MAX));
-                values.resize(count * width, 0.0);
-                sample.fill(*next, values);
-                *next += count as u64;
-                Ok(())
-            }
-            Self::Csv(table) => table.next(most, width, values),
-            #[cfg(feature = "parquet")]
-            Self::Parquet(table) => table.next(most, values),
-        }
+/// Opens a file, `-` for stdin, and finds the column of each axis.
+pub(super) fn file(path: &Path, axes: &[Axis]) -> Result<Box<dyn Source>> {
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
+        #[cfg(feature = "parquet")]
+        return Ok(Box::new(parquet::Table::open(path, axes)?));
+        #[cfg(not(feature = "parquet"))]
+        return Err(Error::usage(
+            "this build reads no Parquet",
+            "Build with the feature parquet, or give the candidates as CSV.",
+        ));
     }
+    Ok(Box::new(csv::Table::open(path, axes)?))
+}
+
+fn open(path: &Path) -> Result<File> {
+    File::open(path).map_err(|e| Error::data(format!("cannot be read: {e}"), "Check the path.").in_file(path))
 }
 
 /// `uniform:N`, `lhs:N` or `grid:N`.
 pub(super) fn sampling(text: &str) -> Result<(Sampling, u64)> {
     let bad = || {
-        Error::usage(
-            format!("--sample: \"{}\" is no sample", excerpt(text)),
-            "Write uniform:N, lhs:N (N candidates) or grid:N (N values of each free parameter).",
-        )
+        let message = format!("--sample: \"{}\" is no sample", excerpt(text));
+        Error::usage(message, "Write uniform:N, lhs:N (N candidates) or grid:N (N values of each free parameter).")
     };
     let (kind, number) = text.split_once(':').ok_or_else(bad)?;
     let kind = match kind {
@@ -95,10 +84,9 @@ fn places(file: &str, columns: &[&str], axes: &[Axis]) -> Result<Vec<(String, us
     let names: Vec<String> = axes.iter().map(|axis| axis.scope.name(axis.parameter)).collect();
     let wrong = |what: &str, name: &str| {
         let found: Vec<String> = columns.iter().map(|column| format!("\"{}\"", excerpt(column))).collect();
-        Error::data(
-            format!("{file}: {what} {name}; there is {}", found.join(", ")),
-            format!("Name one column for each free parameter ({}), or hold it with --fix.", names.join(",")),
-        )
+        let message = format!("{file}: {what} {name}; there is {}", found.join(", "));
+        let hint = format!("Name one column for each free parameter ({}), or hold it with --fix.", names.join(","));
+        Error::data(message, hint)
     };
     let place = |name: &String| {
         let mut found = columns.iter().enumerate().filter(|(_, column)| *column == name).map(|(place, _)| place);

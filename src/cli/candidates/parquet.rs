@@ -1,6 +1,6 @@
 //! Candidates from Parquet: columns of numbers, read page by page.
 
-use super::places;
+use super::{Source, open, places};
 use motorfit::motor::Axis;
 use motorfit::numeric;
 use motorfit::text::excerpt;
@@ -8,12 +8,13 @@ use motorfit::{Error, Result};
 use parquet::basic::{ConvertedType, LogicalType, Type};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::DataType;
+use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader as _, SerializedFileReader};
 use std::fs::File;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-pub(in crate::cli) struct Table {
+pub(super) struct Table {
     reader: SerializedFileReader<File>,
     name: String,
     places: Vec<(String, usize)>,
@@ -21,7 +22,6 @@ pub(in crate::cli) struct Table {
     columns: Vec<ColumnReader>,
     left: usize,
     group: usize,
-    /// Rows read.
     rows: u64,
 }
 
@@ -32,8 +32,7 @@ impl Table {
     }
 
     fn open_as(path: &Path, name: String, axes: &[Axis]) -> Result<Self> {
-        let failed = |e| Error::data(format!("cannot be read: {e}"), "Check the path.").in_file(path);
-        let reader = SerializedFileReader::new(File::open(path).map_err(failed)?).map_err(|e| broken(&name, &e))?;
+        let reader = SerializedFileReader::new(open(path)?).map_err(|e| broken(&name, &e))?;
         let schema = reader.metadata().file_metadata().schema_descr_ptr();
         let paths: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
         let columns: Vec<&str> = paths.iter().map(String::as_str).collect();
@@ -57,23 +56,11 @@ impl Table {
             if !(numbers && means_numbers) || column.max_rep_level() > 0 {
                 let kind = column.converted_type();
                 let found = format!("{} {kind}", column.physical_type());
-                return Err(Error::data(
-                    format!("{name}, column {parameter}: is {}, expected numbers", excerpt(&found)),
-                    "Write the column as DOUBLE or FLOAT, in SI units.",
-                ));
+                let message = format!("{name}, column {parameter}: is {}, expected numbers", excerpt(&found));
+                return Err(Error::data(message, "Write the column as DOUBLE or FLOAT, in SI units."));
             }
         }
         Ok(Self { reader, name, places, columns: Vec::new(), left: 0, group: 0, rows: 0 })
-    }
-
-    pub(super) fn count(&self) -> u64 {
-        u64::try_from(self.reader.metadata().file_metadata().num_rows()).unwrap_or(0)
-    }
-
-    /// Appends the next rows, at most `most`; none at the end.
-    pub(super) fn next(&mut self, most: usize, values: &mut Vec<f64>) -> Result<()> {
-        let name = self.name.clone();
-        guarded(&name, || self.append(most, values))
     }
 
     fn append(&mut self, most: usize, values: &mut Vec<f64>) -> Result<()> {
@@ -91,13 +78,12 @@ impl Table {
         let first = values.len();
         values.resize(first + count * width, 0.0);
         for (n, (parameter, _)) in self.places.iter().enumerate() {
-            let column = read(&mut self.columns[n], count).map_err(|fault| match fault {
-                Fault::Missing(row) => Error::data(
-                    format!("{}, row {}, column {parameter}: null or not finite", self.name, self.rows + row),
-                    "Give a number in SI units.",
-                ),
-                Fault::Broken(e) => broken(&self.name, &e),
-            })?;
+            let column = read(&mut self.columns[n], count).map_err(|e| broken(&self.name, &e))?;
+            if let Some(row) = column.iter().position(|value| !value.is_finite()) {
+                let row = self.rows + row as u64 + 1;
+                let message = format!("{}, row {row}, column {parameter}: null or not finite", self.name);
+                return Err(Error::data(message, "Give a number in SI units."));
+            }
             let own = values[first..].iter_mut().skip(n).step_by(width);
             own.zip(column).for_each(|(value, read)| *value = read);
         }
@@ -107,20 +93,25 @@ impl Table {
     }
 }
 
-/// What can be wrong with a column: no finite number, in which row of those asked for (from 1 on), or the file.
-enum Fault {
-    Missing(u64),
-    Broken(parquet::errors::ParquetError),
+impl Source for Table {
+    fn count(&self) -> Option<u64> {
+        Some(u64::try_from(self.reader.metadata().file_metadata().num_rows()).unwrap_or(0))
+    }
+
+    fn next(&mut self, most: usize, _: usize, values: &mut Vec<f64>) -> Result<()> {
+        let name = self.name.clone();
+        guarded(&name, || self.append(most, values))
+    }
 }
 
-/// The next `count` numbers of a column.
-fn read(column: &mut ColumnReader, count: usize) -> std::result::Result<Vec<f64>, Fault> {
+/// The next `count` numbers of a column, NaN for a null.
+fn read(column: &mut ColumnReader, count: usize) -> std::result::Result<Vec<f64>, ParquetError> {
     match column {
         ColumnReader::DoubleColumnReader(reader) => numbers(reader, count, |v| v),
         ColumnReader::FloatColumnReader(reader) => numbers(reader, count, f64::from),
         ColumnReader::Int32ColumnReader(reader) => numbers(reader, count, f64::from),
         ColumnReader::Int64ColumnReader(reader) => numbers(reader, count, numeric::real),
-        _ => Err(Fault::Missing(1)),
+        _ => Ok(vec![f64::NAN; count]),
     }
 }
 
@@ -128,22 +119,19 @@ fn numbers<T: DataType>(
     reader: &mut ColumnReaderImpl<T>,
     count: usize,
     number: impl Fn(T::T) -> f64,
-) -> std::result::Result<Vec<f64>, Fault> {
+) -> std::result::Result<Vec<f64>, ParquetError> {
     let (mut values, mut levels) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    let (records, _, _) = reader.read_records(count, Some(&mut levels), None, &mut values).map_err(Fault::Broken)?;
+    let (records, _, _) = reader.read_records(count, Some(&mut levels), None, &mut values)?;
     if records < count {
-        return Err(Fault::Broken(parquet::errors::ParquetError::EOF(format!("{records} rows where {count} are due"))));
+        return Err(ParquetError::EOF(format!("{records} rows where {count} are due")));
     }
-    if values.len() < count {
-        let present = levels.iter().copied().max().unwrap_or(0).max(1);
-        let missing = levels.iter().position(|level| *level < present).unwrap_or(0);
-        return Err(Fault::Missing(missing as u64 + 1));
+    if values.len() == count {
+        return Ok(values.into_iter().map(number).collect());
     }
-    let numbers: Vec<f64> = values.into_iter().map(number).collect();
-    match numbers.iter().position(|v| !v.is_finite()) {
-        Some(row) => Err(Fault::Missing(row as u64 + 1)),
-        None => Ok(numbers),
-    }
+    let present = levels.iter().copied().max().unwrap_or(0).max(1);
+    let mut numbers = values.into_iter().map(number);
+    let next = |level| if level == present { numbers.next().unwrap_or(f64::NAN) } else { f64::NAN };
+    Ok(levels.into_iter().map(next).collect())
 }
 
 /// Does `work`; the reader panics on some broken files, which is an error here and not to be seen.

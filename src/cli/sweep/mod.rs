@@ -1,28 +1,17 @@
 //! `sweep`: plan, run, status, merge, or all in one.
 
 pub(crate) mod args;
-mod progress;
 
 use super::args::{Shown, SweepAction, SweepArgs};
-use super::out::{self, Out};
-use super::output::{STRONG, Style, data};
-use super::{Outcome, cache, interrupt};
-use motorfit::device::with_threads;
+use super::prelude::*;
 use motorfit::numeric::count_u64;
-use motorfit::report::json;
+#[cfg(feature = "parquet")]
+use motorfit::report::sweep::write_parquet;
 use motorfit::report::sweep::{
     shortened, status_document, sweep_answer, sweep_document, sweep_page, sweep_tables, tally_document,
 };
-use motorfit::setting::Setting;
-use motorfit::settings::{self, values};
-use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, SweepSummary, Tally};
-use motorfit::text::{engineering, printable, significant};
-use motorfit::{Error, Result};
-use progress::SweepReporter;
-use std::fmt::Write as _;
+use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, Tally};
 use std::io::Read as _;
-use std::ops::ControlFlow;
-use std::path::Path;
 
 /// Columns that a terminal has at least, and rows of a table that are shown there.
 const WIDTH: usize = 80;
@@ -54,7 +43,6 @@ pub(super) fn run(args: &SweepArgs, style: &Style) -> Result<Outcome> {
     }
 }
 
-/// Plans, runs and merges.
 fn all(args: &SweepArgs, style: &Style) -> Result<Outcome> {
     // Clap has seen to both.
     let (Some(study), Some(out)) = (&args.study, &args.out) else { return Ok(Outcome::Done) };
@@ -74,30 +62,24 @@ fn all(args: &SweepArgs, style: &Style) -> Result<Outcome> {
 
 fn planned(sweep: &Sweep, folder: &Path, again: bool) -> String {
     let manifest = sweep.manifest();
-    let motors = manifest.motors.len();
-    format!(
-        "{}: {} runs of {motors} motor{} on {} {}, {} in {}\n",
-        printable(&manifest.name),
-        manifest.runs,
-        if motors == 1 { "" } else { "s" },
-        manifest.device.kind,
-        manifest.device.precision,
-        if again { "as planned" } else { "planned" },
-        printable(&folder.display().to_string())
-    )
+    let (runs, device, motors) = (manifest.runs, &manifest.device, manifest.motors.len());
+    let [name, folder] = [&manifest.name, &folder.display().to_string()].map(|text| printable(text));
+    let on = format!("motor{} on {} {}", if motors == 1 { "" } else { "s" }, device.kind, device.precision);
+    let planned = if again { "as planned" } else { "planned" };
+    format!("{name}: {runs} runs of {motors} {on}, {planned} in {folder}\n")
 }
 
 fn shard_run(sweep: &Sweep, shard: Shard, threads: Option<usize>, style: &Style) -> Result<Tally> {
     settings::threads(threads)?;
-    interrupt::listen()?;
-    let mut reporter = SweepReporter::new(style);
+    progress::listen()?;
+    let mut show = progress::sweep_reporter(style);
     let tally = with_threads(threads, || {
         sweep.run(shard, &mut |progress| {
-            reporter.show(progress);
-            if interrupt::pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            show(progress);
+            progress::interrupted()
         })
     });
-    drop(reporter);
+    drop(show);
     let tally = tally?;
     style.warnings(&tally.warnings);
     for failed in &tally.failures.named {
@@ -183,10 +165,8 @@ impl<'a> Show<'a> {
 /// Only Parquet is overwritten by Parquet: never a manifest, results or a recording.
 fn check_parquet(path: &Path) -> Result<()> {
     if cfg!(not(feature = "parquet")) {
-        return Err(Error::usage(
-            "this build writes no Parquet",
-            "Build with the feature parquet; results.jsonl has the same.",
-        ));
+        let message = "this build writes no Parquet";
+        return Err(Error::usage(message, "Build with the feature parquet; results.jsonl has the same."));
     }
     let mut head = [0; 4];
     let file = std::fs::File::open(path);
@@ -210,7 +190,8 @@ fn merge(sweep: &Sweep, show: Show<'_>, style: &Style) -> Result<Outcome> {
         ));
     }
     if let Some(path) = wanted {
-        parquet(&results, &summary, path)?;
+        #[cfg(feature = "parquet")]
+        write_parquet(&results, &summary, path)?;
         style.note(&format!("wrote {}", path.display()));
     }
     style.note(&format!("wrote {}", results.display()));
@@ -237,14 +218,4 @@ fn merge(sweep: &Sweep, show: Show<'_>, style: &Style) -> Result<Outcome> {
         out.write(files, style)?;
     }
     Ok(if summary.is_complete() { Outcome::Done } else { Outcome::Incomplete })
-}
-
-#[cfg(feature = "parquet")]
-fn parquet(results: &Path, summary: &SweepSummary, out: &Path) -> Result<()> {
-    motorfit::report::sweep::write_parquet(results, summary, out)
-}
-
-#[cfg(not(feature = "parquet"))]
-fn parquet(_: &Path, _: &SweepSummary, _: &Path) -> Result<()> {
-    Ok(())
 }

@@ -4,13 +4,12 @@ use super::runs::Job;
 use super::study::Study;
 use super::toml::as_key;
 use crate::channels::Channels;
-use crate::identify::{Estimates, Identification, MAPS};
+use crate::identify::{Estimates, Identification, some_or_nulls};
 use crate::optimize::Stop;
 use crate::record::Severity;
 use crate::text::{hexadecimal, printable_json};
 use crate::{Error, ErrorKind};
 use serde::de::Error as _;
-use serde::ser::SerializeStruct as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use sha2::{Digest as _, Sha256};
 
@@ -21,7 +20,7 @@ type Name = &'static str;
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// The parameters; `None` where there is no result.
-    #[serde(flatten, serialize_with = "estimates")]
+    #[serde(flatten, serialize_with = "some_or_nulls")]
     pub estimates: Option<Estimates>,
     /// The cost in the run's criterion, by the oracle.
     pub cost: Option<f64>,
@@ -52,18 +51,6 @@ pub struct Outcome {
 pub struct HeldOutFit {
     /// Of their current and speed.
     pub fit_percent: Channels<Option<f64>>,
-}
-
-/// The maps of the estimates, each `null` without a result.
-fn estimates<S: Serializer>(estimates: &Option<Estimates>, serializer: S) -> Result<S::Ok, S::Error> {
-    match estimates {
-        Some(estimates) => estimates.serialize(serializer),
-        None => {
-            let mut all = serializer.serialize_struct("Estimates", MAPS.len())?;
-            MAPS.iter().try_for_each(|map| all.serialize_field(map, &()))?;
-            all.end()
-        }
-    }
 }
 
 const FAILED: &str = "failed";

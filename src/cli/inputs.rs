@@ -1,0 +1,74 @@
+//! What commands share: recordings as they are read, and what of a spec flags give: criterion, model, space and device.
+
+use super::args::{DeviceArgs, ProblemArgs};
+use super::cache;
+use super::output::Style;
+use motorfit::criterion::Scale;
+use motorfit::device::DeviceSpec;
+use motorfit::identify::IdentifySpec;
+use motorfit::record::{Record, Source};
+use motorfit::setting::Setting;
+use motorfit::settings::{self, Given};
+use motorfit::text::{engineering, printable};
+use motorfit::{Error, Result};
+use std::path::PathBuf;
+
+pub(super) fn records(paths: &[PathBuf], given: &Given) -> Result<Vec<Record>> {
+    let reading = settings::reading(given)?;
+    let mut records = Vec::new();
+    for path in paths {
+        records.extend(reading.records(path)?);
+    }
+    Ok(records)
+}
+
+pub(super) fn name(source: &Source) -> String {
+    let path = source.path.as_ref().map_or_else(String::new, |path| path.display().to_string());
+    source.part.as_ref().map_or(path.clone(), |part| format!("{path} ({part})"))
+}
+
+/// One line: file, samples, period, duration, columns with units; others for what was left out or prepared.
+pub(super) fn understood(record: &Record) -> String {
+    let source = record.source();
+    let columns: Vec<String> = source
+        .columns
+        .iter()
+        .map(|c| {
+            let conversion = if c.conversion.is_empty() { String::new() } else { format!(" {}", c.conversion) };
+            format!("{}{conversion} [{}{}]", c.heading, c.unit, if c.unit_named { "" } else { " assumed" })
+        })
+        .collect();
+    let [period, duration] = [record.period_s(), record.duration_s()].map(|seconds| engineering(seconds, "s", 4));
+    let (name, count, columns) = (name(source), record.len(), columns.join(", "));
+    let mut text = printable(&format!("{name}: {count} samples every {period}, {duration}; {columns}"));
+    for note in &source.notes {
+        text.push_str(&format!("\n  {}", printable(note)));
+    }
+    text
+}
+
+/// The part of a spec that says what candidates are evaluated on, and by what.
+pub(super) fn spec(problem: &ProblemArgs, device: &DeviceArgs, style: &Style) -> Result<IdentifySpec> {
+    checked(settings::problem(&problem.0.and(&device.0))?, &problem.0, style)
+}
+
+/// A spec with what was measured of this machine, where no flag is without effect.
+pub(super) fn checked(spec: IdentifySpec, given: &Given, style: &Style) -> Result<IdentifySpec> {
+    if given.has(Setting::Noise) && spec.criterion.scale != Scale::Noise {
+        let message = "--noise has no effect without --scale noise";
+        return Err(Error::usage(message, "Add --scale noise or leave --noise out."));
+    }
+    if given.has(Setting::TimeOrigin) && !spec.criterion.is_time_weighted() {
+        let message = "--time-origin has no effect without --criterion itse or itae";
+        return Err(Error::usage(message, "Choose one of them or leave --time-origin out."));
+    }
+    Ok(measured(spec, style))
+}
+
+pub(super) fn device(args: &DeviceArgs, style: &Style) -> Result<IdentifySpec> {
+    Ok(measured(settings::device(&args.0)?, style))
+}
+
+fn measured(spec: IdentifySpec, style: &Style) -> IdentifySpec {
+    IdentifySpec { paces: if spec.device == DeviceSpec::Auto { cache::paces(style) } else { None }, ..spec }
+}
