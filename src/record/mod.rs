@@ -14,8 +14,7 @@ mod time;
 pub use diagnose::{Finding, RULES, Rule, Severity, diagnose};
 pub use heading::{ColumnRequest, Quantity, parse_columns};
 pub use import::{
-    FORMATS, Format, ReadOptions, parse_number, read, read_bytes, read_csv, read_csv_bytes, read_inputs, read_joined,
-    write_csv,
+    FORMATS, Format, ReadOptions, parse_number, read, read_bytes, read_csv, read_inputs, read_joined, write_csv,
 };
 pub use lines::Lines;
 pub use prepare::{Cascade, FilterKind, LowPass, Mask, Offset, Preparation, parse_masks};
@@ -80,6 +79,17 @@ pub struct Source {
     pub notes: Vec<String>,
     /// Whether the file ends without a line end, so that its last number may be cut off.
     pub last_line_open: bool,
+}
+
+impl Source {
+    /// The same with the number of a stretch in its part, where there are several.
+    fn stretch(mut self, n: usize, count: usize) -> Self {
+        if count > 1 {
+            let part = self.part.into_iter().chain([format!("stretch {}", n + 1)]);
+            self.part = Some(part.collect::<Vec<_>>().join(", "));
+        }
+        self
+    }
 }
 
 /// A recording that has passed all checks: at least two samples, finite values, regular increasing time.
@@ -148,9 +158,8 @@ impl Record {
         });
         let excluded = excluded.filter(|e| e.start < e.end).collect();
         let record = Self::from_file(self.samples.slice(range.clone()), source, true)?;
-        let record = record.with_excluded(excluded).with_independent(self.independent);
         let slope = self.slope.get(range).unwrap_or_default().to_vec();
-        Ok(Self { slope, interpolated: self.interpolated, ..record })
+        Ok(Self { excluded, slope, independent: self.independent, interpolated: self.interpolated, ..record })
     }
 
     /// The first part of the samples, and the rest of them.
@@ -166,14 +175,6 @@ impl Record {
         }
         let part = |range, note: &str| self.part(range, Some(note.to_owned()));
         Ok([part(0..at, "the first part of a split")?, part(at..self.len(), "the held-out part of a split")?])
-    }
-
-    fn with_excluded(self, excluded: Vec<Excluded>) -> Self {
-        Self { excluded, ..self }
-    }
-
-    fn with_independent(self, independent: f64) -> Self {
-        Self { independent, ..self }
     }
 
     /// By how much the input rises over each step, around its value there as the mean; empty where it is held or
@@ -302,13 +303,9 @@ fn check_values(quantity: Quantity, signal: &[f64], source: &Source) -> Result<(
         return Ok(());
     }
     let Some(n) = signal.iter().position(|value| !good(value)) else { return Ok(()) };
-    let mut error = Error::data(
-        format!("found {} {}, expected a finite value up to {VALUE_MAX:e}", signal[n], quantity.unit()),
-        "Correct the value or its unit, or remove the row at the start or end of the recording.",
-    );
-    if let Some(line) = source.lines.get(n) {
-        error = error.at_line(line);
-    }
     let heading = source.columns.iter().find(|c| c.quantity == quantity).map(|c| c.heading.clone());
+    let message = format!("found {} {}, expected a finite value up to {VALUE_MAX:e}", signal[n], quantity.unit());
+    let hint = "Correct the value or its unit, or remove the row at the start or end of the recording.";
+    let error = Error::data(message, hint).at_line(source.lines.get(n));
     Err(error.in_column(heading.unwrap_or_else(|| quantity.to_string())))
 }

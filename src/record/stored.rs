@@ -66,8 +66,7 @@ impl Record {
         if !(fits && inside && lines && share) {
             return Err(wrong());
         }
-        let record = Self::from_file(samples, head.source, true)?;
-        let record = record.with_excluded(head.excluded).with_independent(head.independent);
-        Ok(Self { slope, interpolated: head.interpolated, ..record })
+        let Head { source, excluded, independent, interpolated, .. } = head;
+        Ok(Self { excluded, independent, slope, interpolated, ..Self::from_file(samples, source, true)? })
     }
 }

@@ -58,7 +58,7 @@ const PARTS: f64 = 1000.0;
 
 /// Steps of at least two times. `lines` are the lines of the file they are on, or empty.
 pub(super) fn steps(time_s: &[f64], lines: &Lines, keep_gaps: bool) -> Result<Steps> {
-    let located = |error: Error, n: usize| lines.get(n).into_iter().fold(error, Error::at_line);
+    let located = |error: Error, n: usize| error.at_line(lines.get(n));
     if !time_s.iter().fold(true, |all, t| all & t.is_finite())
         && let Some(n) = time_s.iter().position(|t| !t.is_finite())
     {

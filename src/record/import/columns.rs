@@ -1,11 +1,11 @@
 //! Which columns of a table are used: those that the user names, the others by their headings.
 
-use super::formula::{Formula, suffix};
-use super::parse::parse_number;
+use super::formula::{Formula, Suffix, suffix};
+use super::parse::{Separator, parse_number};
 use crate::record::Column;
 use crate::record::heading::{ColumnRequest, Quantity, understand};
 use crate::setting::text;
-use crate::text::{excerpt, printable};
+use crate::text::{excerpt, printable, quoted};
 use crate::{Error, Result};
 
 /// What a reader needs of a table.
@@ -17,6 +17,27 @@ pub(super) enum Need {
     Inputs,
     /// Anything but time: other files hold the rest.
     Part,
+}
+
+/// What a reader asks of a table.
+#[derive(Clone, Copy)]
+pub(super) struct Wish<'a> {
+    pub requests: &'a [ColumnRequest],
+    pub need: Need,
+    /// Whether time comes from a rate.
+    pub timed: bool,
+    /// The separator where it is known.
+    pub separator: Option<Separator>,
+}
+
+impl Wish<'_> {
+    fn request(&self, quantity: Quantity) -> Option<&ColumnRequest> {
+        self.requests.iter().find(|request| request.quantity == quantity)
+    }
+
+    pub(super) fn separator_of(&self, line: &str) -> Separator {
+        self.separator.unwrap_or_else(|| Separator::of(line))
+    }
 }
 
 /// What names no column.
@@ -70,57 +91,54 @@ pub(super) fn understood(headings: &[Heading], requests: &[ColumnRequest]) -> us
 }
 
 /// Chooses the columns.
-pub(super) fn choose(headings: &[Heading], requests: &[ColumnRequest], need: Need, timed: bool) -> Result<Vec<Used>> {
+pub(super) fn choose(headings: &[Heading], wish: &Wish<'_>) -> Result<Vec<Used>> {
+    let Wish { need, timed, .. } = *wish;
     let wanted: &[Quantity] = match need {
         Need::Inputs => &[Quantity::Time, Quantity::Voltage, Quantity::Torque],
         Need::Recording | Need::Part => &Quantity::ALL,
     };
     let mut used = Vec::new();
     for &quantity in wanted {
-        used.extend(one(headings, requests, quantity)?);
+        used.extend(one(headings, wish, quantity)?);
     }
     let has = |used: &[Used], quantity| used.iter().any(|u| u.column.quantity == quantity);
+    let position = wish.request(Quantity::Position);
     if need != Need::Inputs && !has(&used, Quantity::Speed) {
-        let position = one(headings, requests, Quantity::Position);
         // A position in metres or counts is no fault where the current serves.
-        let dispensable = has(&used, Quantity::Current) && !requests.iter().any(|r| r.quantity == Quantity::Position);
+        let dispensable = has(&used, Quantity::Current) && position.is_none();
+        let position = one(headings, wish, Quantity::Position);
         used.extend(position.or_else(|error| if dispensable { Ok(None) } else { Err(error) })?);
-    } else if let Some(request) = requests.iter().find(|r| r.quantity == Quantity::Position) {
+    } else if let Some(request) = position {
         return Err(Error::usage(
             text!([Columns](" names position {}, but there is a speed", excerpt(&request.name))),
             "Position serves as a source of speed: leave it out, or rename the heading of the speed.",
         ));
     }
-    let without_voltage = requests.iter().any(|r| r.quantity == Quantity::Voltage && r.name == NONE);
-    let unused = || (0..headings.len()).filter(|at| !used.iter().any(|u| u.at == *at)).map(|at| &headings[at]);
-    let drive = unused().find(is_drive).filter(|_| !without_voltage);
-    let missing = missing(&|quantity| has(&used, quantity), need, drive.is_some(), timed);
+    let without_voltage = wish.request(Quantity::Voltage).is_some_and(|request| request.name == NONE);
+    let unused = headings.iter().enumerate().filter(|(at, _)| !used.iter().any(|u| u.at == *at));
+    let drives = !without_voltage && unused.into_iter().any(|(_, heading)| is_drive(heading));
+    let missing = missing(&|quantity| has(&used, quantity), need, drives, timed);
     if !missing.is_empty() {
         return Err(lacking(headings, &missing));
     }
     let twice = used.iter().enumerate().find(|(n, u)| used[..*n].iter().any(|other| other.at == u.at));
-    match twice {
-        None => Ok(used),
-        Some((_, u)) => Err(Error::data(
-            format!("column \"{}\" is named for two quantities", excerpt(&u.column.heading)),
-            "Name a column of its own for each quantity.",
-        )),
-    }
+    let Some((_, twice)) = twice else { return Ok(used) };
+    let message = format!("column \"{}\" is named for two quantities", excerpt(&twice.column.heading));
+    Err(Error::data(message, "Name a column of its own for each quantity."))
 }
 
-fn one(headings: &[Heading], requests: &[ColumnRequest], quantity: Quantity) -> Result<Option<Used>> {
-    let used = match requests.iter().find(|r| r.quantity == quantity) {
+fn one(headings: &[Heading], wish: &Wish<'_>, quantity: Quantity) -> Result<Option<Used>> {
+    let request = wish.request(quantity);
+    let used = match request {
         // The user says that there is none.
-        Some(request) if request.name == NONE && !headings.iter().any(|h| h.name == NONE) => return Ok(None),
+        Some(request) if request.name == NONE && !headings.iter().any(|h| h.name == NONE) => None,
         Some(request) => Some(requested(headings, request)?),
-        None => recognized(headings, requests, quantity)?,
+        None => recognized(headings, wish.requests, quantity)?,
     };
-    let Some(used) = used else { return Ok(None) };
-    let by_number = requests.iter().any(|r| r.quantity == quantity && r.name.starts_with('#'));
-    if !by_number {
+    if let Some(used) = used.as_ref().filter(|_| !request.is_some_and(|request| request.name.starts_with('#'))) {
         headed_twice(headings, used.at, quantity)?;
     }
-    Ok(Some(used))
+    Ok(used)
 }
 
 /// Whether another column has the same heading.
@@ -171,7 +189,6 @@ fn lacking(headings: &[Heading], missing: &[&str]) -> Error {
             ),
         );
     }
-    let list: Vec<String> = headings.iter().map(|h| format!("\"{}\"", excerpt(&h.name))).collect();
     let mut hint = text!(
         "Rename the headings (time_s,voltage_V,current_A,speed_rad_s) or name them: "
         [Columns = "time=HEADING:UNIT,voltage=HEADING:UNIT,current=HEADING:UNIT,speed=HEADING:UNIT"] "."
@@ -179,8 +196,8 @@ fn lacking(headings: &[Heading], missing: &[&str]) -> Error {
     if missing.contains(&"time_s") {
         hint.push(text!(" Without a time column give " [Rate = "HZ"] "."));
     }
-    if let Some(heading) = headings.iter().find(is_drive).filter(|_| missing.iter().any(|m| m.starts_with("voltage_V")))
-    {
+    let drive = headings.iter().find(|heading| is_drive(heading));
+    if let Some(heading) = drive.filter(|_| missing.iter().any(|m| m.starts_with("voltage_V"))) {
         let name = printable(&heading.name);
         hint.push(text!(
             " Duty or PWM ticks become volts by operations (" [Columns = "voltage={name}*12/255:V"] "), a flag by its \
@@ -194,11 +211,15 @@ fn lacking(headings: &[Heading], missing: &[&str]) -> Error {
     } else if missing.contains(&"voltage_V or current_A") {
         hint.push(" A speed alone tells nothing: what drives it must be there.");
     }
-    Error::data(format!("no column for {}; the heading has {}", missing.join(" and "), list.join(", ")), hint)
+    Error::data(format!("no column for {}; the heading has {}", missing.join(" and "), listed(headings)), hint)
+}
+
+fn listed(headings: &[Heading]) -> String {
+    headings.iter().map(|heading| quoted(&heading.name)).collect::<Vec<_>>().join(", ")
 }
 
 /// Whether a heading looks like what drives a motor: by a word, or by a unit of volts.
-fn is_drive(heading: &&Heading) -> bool {
+fn is_drive(heading: &Heading) -> bool {
     const WORDS: [&str; 8] = ["pwm", "duty", "throttle", "command", "degrau", "step", "flag", "volt"];
     let name = heading.name.to_lowercase();
     let in_volts = |name: &str| {
@@ -211,33 +232,25 @@ fn is_drive(heading: &&Heading) -> bool {
     WORDS.iter().any(|word| name.contains(word)) || in_volts(&name) || unit.is_some_and(|unit| in_volts(&unit))
 }
 
-/// Where the column of a request stands, its formula and its unit.
-fn place(headings: &[Heading], name: &str) -> Option<(usize, Formula, Option<String>)> {
-    if let Some(at) = headings.iter().position(|h| h.name == name) {
-        return Some((at, Formula::AS_IT_IS, None));
-    }
-    // The longest heading that the name begins with; what follows must be a formula.
+/// Where the column of a request stands, and what is said of it: behind the longest heading that the request begins
+/// with, or behind its number.
+fn place(headings: &[Heading], name: &str) -> Option<(usize, Suffix)> {
     let mut order: Vec<usize> = (0..headings.len()).filter(|&n| !headings[n].name.is_empty()).collect();
     order.sort_by_key(|&n| std::cmp::Reverse(headings[n].name.len()));
-    let named = order.into_iter().find_map(|at| {
-        let rest = suffix(name.strip_prefix(headings[at].name.as_str())?)?;
-        Some((at, rest.formula, rest.unit))
-    });
-    named.or_else(|| {
+    let behind = |at: usize| suffix(name.strip_prefix(headings[at].name.as_str())?);
+    order.into_iter().find_map(|at| Some((at, behind(at)?))).or_else(|| {
         let text = name.strip_prefix('#')?;
         let digits = text.bytes().take_while(u8::is_ascii_digit).count();
         let at = text[..digits].parse::<usize>().ok()?.checked_sub(1).filter(|&at| at < headings.len())?;
-        let rest = suffix(&text[digits..])?;
-        Some((at, rest.formula, rest.unit))
+        Some((at, suffix(&text[digits..])?))
     })
 }
 
 fn requested(headings: &[Heading], request: &ColumnRequest) -> Result<Used> {
     let quantity = request.quantity;
-    let Some((at, formula, unit)) = place(headings, &request.name) else {
-        let found: Vec<String> = headings.iter().map(|h| format!("\"{}\"", excerpt(&h.name))).collect();
+    let Some((at, Suffix { formula, unit })) = place(headings, &request.name) else {
         return Err(Error::data(
-            format!("no column \"{}\" for {quantity}; the heading has {}", excerpt(&request.name), found.join(", ")),
+            format!("no column {} for {quantity}; the heading has {}", quoted(&request.name), listed(headings)),
             text!(
                 "Give " [Columns] " the exact heading, capitals included, or its number as #2; behind it may stand \
                  operations (*12/255, +0.5), a unit (:mA), or a flag's two voltages (:0..12)."

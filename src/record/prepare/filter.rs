@@ -94,6 +94,14 @@ struct Section {
     a: [f64; 2],
 }
 
+/// The impulse response of a filter.
+pub(super) struct Response {
+    /// The sum of its squares: the part of the power of white noise that is left.
+    pub noise_power: f64,
+    /// Samples after which next to nothing is left of what was before.
+    pub memory: usize,
+}
+
 /// A filter at a sampling rate.
 #[derive(Debug, Clone)]
 pub struct Cascade(Vec<Section>);
@@ -154,8 +162,7 @@ impl Cascade {
         let mut signal = signal.to_vec();
         for Section { b, a } in &self.0 {
             // The state of a signal that has always been so; the gain at zero frequency is 1, so it stays so.
-            let steady = before;
-            let mut state = [steady * (1.0 - b[0]), steady * (b[2] - a[1])];
+            let mut state = [before * (1.0 - b[0]), before * (b[2] - a[1])];
             for x in &mut signal {
                 let y = b[0] * *x + state[0];
                 state = [b[1] * *x - a[0] * y + state[1], b[2] * *x - a[1] * y];
@@ -165,20 +172,8 @@ impl Cascade {
         signal
     }
 
-    /// What is left of the power of white noise: the sum of the squares of the impulse response.
-    #[must_use]
-    pub fn noise_power(&self) -> f64 {
-        self.response().0
-    }
-
-    /// Samples after which next to nothing is left of what was before.
-    #[must_use]
-    pub fn memory(&self) -> usize {
-        self.response().1
-    }
-
-    /// The sum of the squares of the impulse response, and where it has ended.
-    fn response(&self) -> (f64, usize) {
+    /// Returns what a filter leaves of white noise and of what was before.
+    pub(super) fn response(&self) -> Response {
         let mut sum = 0.0;
         let mut last = 0;
         let mut quiet = 0;
@@ -201,12 +196,12 @@ impl Cascade {
                 break;
             }
         }
-        (sum, last)
+        Response { noise_power: sum, memory: last }
     }
 
     /// The gain at a frequency.
-    #[must_use]
-    pub fn gain(&self, frequency_hz: f64, period_s: f64) -> f64 {
+    #[cfg(test)]
+    fn gain(&self, frequency_hz: f64, period_s: f64) -> f64 {
         let angle = -2.0 * PI * frequency_hz * period_s;
         let at = |c: [f64; 3]| {
             let (re, im) =
@@ -256,7 +251,8 @@ mod tests {
         assert!(cascade.apply(&[3.0; 200], 3.0).iter().all(|y| (y - 3.0).abs() < 1e-9));
         // Parseval: the power of the impulse response is the mean of |gain|² over all frequencies.
         let mean = (0..5000).map(|k| cascade.gain((f64::from(k) + 0.5) * 0.1, 1e-3).powi(2)).sum::<f64>() / 5000.0;
-        assert!((cascade.noise_power() / mean - 1.0).abs() < 1e-3, "{} {mean}", cascade.noise_power());
+        let noise_power = cascade.response().noise_power;
+        assert!((noise_power / mean - 1.0).abs() < 1e-3, "{noise_power} {mean}");
     }
 
     #[test]

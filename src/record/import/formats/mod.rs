@@ -15,7 +15,7 @@ mod tests;
 #[cfg(feature = "formats")]
 mod xlsx;
 
-use super::layout::Separator;
+use super::parse::Separator;
 use super::text::{Line, Lines};
 use crate::{Error, Result};
 pub(super) use cells::Cells;
