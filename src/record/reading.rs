@@ -124,7 +124,7 @@ pub fn parse_offset(text: &str) -> Result<Offset> {
             Error::usage(text!([Offset](": \"{}\" is not KEY=VALUE", excerpt(item))), hint)
         })?;
         let known = [Quantity::Voltage, Quantity::Current, Quantity::Speed, Quantity::Torque];
-        let Some(quantity) = known.into_iter().find(|q| q.to_string().replace(' ', "_") == key) else {
+        let Some(quantity) = known.into_iter().find(|q| q.key() == key) else {
             let message = text!([Offset](": \"{}\" is no signal", excerpt(key)));
             return Err(Error::usage(message, "Give voltage, current, speed or load_torque."));
         };

@@ -95,14 +95,12 @@ impl Preparation {
         let shown =
             |(quantity, value): &(Quantity, f64)| format!("{quantity} {} {}", significant(*value, 3), quantity.unit());
         let note = format!("offsets subtracted: {}", offsets.iter().map(shown).collect::<Vec<_>>().join(", "));
-        let shift = |samples: &mut Samples| {
-            for (quantity, value) in &offsets {
-                if let Some(signal) = samples.signal_mut(*quantity) {
-                    signal.iter_mut().for_each(|v| *v -= value);
-                }
+        let shift = |quantity, signal: &mut Vec<f64>| {
+            for (_, value) in offsets.iter().filter(|(shifted, _)| *shifted == quantity) {
+                signal.iter_mut().for_each(|v| *v -= value);
             }
         };
-        record.changed(shift, note)
+        record.changed(|samples| samples.change(shift), note)
     }
 
     fn resampled(&self, record: Record) -> Result<Record> {
@@ -159,14 +157,7 @@ impl Preparation {
         let at_rest = record.starts_at_rest();
         let filtered = |signal: &[f64]| cascade.apply(signal, if at_rest { 0.0 } else { signal[0] });
         let slope = if record.slope.is_empty() { Vec::new() } else { filtered(&record.slope) };
-        let pass = |samples: &mut Samples| {
-            let all = [Quantity::Voltage, Quantity::Torque, Quantity::Current, Quantity::Speed];
-            for quantity in all {
-                if let Some(signal) = samples.signal_mut(quantity) {
-                    *signal = filtered(signal);
-                }
-            }
-        };
+        let pass = |samples: &mut Samples| samples.change(|_, signal| *signal = filtered(signal));
         let record = Record { excluded, independent, slope, ..record.changed(pass, note)? };
         Ok(record.without_first(if at_rest { 0 } else { memory }))
     }
