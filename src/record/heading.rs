@@ -7,12 +7,14 @@ use std::fmt;
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Quantity {
     /// Time.
     Time,
     /// Voltage at the motor.
     Voltage,
     /// Load torque.
+    #[serde(rename = "load torque")]
     Torque,
     /// Current.
     Current,

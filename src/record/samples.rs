@@ -67,8 +67,8 @@ impl Samples {
         }
     }
 
-    /// The signals present, time left out.
-    pub(super) fn signals(&self) -> impl Iterator<Item = (Quantity, &[f64])> {
+    /// Returns the signals present, time left out, in the order voltage, load torque, current, speed.
+    pub fn signals(&self) -> impl Iterator<Item = (Quantity, &[f64])> {
         SIGNALS.into_iter().filter_map(|quantity| Some((quantity, self.signal(quantity)?)))
     }
 

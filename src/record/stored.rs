@@ -5,7 +5,7 @@ use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 
 /// What the bytes begin with; another version begins otherwise.
-const MAGIC: &[u8] = b"motorfit record 1\n";
+const MAGIC: &[u8] = b"motorfit record 2\n";
 
 /// What stands before the numbers.
 #[derive(Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 use super::Lines;
 use crate::named::named;
-use crate::numeric::{count, extremes, upper_median};
+use crate::numeric::{count, differences, extremes, upper_median};
 use crate::setting::{Text, text};
 use crate::{Error, Result};
 
@@ -64,7 +64,7 @@ pub(super) fn steps(time_s: &[f64], lines: &Lines, keep_gaps: bool) -> Result<St
     {
         return Err(located(Error::data(format!("time is {}", time_s[n]), "Correct the time."), n));
     }
-    let differences: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    let differences = differences(time_s);
     let [shortest, longest] = extremes(&differences);
     if shortest <= 0.0
         && let Some(n) = differences.iter().position(|&step| step <= 0.0)
@@ -149,7 +149,7 @@ fn gap_limit(differences: &[f64], period_s: f64) -> f64 {
 
 /// The samples that follow gaps.
 pub(super) fn gaps(time_s: &[f64]) -> Vec<usize> {
-    let differences: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    let differences = differences(time_s);
     if differences.is_empty() {
         return Vec::new();
     }

@@ -3,7 +3,7 @@
 use super::Finding;
 use super::spectrum::{POINTS, power};
 use super::view::{Channel, View};
-use crate::numeric::{count, median, whole};
+use crate::numeric::{count, differences, median, peak, whole};
 use std::ops::RangeInclusive;
 
 /// Windows that are looked for \[samples\].
@@ -41,19 +41,11 @@ pub(super) fn averaged_sensor(view: &View<'_>, findings: &mut Vec<Finding>) {
 fn finding(view: &View<'_>, channel: &Channel<'_>, best: Best) -> Finding {
     let (quantity, window) = (channel.quantity, count(best.window));
     let seconds = crate::text::engineering(window * view.period(), "s", 3);
-    Finding::new(
-        "averaged_sensor",
-        format!("the {quantity} looks like an average over {window} samples ({seconds}): it lags by half of that"),
-        "Record it without the average, or let the model average over as many samples.",
-    )
-    .of(quantity)
-    .mention_if(best.score < SCORES[1])
-    .figure("window", window)
-    .figure("score", best.score)
-}
-
-fn differences(values: &[f64]) -> Vec<f64> {
-    values.windows(2).map(|w| w[1] - w[0]).collect()
+    let message =
+        format!("the {quantity} looks like an average over {window} samples ({seconds}): it lags by half of that");
+    let remedy = "Record it without the average, or let the model average over as many samples.";
+    let finding = Finding::new("averaged_sensor", quantity, message, remedy).mention_if(best.score < SCORES[1]);
+    finding.figure("window", window).figure("score", best.score)
 }
 
 /// The spectra of the voltage's changes and, as noise of a measured voltage fills their notches, of its edges alone.
@@ -79,7 +71,7 @@ impl Logs {
             return None;
         }
         let (power, _) = power(steps);
-        let largest = power.iter().fold(0.0, |largest: f64, p| largest.max(*p));
+        let largest = peak(&power);
         if largest <= 0.0 {
             return None;
         }

@@ -133,24 +133,15 @@ fn falls(points: &[Point]) -> Option<Finding> {
     let top = points.last().filter(|_| points.len() >= 3)?;
     let best = points.iter().max_by(|a, b| a.speed.total_cmp(&b.speed))?;
     let drop = best.speed - top.speed;
-    if best.speed <= 0.0
-        || top.speed < 0.0
-        || drop < 0.1 * best.speed
-        || drop < 5.0 * (best.error.powi(2) + top.error.powi(2)).sqrt()
-    {
+    let error = (best.error.powi(2) + top.error.powi(2)).sqrt();
+    if best.speed <= 0.0 || top.speed < 0.0 || drop < 0.1 * best.speed || drop < 5.0 * error {
         return None;
     }
     let [at, peak, end, last] = [best.volts, best.speed, top.volts, top.speed].map(|x| significant(x, 3));
-    Some(
-        Finding::new(
-            "speed_falls",
-            format!("the speed falls as the voltage rises: {peak} rad/s at {at} V but {last} rad/s at {end} V"),
-            format!("Leave out what lies above {at} V, and check the drive and the range of its command there."),
-        )
-        .of(Quantity::Speed)
-        .figure("volts", best.volts)
-        .figure("drop", drop / best.speed),
-    )
+    let message = format!("the speed falls as the voltage rises: {peak} rad/s at {at} V but {last} rad/s at {end} V");
+    let remedy = format!("Leave out what lies above {at} V, and check the drive and the range of its command there.");
+    let finding = Finding::new("speed_falls", Quantity::Speed, message, remedy);
+    Some(finding.figure("volts", best.volts).figure("drop", drop / best.speed))
 }
 
 /// The gain of the top third of voltages below a quarter of that of the bottom third.
@@ -170,17 +161,10 @@ fn saturates(points: &[Point]) -> Option<Finding> {
     }
     let [bottom_shown, top_shown] = [bottom, top].map(|gain| significant(gain, 3));
     let from = significant(high - third, 3);
-    Some(
-        Finding::new(
-            "speed_saturates",
-            format!(
-                "the speed stops rising with the voltage: {bottom_shown} rad/s per V at first, {top_shown} above \
-                 {from} V"
-            ),
-            "Leave the highest voltages out, and check the drive's range and its supply.",
-        )
-        .of(Quantity::Speed)
-        .figure("gain_first", bottom)
-        .figure("gain_last", top),
-    )
+    let message = format!(
+        "the speed stops rising with the voltage: {bottom_shown} rad/s per V at first, {top_shown} above {from} V"
+    );
+    let remedy = "Leave the highest voltages out, and check the drive's range and its supply.";
+    let finding = Finding::new("speed_saturates", Quantity::Speed, message, remedy);
+    Some(finding.figure("gain_first", bottom).figure("gain_last", top))
 }

@@ -40,20 +40,12 @@ fn clipped(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
     }
     let samples: usize = places.iter().map(Range::len).sum();
     let shown = engineering(current.peak, "A", 3);
-    Some(
-        Finding::new(
-            "current_clipped",
-            format!("the current stands at {shown} for {samples} samples, as if it were cut off there"),
-            text!(
-                "Leave these samples of the current out with " [Mask = "auto"] ", or record with less voltage or a \
-                 larger range."
-            ),
-        )
-        .of(Quantity::Current)
-        .figure("level", current.peak)
-        .figure("samples", count(samples))
-        .at(places),
-    )
+    let message = format!("the current stands at {shown} for {samples} samples, as if it were cut off there");
+    let remedy = text!(
+        "Leave these samples of the current out with " [Mask = "auto"] ", or record with less voltage or a larger range."
+    );
+    let finding = Finding::new("current_clipped", Quantity::Current, message, remedy);
+    Some(finding.figure("level", current.peak).figure("samples", count(samples)).at(places))
 }
 
 /// Whether the current jumps up to a run at its top and falls from it while the voltage stays.
@@ -73,27 +65,13 @@ fn enters_and_leaves(view: &View<'_>, current: &Channel<'_>, run: &Range<usize>,
 /// lower it. Around the peak of a slow winding the speed runs through 31 % at most.
 fn limited(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
     let speed = view.speed.as_ref().filter(|speed| speed.range > 0.0 && !view.loaded)?;
-    let mut places = Vec::new();
-    for stretch in view.constant_inputs.iter().filter(|s| s.samples.len() >= 20 && view.part(s.volts) > 0.2) {
-        places.extend(plateau(current, speed, stretch));
-    }
-    if places.is_empty() {
-        return None;
-    }
-    let level = mean(&current.values[places[0].clone()]);
-    Some(
-        Finding::new(
-            "current_clipped",
-            format!(
-                "the current stays at {} while the motor speeds up, as under a current limit",
-                engineering(level, "A", 3)
-            ),
-            "Use steps small enough for the drive not to limit the current, or record the motor's voltage.",
-        )
-        .of(Quantity::Current)
-        .figure("level", level)
-        .at(places),
-    )
+    let long = view.constant_inputs.iter().filter(|s| s.samples.len() >= 20 && view.part(s.volts) > 0.2);
+    let places: Vec<_> = long.filter_map(|stretch| plateau(current, speed, stretch)).collect();
+    let level = mean(&current.values[places.first()?.clone()]);
+    let shown = engineering(level, "A", 3);
+    let message = format!("the current stays at {shown} while the motor speeds up, as under a current limit");
+    let remedy = "Use steps small enough for the drive not to limit the current, or record the motor's voltage.";
+    Some(Finding::new("current_clipped", Quantity::Current, message, remedy).figure("level", level).at(places))
 }
 
 fn plateau(current: &Channel<'_>, speed: &Channel<'_>, stretch: &ConstantInput) -> Option<Range<usize>> {
@@ -155,17 +133,12 @@ fn without_current(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
         .filter(|run| run.len() >= least && (view.speed.is_some() || from_the_edge(run)))
         .map(whole)
         .collect();
-    (!places.is_empty()).then(|| {
-        Finding::new(
-            "voltage_without_current",
-            "there is voltage but no current while the motor stands or coasts: the drive was off",
-            text!(
-                "Cut the recording there with " [Mask = "auto"] ", or record the voltage at the motor: a drive that is \
-                 off is no short circuit."
-            ),
-        )
-        .of(Quantity::Current)
-        .figure("samples", count(places.iter().map(Range::len).sum()))
-        .at(places)
-    })
+    let samples = count(places.iter().map(Range::len).sum());
+    let message = "there is voltage but no current while the motor stands or coasts: the drive was off";
+    let remedy = text!(
+        "Cut the recording there with " [Mask = "auto"] ", or record the voltage at the motor: a drive that is off is no \
+         short circuit."
+    );
+    let finding = Finding::new("voltage_without_current", Quantity::Current, message, remedy);
+    (!places.is_empty()).then(|| finding.figure("samples", samples).at(places))
 }

@@ -5,7 +5,6 @@
 
 mod clock;
 mod comb;
-mod current;
 mod curve;
 mod drive;
 mod input;
@@ -40,8 +39,8 @@ pub struct Finding {
     pub code: &'static str,
     /// How much it matters.
     pub severity: Severity,
-    /// The signal it is about; `None` where it is about several.
-    pub quantity: Option<Quantity>,
+    /// The signal it is about.
+    pub quantity: Quantity,
     /// The samples it is about, at most 20 ranges; empty where it is about the whole recording.
     pub places: Vec<Range<usize>>,
     /// In words.
@@ -56,15 +55,10 @@ pub struct Finding {
 const PLACES_MAX: usize = 20;
 
 impl Finding {
-    fn new(code: &'static str, message: impl Into<Text>, remedy: impl Into<Text>) -> Self {
+    fn new(code: &'static str, quantity: Quantity, message: impl Into<Text>, remedy: impl Into<Text>) -> Self {
         let (message, remedy) = (message.into(), remedy.into());
         let (places, figures) = (Vec::new(), Vec::new());
-        Self { code, severity: Severity::Report, quantity: None, places, message, remedy, figures }
-    }
-
-    fn of(mut self, quantity: Quantity) -> Self {
-        self.quantity = Some(quantity);
-        self
+        Self { code, severity: Severity::Report, quantity, places, message, remedy, figures }
     }
 
     fn mention_if(mut self, milder: bool) -> Self {
@@ -72,10 +66,6 @@ impl Finding {
             self.severity = Severity::Mention;
         }
         self
-    }
-
-    fn reported(self) -> Self {
-        Self { severity: Severity::Report, ..self }
     }
 
     fn at(mut self, places: impl IntoIterator<Item = Range<usize>>) -> Self {
@@ -93,33 +83,34 @@ impl Finding {
 pub struct Rule {
     /// The codes of its findings, each with what it says.
     pub codes: &'static [(&'static str, &'static str)],
-    /// Whether it is of recordings with a voltage, and of those whose input is the current.
-    of: [bool; 2],
-    look: fn(&View<'_>, &mut Vec<Finding>),
+    /// The recordings it is of.
+    of: Inputs,
+    look: Look,
 }
 
-const VOLTAGE: [bool; 2] = [true, false];
-const CURRENT: [bool; 2] = [false, true];
-const ANY: [bool; 2] = [true, true];
+type Look = fn(&View<'_>, &mut Vec<Finding>);
 
-const fn rule(
-    look: fn(&View<'_>, &mut Vec<Finding>),
-    of: [bool; 2],
-    codes: &'static [(&'static str, &'static str)],
-) -> Rule {
+#[derive(PartialEq)]
+enum Inputs {
+    /// Those whose input is a voltage.
+    Voltage,
+    /// Also those whose input is the current.
+    Any,
+}
+use Inputs::{Any, Voltage};
+
+const fn rule(look: Look, of: Inputs, codes: &'static [(&'static str, &'static str)]) -> Rule {
     Rule { codes, of, look }
 }
 
 /// The rules, in the order in which they look.
-pub static RULES: [Rule; 14] = [
-    rule(clock::jitter, ANY, &[("jitter", "Samples are not evenly spaced.")]),
-    rule(units::units, VOLTAGE, &[("units", "Magnitudes fit no motor, but would in another unit.")]),
-    rule(current::units, CURRENT, &[]),
-    rule(sign::sign_reversed, VOLTAGE, &[("sign_reversed", "A channel has the opposite sign of the others.")]),
-    rule(current::reversed, CURRENT, &[]),
+pub static RULES: [Rule; 12] = [
+    rule(clock::jitter, Any, &[("jitter", "Samples are not evenly spaced.")]),
+    rule(units::units, Any, &[("units", "Magnitudes fit no motor, but would in another unit.")]),
+    rule(sign::sign_reversed, Any, &[("sign_reversed", "A channel has the opposite sign of the others.")]),
     rule(
         input::input,
-        VOLTAGE,
+        Voltage,
         &[
             ("undersampled_input", "The voltage changes faster than it is sampled."),
             ("single_edge", "The voltage changes once only."),
@@ -127,10 +118,10 @@ pub static RULES: [Rule; 14] = [
             ("idle_input", "The voltage is not zero while the motor rests."),
         ],
     ),
-    rule(rest::rest, VOLTAGE, &[("rest_offset", "A sensor is not zero while the motor rests.")]),
+    rule(rest::rest, Voltage, &[("rest_offset", "A sensor is not zero while the motor rests.")]),
     rule(
         motion::motion,
-        VOLTAGE,
+        Voltage,
         &[
             ("no_motion", "The motor does not move under voltage."),
             ("motion_without_input", "The motor moves without voltage."),
@@ -138,16 +129,16 @@ pub static RULES: [Rule; 14] = [
     ),
     rule(
         drive::drive,
-        VOLTAGE,
+        Voltage,
         &[
             ("current_clipped", "The current is cut off or limited."),
             ("voltage_without_current", "The voltage does not reach the motor."),
         ],
     ),
-    rule(comb::averaged_sensor, VOLTAGE, &[("averaged_sensor", "A sensor shows an average over samples.")]),
+    rule(comb::averaged_sensor, Voltage, &[("averaged_sensor", "A sensor shows an average over samples.")]),
     rule(
         sampling::sampling,
-        ANY,
+        Any,
         &[
             ("held_samples", "Values are repeated over several samples."),
             ("coarse_quantization", "The steps of a sensor are coarse."),
@@ -155,14 +146,14 @@ pub static RULES: [Rule; 14] = [
     ),
     rule(
         curve::curve,
-        VOLTAGE,
+        Voltage,
         &[
             ("speed_falls", "The speed falls where the voltage rises."),
             ("speed_saturates", "The speed no longer follows the voltage."),
         ],
     ),
-    rule(latency::start_latency, VOLTAGE, &[("start_latency", "The first movement comes late.")]),
-    rule(ripple::speed_ripple, VOLTAGE, &[("speed_ripple", "The speed has a periodic ripple in the steady state.")]),
+    rule(latency::start_latency, Voltage, &[("start_latency", "The first movement comes late.")]),
+    rule(ripple::speed_ripple, Voltage, &[("speed_ripple", "The speed has a periodic ripple in the steady state.")]),
 ];
 
 /// Everything odd that is found about a recording, what matters most first.
@@ -177,8 +168,7 @@ pub fn diagnose(record: &Record) -> Vec<Finding> {
 pub(super) fn findings(record: &Record) -> Vec<Finding> {
     let view = View::new(record);
     let mut findings = Vec::new();
-    let input = usize::from(record.driver() == Quantity::Current);
-    for rule in RULES.iter().filter(|rule| rule.of[input]) {
+    for rule in RULES.iter().filter(|rule| rule.of == Any || !view.by_current()) {
         (rule.look)(&view, &mut findings);
     }
     let is_listed = |finding: &Finding| RULES.iter().flat_map(|rule| rule.codes).any(|(code, _)| *code == finding.code);

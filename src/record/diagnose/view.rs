@@ -1,7 +1,7 @@
 //! What several rules look at, computed once.
 
-use crate::numeric::{count, extremes, noise_sigma, order_statistic, peak, standard_deviation};
-use crate::record::{Quantity, Record};
+use crate::numeric::{count, differences, extremes, noise_sigma, order_statistic, peak, standard_deviation};
+use crate::record::{Column, Quantity, Record};
 use std::ops::Range;
 
 /// A measured signal.
@@ -73,7 +73,6 @@ impl<'a> View<'a> {
         let voltage = record.input();
         let [low, high] = extremes(voltage);
         let volts_range = high - low;
-        let steps: Vec<f64> = voltage.windows(2).map(|w| w[1] - w[0]).collect();
         let own = standard_deviation(voltage);
         let volts_noise = noise_sigma(voltage);
         let tolerance = (6.0 * volts_noise).min(0.1 * volts_range).max(1e-9 * volts_range);
@@ -85,7 +84,7 @@ impl<'a> View<'a> {
             volts_range,
             volts_noise,
             volts_spread: if own > 0.0 { own / peak(voltage) } else { 0.0 },
-            restless: if own > 0.0 { standard_deviation(&steps) / own } else { 0.0 },
+            restless: if own > 0.0 { standard_deviation(&differences(voltage)) / own } else { 0.0 },
             constant_inputs: constant_inputs(voltage, tolerance),
             current: samples.current.as_deref().map(|values| Channel::new(Quantity::Current, values)),
             speed: samples.speed.as_deref().map(|values| Channel::new(Quantity::Speed, values)),
@@ -120,15 +119,14 @@ impl<'a> View<'a> {
         0..end.unwrap_or(self.len())
     }
 
-    /// The heading of a column, or its name.
-    pub(super) fn heading(&self, quantity: Quantity) -> String {
-        let columns = &self.record.source().columns;
-        columns.iter().find(|c| c.quantity == quantity).map_or_else(|| "HEADING".to_owned(), |c| c.heading.clone())
+    /// The column of the file that a quantity is from.
+    pub(super) fn column(&self, quantity: Quantity) -> Option<&Column> {
+        self.record.source().columns.iter().find(|column| column.quantity == quantity)
     }
 
-    /// The unit that a column names, if it does.
-    pub(super) fn unit_named(&self, quantity: Quantity) -> bool {
-        self.record.source().columns.iter().any(|c| c.quantity == quantity && c.unit_named)
+    /// Whether the input is the current.
+    pub(super) fn by_current(&self) -> bool {
+        self.record.driver() == Quantity::Current
     }
 
     /// What turns |Δ voltage| into a part of its range.
