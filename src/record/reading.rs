@@ -87,10 +87,8 @@ fn joined(path: &Path) -> Option<Vec<PathBuf>> {
 /// `Usage` when it is not.
 pub fn parse_crop(text: &str) -> Result<[Option<f64>; 2]> {
     let Some((from, to)) = text.split_once(':') else {
-        return Err(Error::usage(
-            text!([Crop](": \"{}\" is not FROM:TO", excerpt(text))),
-            text!("Write " [Crop = "0.2:1.5"] " (seconds)."),
-        ));
+        let message = text!([Crop](": \"{}\" is not FROM:TO", excerpt(text)));
+        return Err(Error::usage(message, text!("Write " [Crop = "0.2:1.5"] " (seconds).")));
     };
     let number = |text: &str| if text.trim().is_empty() { Ok(None) } else { number(text, Setting::Crop).map(Some) };
     let range = [number(from)?, number(to)?];

@@ -1,10 +1,7 @@
 //! The clock: jitter and gaps.
 
-use super::Finding;
-use super::view::View;
+use super::{Finding, Quantity, View, text};
 use crate::numeric::{differences, peak, runs, standard_deviation};
-use crate::record::Quantity;
-use crate::setting::text;
 use crate::text::significant;
 
 /// Standard deviation of the steps over the period from which on it is jitter.

@@ -1,8 +1,7 @@
 //! A sensor that shows an average over N samples: its spectrum is 0 at every multiple of 1/N.
 
-use super::Finding;
 use super::spectrum::{POINTS, power};
-use super::view::{Channel, View};
+use super::{Channel, Finding, View};
 use crate::numeric::{count, differences, median, peak, whole};
 use std::ops::RangeInclusive;
 

@@ -1,9 +1,7 @@
 //! The motor's static curve: the speed that each voltage leads to.
 
-use super::Finding;
-use super::view::{Channel, View};
+use super::{Channel, Finding, Quantity, View};
 use crate::numeric::{count, mean, slope, whole};
-use crate::record::Quantity;
 use crate::text::significant;
 
 /// Faster varying voltages show no static curve.

@@ -1,10 +1,7 @@
 //! The drive: a current that is cut off or limited, a voltage that never reaches the motor.
 
-use super::Finding;
-use super::view::{Channel, ConstantInput, View};
+use super::{Channel, ConstantInput, Finding, Quantity, View, text};
 use crate::numeric::{count, mean, order_statistic, runs};
-use crate::record::Quantity;
-use crate::setting::text;
 use crate::text::engineering;
 use std::ops::Range;
 

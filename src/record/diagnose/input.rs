@@ -1,10 +1,7 @@
 //! The input: changes too fast for the clock, only one change, a reset at the end, an idle value.
 
-use super::Finding;
-use super::view::View;
+use super::{Finding, Quantity, View, text};
 use crate::numeric::count;
-use crate::record::Quantity;
-use crate::setting::text;
 use crate::text::significant;
 
 /// Standard deviation of the differences over that of the voltage, from which on it is undersampled.

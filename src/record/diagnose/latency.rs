@@ -1,7 +1,6 @@
 //! The delay of the first edge.
 
-use super::Finding;
-use super::view::{Channel, View};
+use super::{Channel, Finding, View};
 use crate::numeric::{count, mean, upper_median, whole};
 use crate::text::engineering;
 

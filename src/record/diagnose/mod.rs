@@ -19,9 +19,9 @@ mod units;
 mod view;
 
 use super::{Quantity, Record};
-use crate::setting::Text;
+use crate::setting::{Text, text};
 use std::ops::Range;
-use view::View;
+use view::{Channel, ConstantInput, View};
 
 /// How much a finding matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

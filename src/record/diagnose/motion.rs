@@ -1,10 +1,8 @@
 //! What the motor does without voltage, or does not do with it.
 
-use super::Finding;
 use super::rest::MOVES;
-use super::view::{Channel, View};
+use super::{Channel, Finding, Quantity, View};
 use crate::numeric::{count, mean, running_sums, runs, standard_deviation};
-use crate::record::Quantity;
 use std::ops::Range;
 
 /// Samples that a judgement needs.

@@ -1,9 +1,7 @@
 //! What sensors read while the motor rests.
 
-use super::Finding;
-use super::view::{Channel, View};
+use super::{Channel, Finding, View, text};
 use crate::numeric::{count, mean, peak, standard_deviation};
-use crate::setting::text;
 use crate::text::{engineering, significant};
 use std::ops::Range;
 

@@ -1,10 +1,8 @@
 //! A periodic ripple on the speed in the steady state.
 
-use super::Finding;
 use super::spectrum::{POINTS, power};
-use super::view::{Channel, View};
+use super::{Channel, Finding, Quantity, View};
 use crate::numeric::{count, mean, peak, slope};
-use crate::record::Quantity;
 use crate::text::{engineering, significant};
 use std::ops::Range;
 

@@ -1,7 +1,6 @@
 //! Sensors that show less than they could: values held over several samples, coarse steps.
 
-use super::Finding;
-use super::view::{Channel, View};
+use super::{Channel, Finding, View};
 use crate::numeric::{count, runs, upper_median};
 use crate::text::significant;
 

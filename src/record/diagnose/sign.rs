@@ -1,10 +1,7 @@
 //! A channel whose sign is reversed.
 
-use super::Finding;
-use super::view::View;
+use super::{Finding, Quantity, View, text};
 use crate::numeric::{count, mean, running_sums};
-use crate::record::Quantity;
-use crate::setting::text;
 
 /// A sum of products beyond this part of the sum of their sizes has a sign: far from what noise or braking does.
 const SURE: f64 = 0.3;

@@ -1,10 +1,7 @@
 //! Units that give no motor.
 
-use super::view::{Channel, View};
-use super::{Finding, Severity};
+use super::{Channel, Finding, Quantity, Severity, View, text};
 use crate::numeric::{count, upper_median};
-use crate::record::Quantity;
-use crate::setting::text;
 use crate::text::{engineering, significant};
 
 /// A period from which on time looks like milliseconds: 1 ms read as seconds is 1 s; slow loggers take 0.1 s.

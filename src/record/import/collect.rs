@@ -190,10 +190,8 @@ fn check_count(row: &[Range<usize>], expected: usize) -> Result<()> {
     if found == expected {
         return Ok(());
     }
-    Err(Error::data(
-        format!("found {found} cells, expected {expected} as in the heading"),
-        "Give every row as many cells as the heading; a decimal comma needs ; between the cells.",
-    ))
+    let message = format!("found {found} cells, expected {expected} as in the heading");
+    Err(Error::data(message, "Give every row as many cells as the heading; a decimal comma needs ; between the cells."))
 }
 
 /// Puts a flag's two voltages for its two values.

@@ -109,10 +109,9 @@ pub(super) fn choose(headings: &[Heading], wish: &Wish<'_>) -> Result<Vec<Used>>
         let position = one(headings, wish, Quantity::Position);
         used.extend(position.or_else(|error| if dispensable { Ok(None) } else { Err(error) })?);
     } else if let Some(request) = position {
-        return Err(Error::usage(
-            text!([Columns](" names position {}, but there is a speed", excerpt(&request.name))),
-            "Position serves as a source of speed: leave it out, or rename the heading of the speed.",
-        ));
+        let message = text!([Columns](" names position {}, but there is a speed", excerpt(&request.name)));
+        let hint = "Position serves as a source of speed: leave it out, or rename the heading of the speed.";
+        return Err(Error::usage(message, hint));
     }
     let without_voltage = wish.request(Quantity::Voltage).is_some_and(|request| request.name == NONE);
     let unused = headings.iter().enumerate().filter(|(at, _)| !used.iter().any(|u| u.at == *at));
@@ -146,10 +145,8 @@ fn headed_twice(headings: &[Heading], at: usize, quantity: Quantity) -> Result<(
     let same = |(other, heading): &(usize, &Heading)| *other != at && heading.name == headings[at].name;
     let Some((other, _)) = headings.iter().enumerate().find(same) else { return Ok(()) };
     let (first, second, name) = (at.min(other) + 1, at.max(other) + 1, excerpt(&headings[at].name));
-    Err(Error::data(
-        format!("columns {first} and {second} are both headed \"{name}\""),
-        text!("Say which by its number: " [Columns = "{}=#{first}", quantity.key()] "."),
-    ))
+    let message = format!("columns {first} and {second} are both headed \"{name}\"");
+    Err(Error::data(message, text!("Say which by its number: " [Columns = "{}=#{first}", quantity.key()] ".")))
 }
 
 /// The quantities that are not there, by their canonical headings. A current drives a speed where there is no voltage,
@@ -277,17 +274,15 @@ fn recognized(headings: &[Heading], requests: &[ColumnRequest], quantity: Quanti
     });
     let Some((at, heading, unit)) = matches.next() else { return Ok(None) };
     if let Some((own, below)) = headings[at].contradiction() {
-        return Err(Error::data(
-            format!("\"{}\" names the unit {own}, the row below it {below}", excerpt(heading)),
-            text!("Say which: " [Columns = "{}={}:{below}", quantity.key(), printable(heading)] "."),
-        ));
+        let message = format!("\"{}\" names the unit {own}, the row below it {below}", excerpt(heading));
+        let hint = text!("Say which: " [Columns = "{}={}:{below}", quantity.key(), printable(heading)] ".");
+        return Err(Error::data(message, hint));
     }
     if let Some((_, other, _)) = matches.next() {
         headed_twice(headings, at, quantity)?;
-        return Err(Error::data(
-            format!("both \"{}\" and \"{}\" look like {quantity}", excerpt(heading), excerpt(other)),
-            text!("Say which: " [Columns = "{}={}", quantity.key(), printable(heading)] "."),
-        ));
+        let message = format!("both \"{}\" and \"{}\" look like {quantity}", excerpt(heading), excerpt(other));
+        let hint = text!("Say which: " [Columns = "{}={}", quantity.key(), printable(heading)] ".");
+        return Err(Error::data(message, hint));
     }
     column(quantity, at, heading, Formula::AS_IT_IS, unit).map(Some)
 }

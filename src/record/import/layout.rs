@@ -62,10 +62,8 @@ pub(super) fn find(lines: &mut impl Lines, wish: &Wish<'_>) -> Result<Layout> {
         }
     }
     let Some((first, _)) = ahead.front() else {
-        return Err(Error::data(
-            "holds only comments or blank lines, expected a heading and rows of numbers",
-            "Put a heading such as time_s,voltage_V,current_A,speed_rad_s in front of the rows.",
-        ));
+        let hint = "Put a heading such as time_s,voltage_V,current_A,speed_rad_s in front of the rows.";
+        return Err(Error::data("holds only comments or blank lines, expected a heading and rows of numbers", hint));
     };
     let first = *first;
     let at = found.unwrap_or_else(|| likeliest(&ahead, wish));

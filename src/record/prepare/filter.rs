@@ -114,10 +114,9 @@ impl LowPass {
     pub fn design(&self, period_s: f64) -> Result<Cascade> {
         let nyquist = 0.5 / period_s;
         if self.cutoff_hz >= 0.98 * nyquist {
-            return Err(Error::usage(
-                format!("the cut-off of {} Hz is not below half the sampling rate, {nyquist} Hz", self.cutoff_hz),
-                "Give a lower cut-off.",
-            ));
+            let message =
+                format!("the cut-off of {} Hz is not below half the sampling rate, {nyquist} Hz", self.cutoff_hz);
+            return Err(Error::usage(message, "Give a lower cut-off."));
         }
         // The bilinear transformation with T = 2: s = (1 − z⁻¹)/(1 + z⁻¹), w = tan(π f h).
         let w = (PI * self.cutoff_hz * period_s).tan();

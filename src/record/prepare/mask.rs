@@ -105,10 +105,8 @@ fn cut(record: &Record, cuts: &[Range<usize>], notes: &[String]) -> Result<Vec<R
     pieces.push(start..record.len());
     pieces.retain(|piece| piece.len() >= STRETCH_MIN);
     if pieces.is_empty() {
-        return Err(Error::data(
-            text!([Mask = "auto"] " leaves nothing of the recording"),
-            text!("Leave " [Mask = "auto"] " out, or record again."),
-        ));
+        let message = text!([Mask = "auto"] " leaves nothing of the recording");
+        return Err(Error::data(message, text!("Leave " [Mask = "auto"] " out, or record again.")));
     }
     let count = pieces.len();
     let piece = |(n, range)| {

@@ -121,10 +121,8 @@ impl Preparation {
             return every_nth(record.lined(self), every);
         }
         if !time::gaps(&record.samples().time_s).is_empty() {
-            return Err(Error::usage(
-                text!([Rate] " over a gap in time would make up what happened in it"),
-                text!("Use " [Gaps = "split"] " with it, or " [Gaps = "keep"] " without."),
-            ));
+            let hint = text!("Use " [Gaps = "split"] " with it, or " [Gaps = "keep"] " without.");
+            return Err(Error::usage(text!([Rate] " over a gap in time would make up what happened in it"), hint));
         }
         let record = record.lined(self);
         let note = format!("brought to a regular clock of {}", engineering(1.0 / fine, "Hz", 5));

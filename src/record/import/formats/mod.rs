@@ -89,10 +89,8 @@ impl Format {
 
 #[cfg(not(feature = "formats"))]
 fn left_out(_: &[u8], _: Option<&str>) -> Result<Vec<Cells>> {
-    Err(Error::data(
-        "is a workbook or MAT-file, which this build does not read",
-        "Build with the feature formats, or save the recording as CSV.",
-    ))
+    let message = "is a workbook or MAT-file, which this build does not read";
+    Err(Error::data(message, "Build with the feature formats, or save the recording as CSV."))
 }
 
 /// Rows of cells as lines.

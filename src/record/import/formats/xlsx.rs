@@ -62,10 +62,8 @@ fn read(bytes: &[u8], sheet: Option<&str>, unpacked_max: u64, cells_max: usize) 
         }
         return Ok(cells);
     }
-    Err(Error::data(
-        format!("no sheet holds two rows with numbers; the workbook has {}", listed()),
-        "Put a heading such as time_s,voltage_V,current_A,speed_rad_s in a sheet, and the numbers below it.",
-    ))
+    let hint = "Put a heading such as time_s,voltage_V,current_A,speed_rad_s in a sheet, and the numbers below it.";
+    Err(Error::data(format!("no sheet holds two rows with numbers; the workbook has {}", listed()), hint))
 }
 
 /// The sheets that hold cells, hidden ones last.
