@@ -162,11 +162,9 @@ impl Quantity {
 
 /// The period of a clock: `8khz` is 125 µs.
 fn tick(unit: &str) -> Option<f64> {
-    let (number, prefix) = match unit.strip_suffix("hz")? {
-        number if number.ends_with('k') => (&number[..number.len() - 1], 1e3),
-        number if number.ends_with('m') => (&number[..number.len() - 1], 1e6),
-        number => (number, 1.0),
-    };
+    let number = unit.strip_suffix("hz")?;
+    let prefixed = [("k", 1e3), ("m", 1e6)].into_iter().find_map(|(k, factor)| Some((number.strip_suffix(k)?, factor)));
+    let (number, prefix) = prefixed.unwrap_or((number, 1.0));
     let digits = !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit() || b == b'.');
     let rate = prefix * number.parse::<f64>().ok().filter(|_| digits)?;
     (rate > 0.0 && rate.is_finite()).then_some(1.0 / rate)

@@ -17,7 +17,7 @@ pub use import::{
     FORMATS, Format, ReadOptions, parse_number, read, read_bytes, read_csv, read_inputs, read_joined, write_csv,
 };
 pub use lines::Lines;
-pub use prepare::{Cascade, FilterKind, LowPass, Mask, Offset, Preparation, parse_masks};
+pub use prepare::{FilterKind, LowPass, Mask, Offset, Preparation, parse_masks};
 pub use reading::{Reading, parse_crop, parse_offset};
 pub use samples::Samples;
 pub use time::{Gaps, Steps, TIME_JITTER_UNIFORM};
@@ -148,9 +148,9 @@ impl Record {
     }
 
     /// Some of its samples.
-    fn part(&self, range: std::ops::Range<usize>, note: Option<String>) -> Result<Self> {
+    fn part(&self, range: std::ops::Range<usize>, note: String) -> Result<Self> {
         let mut source = Source { lines: self.source.lines.of(range.clone()), ..self.source.clone() };
-        source.notes.extend(note);
+        source.notes.push(note);
         let excluded = self.excluded.iter().map(|e| Excluded {
             start: e.start.clamp(range.start, range.end) - range.start,
             end: e.end.clamp(range.start, range.end) - range.start,
@@ -173,8 +173,8 @@ impl Record {
             let hint = text!("Give a fraction between 0 and 1, as in " [Split = "0.7"] ".");
             return Err(Error::usage(message, hint));
         }
-        let part = |range, note: &str| self.part(range, Some(note.to_owned()));
-        Ok([part(0..at, "the first part of a split")?, part(at..self.len(), "the held-out part of a split")?])
+        let part = |range, which: &str| self.part(range, format!("the {which} part of a split"));
+        Ok([part(0..at, "first")?, part(at..self.len(), "held-out")?])
     }
 
     /// By how much the input rises over each step, around its value there as the mean; empty where it is held or

@@ -12,8 +12,8 @@ const LAST: usize = 3;
 pub(super) fn input(view: &View<'_>, findings: &mut Vec<Finding>) {
     findings.extend(undersampled(view));
     let reset = reset(view);
-    findings.extend(single_edge(view, reset.as_ref().map_or(view.len(), |(at, _)| *at)));
-    findings.extend(reset.map(|(_, finding)| finding));
+    findings.extend(single_edge(view, reset.as_ref().map_or(view.len(), |reset| reset.places[0].start)));
+    findings.extend(reset);
     findings.extend(idle(view));
 }
 
@@ -54,7 +54,7 @@ fn single_edge(view: &View<'_>, end: usize) -> Option<Finding> {
 
 /// The voltage returns to its first value in the last samples, and nowhere before: the program's end, not the motor's
 /// experiment. Where it begins and what it is.
-fn reset(view: &View<'_>) -> Option<(usize, Finding)> {
+fn reset(view: &View<'_>) -> Option<Finding> {
     let count = view.len();
     let last = view.constant_inputs.last()?;
     let (at, first) = (last.samples.start, &view.constant_inputs[0]);
@@ -70,7 +70,7 @@ fn reset(view: &View<'_>) -> Option<(usize, Finding)> {
     let [from, to] = [0, at - 1].map(|n| significant(view.time[n], 7));
     let message = format!("the voltage returns to {} V in the last {} samples", significant(last.volts, 3), count - at);
     let remedy = text!("Leave them out: " [Crop = "{from}:{to}"] ", or " [Mask = "auto"] ".");
-    Some((at, Finding::new("input_reset", Quantity::Voltage, message, remedy).at(Some(last.samples.clone()))))
+    Some(Finding::new("input_reset", Quantity::Voltage, message, remedy).at(Some(last.samples.clone())))
 }
 
 /// A voltage that is never 0 but starts from a small value.

@@ -144,8 +144,8 @@ fn one(headings: &[Heading], wish: &Wish<'_>, quantity: Quantity) -> Result<Opti
 fn headed_twice(headings: &[Heading], at: usize, quantity: Quantity) -> Result<()> {
     let same = |(other, heading): &(usize, &Heading)| *other != at && heading.name == headings[at].name;
     let Some((other, _)) = headings.iter().enumerate().find(same) else { return Ok(()) };
-    let (first, second, name) = (at.min(other) + 1, at.max(other) + 1, excerpt(&headings[at].name));
-    let message = format!("columns {first} and {second} are both headed \"{name}\"");
+    let (first, second, name) = (at.min(other) + 1, at.max(other) + 1, quoted(&headings[at].name));
+    let message = format!("columns {first} and {second} are both headed {name}");
     Err(Error::data(message, text!("Say which by its number: " [Columns = "{}=#{first}", quantity.key()] ".")))
 }
 

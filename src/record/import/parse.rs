@@ -88,26 +88,20 @@ fn cells(line: &str, separator: u8, into: &mut Vec<Range<usize>>) {
 /// Where the blanks and words of a line are, when blanks separate its cells.
 fn words(line: &str, into: &mut Vec<Range<usize>>) {
     into.clear();
-    let offset = |word: &str| word.as_ptr() as usize - line.as_ptr() as usize;
-    into.extend(line.split_whitespace().map(|word| offset(word)..offset(word) + word.len()));
+    into.extend(line.split_whitespace().map(|word| place(line, word)));
 }
 
 fn bare(line: &str, cell: Range<usize>) -> Range<usize> {
-    let trimmed = |cell: Range<usize>| {
-        let bytes = line.as_bytes();
-        let blank = |at: usize| matches!(bytes[at], b' ' | b'\t' | b'\r' | 0x0c);
-        let (mut from, mut to) = (cell.start, cell.end);
-        while from < to && blank(from) {
-            from += 1;
-        }
-        while from < to && blank(to - 1) {
-            to -= 1;
-        }
-        from..to
-    };
-    let cell = trimmed(cell);
-    let inner = line[cell.clone()].strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
-    if inner.is_some() { trimmed(cell.start + 1..cell.end - 1) } else { cell }
+    let blank = [' ', '\t', '\r', '\u{c}'];
+    let cell = line[cell].trim_matches(blank);
+    let inner = cell.strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
+    place(line, inner.map_or(cell, |inner| inner.trim_matches(blank)))
+}
+
+/// Where a part of a line stands in it.
+fn place(line: &str, part: &str) -> Range<usize> {
+    let start = part.as_ptr() as usize - line.as_ptr() as usize;
+    start..start + part.len()
 }
 
 /// A finite number from a cell; with `decimal_comma` both `1,5` and `1.5` are one and a half.

@@ -104,14 +104,11 @@ pub(super) struct Response {
 
 /// A filter at a sampling rate.
 #[derive(Debug, Clone)]
-pub struct Cascade(Vec<Section>);
+pub(super) struct Cascade(Vec<Section>);
 
 impl LowPass {
     /// The filter for samples every `period_s`.
-    ///
-    /// # Errors
-    /// `Usage` when the cut-off is not below half the sampling rate.
-    pub fn design(&self, period_s: f64) -> Result<Cascade> {
+    pub(super) fn design(&self, period_s: f64) -> Result<Cascade> {
         let nyquist = 0.5 / period_s;
         if self.cutoff_hz >= 0.98 * nyquist {
             let message =
@@ -156,8 +153,7 @@ fn first_order(c: f64) -> Section {
 
 impl Cascade {
     /// Filters a signal that stood at a value before.
-    #[must_use]
-    pub fn apply(&self, signal: &[f64], before: f64) -> Vec<f64> {
+    pub(super) fn apply(&self, signal: &[f64], before: f64) -> Vec<f64> {
         let mut signal = signal.to_vec();
         for Section { b, a } in &self.0 {
             // The state of a signal that has always been so; the gain at zero frequency is 1, so it stays so.

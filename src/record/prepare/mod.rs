@@ -8,7 +8,7 @@ mod mask;
 mod resample;
 
 use filter::Response;
-pub use filter::{Cascade, FilterKind, LowPass};
+pub use filter::{FilterKind, LowPass};
 pub use mask::{Mask, parse_masks};
 
 use super::{Excluded, Quantity, Record, SAMPLES_MAX, Samples, Source, time};
@@ -222,7 +222,7 @@ impl Record {
 
     fn cut_to(&self, range: Range<usize>, how: &str) -> Result<Self> {
         let [from, to] = [range.start, range.end - 1].map(|n| significant(self.samples.time_s[n], 6));
-        self.part(range, Some(format!("{how} to {from} s … {to} s")))
+        self.part(range, format!("{how} to {from} s … {to} s"))
     }
 
     /// The same with changed values.

@@ -5,6 +5,7 @@
 
 use super::archive::{SAVE_AGAIN, check};
 use super::cells::{CELLS_MAX, COLUMNS_MAX, Cells, UNPACKED_MAX, number, shortened};
+use crate::record::time::rounded;
 use crate::text::{counted, quoted};
 use crate::{Error, Result};
 use calamine::{DataRef, Reader as _, SheetType, SheetVisible, Xlsx};
@@ -194,8 +195,7 @@ fn content(value: &DataRef<'_>) -> (String, Sort) {
 
 /// Days as seconds with the 15 digits that a spreadsheet keeps: those of today are rounded to 10 µs.
 fn seconds(days: f64) -> f64 {
-    let seconds = days * 86_400.0;
-    format!("{seconds:.14e}").parse().unwrap_or(seconds)
+    rounded(days * 86_400.0, 15)
 }
 
 /// The days from the start of spreadsheet time to an ISO 8601 date, time of day or both.
