@@ -53,7 +53,7 @@ fn single_edge(view: &View<'_>, end: usize) -> Option<Finding> {
 }
 
 /// The voltage returns to its first value in the last samples, and nowhere before: the program's end, not the motor's
-/// experiment. Where it begins and what it is.
+/// experiment.
 fn reset(view: &View<'_>) -> Option<Finding> {
     let count = view.len();
     let last = view.constant_inputs.last()?;

@@ -79,81 +79,46 @@ impl Finding {
     }
 }
 
-/// A rule: a row of the table. It looks at a recording and adds what it finds.
-pub struct Rule {
-    /// The codes of its findings, each with what it says.
-    pub codes: &'static [(&'static str, &'static str)],
-    /// The recordings it is of.
-    of: Inputs,
-    look: Look,
-}
+/// The codes of findings, each with what it says.
+pub static FINDINGS: [(&str, &str); 19] = [
+    ("jitter", "Samples are not evenly spaced."),
+    ("units", "Magnitudes fit no motor, but would in another unit."),
+    ("sign_reversed", "A channel has the opposite sign of the others."),
+    ("undersampled_input", "The voltage changes faster than it is sampled."),
+    ("single_edge", "The voltage changes once only."),
+    ("input_reset", "The voltage is reset at the end."),
+    ("idle_input", "The voltage is not zero while the motor rests."),
+    ("rest_offset", "A sensor is not zero while the motor rests."),
+    ("no_motion", "The motor does not move under voltage."),
+    ("motion_without_input", "The motor moves without voltage."),
+    ("current_clipped", "The current is cut off or limited."),
+    ("voltage_without_current", "The voltage does not reach the motor."),
+    ("averaged_sensor", "A sensor shows an average over samples."),
+    ("held_samples", "Values are repeated over several samples."),
+    ("coarse_quantization", "The steps of a sensor are coarse."),
+    ("speed_falls", "The speed falls where the voltage rises."),
+    ("speed_saturates", "The speed no longer follows the voltage."),
+    ("start_latency", "The first movement comes late."),
+    ("speed_ripple", "The speed has a periodic ripple in the steady state."),
+];
 
-type Look = fn(&View<'_>, &mut Vec<Finding>);
+/// Looks at a recording and adds what it finds.
+type Rule = fn(&View<'_>, &mut Vec<Finding>);
 
-#[derive(PartialEq)]
-enum Inputs {
-    /// Those whose input is a voltage.
-    Voltage,
-    /// Also those whose input is the current.
-    Any,
-}
-use Inputs::{Any, Voltage};
-
-const fn rule(look: Look, of: Inputs, codes: &'static [(&'static str, &'static str)]) -> Rule {
-    Rule { codes, of, look }
-}
-
-/// The rules, in the order in which they look.
-pub static RULES: [Rule; 12] = [
-    rule(clock::jitter, Any, &[("jitter", "Samples are not evenly spaced.")]),
-    rule(units::units, Any, &[("units", "Magnitudes fit no motor, but would in another unit.")]),
-    rule(sign::sign_reversed, Any, &[("sign_reversed", "A channel has the opposite sign of the others.")]),
-    rule(
-        input::input,
-        Voltage,
-        &[
-            ("undersampled_input", "The voltage changes faster than it is sampled."),
-            ("single_edge", "The voltage changes once only."),
-            ("input_reset", "The voltage is reset at the end."),
-            ("idle_input", "The voltage is not zero while the motor rests."),
-        ],
-    ),
-    rule(rest::rest, Voltage, &[("rest_offset", "A sensor is not zero while the motor rests.")]),
-    rule(
-        motion::motion,
-        Voltage,
-        &[
-            ("no_motion", "The motor does not move under voltage."),
-            ("motion_without_input", "The motor moves without voltage."),
-        ],
-    ),
-    rule(
-        drive::drive,
-        Voltage,
-        &[
-            ("current_clipped", "The current is cut off or limited."),
-            ("voltage_without_current", "The voltage does not reach the motor."),
-        ],
-    ),
-    rule(comb::averaged_sensor, Voltage, &[("averaged_sensor", "A sensor shows an average over samples.")]),
-    rule(
-        sampling::sampling,
-        Any,
-        &[
-            ("held_samples", "Values are repeated over several samples."),
-            ("coarse_quantization", "The steps of a sensor are coarse."),
-        ],
-    ),
-    rule(
-        curve::curve,
-        Voltage,
-        &[
-            ("speed_falls", "The speed falls where the voltage rises."),
-            ("speed_saturates", "The speed no longer follows the voltage."),
-        ],
-    ),
-    rule(latency::start_latency, Voltage, &[("start_latency", "The first movement comes late.")]),
-    rule(ripple::speed_ripple, Voltage, &[("speed_ripple", "The speed has a periodic ripple in the steady state.")]),
+/// The rules in the order in which they look, each with whether it also is one of recordings whose input is the current.
+const RULES: [(Rule, bool); 12] = [
+    (clock::jitter, true),
+    (units::units, true),
+    (sign::sign_reversed, true),
+    (input::input, false),
+    (rest::rest, false),
+    (motion::motion, false),
+    (drive::drive, false),
+    (comb::averaged_sensor, false),
+    (sampling::sampling, true),
+    (curve::curve, false),
+    (latency::start_latency, false),
+    (ripple::speed_ripple, false),
 ];
 
 /// Everything odd that is found about a recording, what matters most first.
@@ -168,10 +133,10 @@ pub fn diagnose(record: &Record) -> Vec<Finding> {
 pub(super) fn findings(record: &Record) -> Vec<Finding> {
     let view = View::new(record);
     let mut findings = Vec::new();
-    for rule in RULES.iter().filter(|rule| rule.of == Any || !view.by_current()) {
-        (rule.look)(&view, &mut findings);
+    for (rule, _) in RULES.iter().filter(|(_, by_current)| *by_current || !view.by_current()) {
+        rule(&view, &mut findings);
     }
-    let is_listed = |finding: &Finding| RULES.iter().flat_map(|rule| rule.codes).any(|(code, _)| *code == finding.code);
+    let is_listed = |finding: &Finding| FINDINGS.iter().any(|(code, _)| *code == finding.code);
     debug_assert!(findings.iter().all(is_listed), "every code is in the table");
     findings.sort_by_key(|finding| finding.severity == Severity::Mention);
     findings
