@@ -202,8 +202,7 @@ pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
             return Err(Error::usage(format!("{} names no column", quoted(item)), example()));
         };
         let Some(quantity) = Quantity::COLUMNS.into_iter().find(|q| q.key() == key.trim()) else {
-            let message = format!("{} is no quantity of a recording", quoted(key.trim()));
-            return Err(Error::usage(message, example()));
+            return Err(Error::usage(format!("{} is no quantity of a recording", quoted(key.trim())), example()));
         };
         if requests.iter().any(|r| r.quantity == quantity) {
             return Err(Error::usage(text!([Columns] " names {quantity} twice"), "Name each quantity once."));

@@ -127,10 +127,7 @@ impl Record {
 
     /// With `keep_gaps` a gap is a long step.
     pub(crate) fn from_file(samples: Samples, source: Source, keep_gaps: bool) -> Result<Self> {
-        let located = |error: Error| match &source.path {
-            Some(path) => error.in_file(path),
-            None => error,
-        };
+        let located = |error: Error| source.path.iter().fold(error, |error, path| error.in_file(path));
         samples.check_shape().map_err(located)?;
         let steps = time::steps(&samples.time_s, &source.lines, keep_gaps).map_err(located)?;
         for (quantity, signal) in samples.signals() {

@@ -49,8 +49,8 @@ fn finding(view: &View<'_>, channel: &Channel<'_>, best: Best) -> Finding {
 
 /// The spectra of the voltage's changes and, as noise of a measured voltage fills their notches, of its edges alone.
 fn spectra_of_input(view: &View<'_>) -> Vec<Logs> {
-    let all = differences(view.voltage);
-    let edges: Vec<f64> = all.iter().map(|d| if d.abs() > 6.0 * view.volts_noise { *d } else { 0.0 }).collect();
+    let all = differences(view.input.values);
+    let edges: Vec<f64> = all.iter().map(|d| if d.abs() > 6.0 * view.input.noise { *d } else { 0.0 }).collect();
     [all, edges].iter().filter_map(|steps| Logs::of(steps, f64::NEG_INFINITY)).collect()
 }
 

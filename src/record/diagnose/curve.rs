@@ -14,7 +14,7 @@ const SAMPLES_MIN: usize = 100;
 
 pub(super) fn curve(view: &View<'_>, findings: &mut Vec<Finding>) {
     let Some(speed) = view.speed.as_ref().filter(|speed| speed.range > 0.0 && !view.loaded) else { return };
-    if view.restless >= RESTLESS || view.volts_range == 0.0 || view.len() < SAMPLES_MIN {
+    if view.restless >= RESTLESS || view.input.range == 0.0 || view.len() < SAMPLES_MIN {
         return;
     }
     let Some(points) = static_curve(view, speed) else { return };
@@ -111,8 +111,8 @@ fn static_curve(view: &View<'_>, speed: &Channel<'_>) -> Option<Vec<Point>> {
 fn rows(view: &View<'_>, speed: &Channel<'_>) -> Vec<(usize, f64, [f64; 3])> {
     let length = view.len().div_ceil(BLOCKS);
     let blocks = |values: &[f64]| values.chunks_exact(length).map(mean).collect::<Vec<f64>>();
-    let (volts, speeds) = (blocks(view.voltage), blocks(speed.values));
-    let width = view.volts_peak / count(BINS);
+    let (volts, speeds) = (blocks(view.input.values), blocks(speed.values));
+    let width = view.input.peak / count(BINS);
     let mut rows = Vec::new();
     for n in 1..volts.len().saturating_sub(1) {
         let v = 0.5 * (volts[n] + volts[n + 1]);

@@ -104,11 +104,11 @@ fn without_current(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
         order_statistic(&mut sizes, 0.95)
     });
     let slow = |n: usize| match (&view.speed, fast) {
-        (Some(speed), Some(fast)) => speed.values[n].abs() * view.volts_peak < 0.5 * fast * view.voltage[n].abs(),
+        (Some(speed), Some(fast)) => speed.values[n].abs() * view.input.peak < 0.5 * fast * view.input.values[n].abs(),
         _ => true,
     };
     let without =
-        |n: usize| view.voltage[n].abs() > 0.5 * view.volts_peak && (current.values[n] - offset).abs() <= none;
+        |n: usize| view.input.values[n].abs() > 0.5 * view.input.peak && (current.values[n] - offset).abs() <= none;
     let is_off = |n: usize| without(n) && slow(n);
     // A drive that goes off while the motor turns fast is only told when it has slowed down: it has been off before.
     let whole = |run: Range<usize>| {
@@ -121,7 +121,7 @@ fn without_current(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
         // Without a speed only a step from rest that never draws current is told from a motor without friction.
         view.constant_inputs.windows(2).any(|w| {
             let (rest, on) = (&w[0], &w[1].samples);
-            let was_at_rest = rest.volts.abs() < 0.05 * view.volts_peak && rest.samples.len() >= 10;
+            let was_at_rest = rest.volts.abs() < 0.05 * view.input.peak && rest.samples.len() >= 10;
             was_at_rest && on.contains(&run.start) && run.start <= on.start + 1 && run.end + 1 >= on.end
         })
     };

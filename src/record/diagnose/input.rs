@@ -76,9 +76,9 @@ fn reset(view: &View<'_>) -> Option<Finding> {
 /// A voltage that is never 0 but starts from a small value.
 fn idle(view: &View<'_>) -> Option<Finding> {
     let rest = view.first_rest();
-    let volts = view.voltage[0];
-    let is_constant = view.voltage[rest.clone()].iter().all(|v| v.to_bits() == volts.to_bits());
-    let never = view.voltage.iter().all(|v| *v != 0.0);
+    let volts = view.input.values[0];
+    let is_constant = view.input.values[rest.clone()].iter().all(|v| v.to_bits() == volts.to_bits());
+    let never = view.input.values.iter().all(|v| *v != 0.0);
     if rest.len() < 10 || rest.len() == view.len() || !is_constant || !never {
         return None;
     }

@@ -39,7 +39,7 @@ fn start_of_motion(view: &View<'_>, speed: &Channel<'_>, run: &Range<usize>) -> 
     let still = (0.03 * speed.peak).max(3.0 * speed.noise).max(1.5 * coarse);
     let moving = (MOVES * speed.peak).max(8.0 * speed.noise).max(3.0 * coarse);
     // Where there is voltage elsewhere, a spike of the sensor is no motion.
-    let lasts = if view.volts_peak > 0.0 { 3 } else { 1 };
+    let lasts = if view.input.peak > 0.0 { 3 } else { 1 };
     let mut quiet = 0;
     let mut since = None;
     for n in run.clone() {
@@ -93,10 +93,10 @@ fn keeps_moving(view: &View<'_>, speed: &Channel<'_>, run: &Range<usize>) -> Opt
 }
 
 fn does_not_move(view: &View<'_>, speed: &Channel<'_>) -> bool {
-    if view.volts_peak == 0.0 {
+    if view.input.peak == 0.0 {
         return false;
     }
-    let varies = view.volts_range > 0.2 * view.volts_peak;
+    let varies = view.input.range > 0.2 * view.input.peak;
     if speed.range == 0.0 {
         return varies || speed.peak == 0.0;
     }
@@ -115,12 +115,12 @@ fn does_not_move(view: &View<'_>, speed: &Channel<'_>) -> bool {
 fn follows(view: &View<'_>, values: &[f64]) -> bool {
     let size = values.len();
     let sure = 4.5 / count(size).sqrt();
-    let middle = mean(view.voltage);
-    let slow = running_sums(view.voltage.iter().map(|v| v - middle));
+    let middle = mean(view.input.values);
+    let slow = running_sums(view.input.values.iter().map(|v| v - middle));
     let lags = [0, 1, 2, 3, 5, 8, 13, 21, 34, 55].into_iter().filter(|lag| lag + SAMPLES_MIN <= size);
     lags.into_iter().any(|lag| {
         let later = &values[lag..];
-        let (now, summed) = (&view.voltage[..size - lag], &slow[..size - lag]);
+        let (now, summed) = (&view.input.values[..size - lag], &slow[..size - lag]);
         correlation(now, later).abs() > sure || correlation(summed, later).abs() > 2.0 * sure
     })
 }

@@ -16,7 +16,7 @@ const PARTS: [f64; 2] = [0.005, 0.03];
 
 pub(super) fn speed_ripple(view: &View<'_>, findings: &mut Vec<Finding>) {
     let Some(speed) = view.speed.as_ref().filter(|speed| speed.range > 0.0) else { return };
-    let driven = view.constant_inputs.iter().filter(|s| s.volts.abs() > 0.02 * view.volts_peak);
+    let driven = view.constant_inputs.iter().filter(|s| s.volts.abs() > 0.02 * view.input.peak);
     let Some(longest) = driven.max_by_key(|s| s.samples.len()) else { return };
     // The second half: the first may still be on its way.
     let (end, count) = (longest.samples.end, longest.samples.len() / 2);

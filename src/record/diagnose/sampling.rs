@@ -63,7 +63,8 @@ fn coarse(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
             changes += 1;
             whole += usize::from((steps - steps.round()).abs() < 0.1 && steps > 0.5);
             // A fast motor under few voltages shows few speeds: such changes come with those of the voltage.
-            let forced = (n.saturating_sub(2)..n).any(|m| view.part(view.voltage[m + 1] - view.voltage[m]) > 0.02);
+            let forced =
+                (n.saturating_sub(2)..n).any(|m| view.part(view.input.values[m + 1] - view.input.values[m]) > 0.02);
             unforced += usize::from(!forced);
         }
     }

@@ -15,12 +15,12 @@ pub(super) fn sign_reversed(view: &View<'_>, findings: &mut Vec<Finding>) {
         findings.extend(reversed_current(view));
         return;
     }
-    if view.loaded || view.volts_peak == 0.0 {
+    if view.loaded || view.input.peak == 0.0 {
         return;
     }
     let current = view.current.as_ref().filter(|c| c.range > 0.0).map_or(&[][..], |c| c.values);
     let speed = view.speed.as_ref().filter(|c| c.range > 0.0).map_or(&[][..], |c| c.values);
-    let voltage = view.voltage;
+    let voltage = view.input.values;
     // A voltage acts from its sample on: what answers it is seen in the next.
     let [vi, iw, vw] =
         [(voltage, &*answer(current)), (current, speed), (voltage, &*answer(speed))].map(|(a, b)| sign_of(a, b));
@@ -43,12 +43,12 @@ pub(super) fn sign_reversed(view: &View<'_>, findings: &mut Vec<Finding>) {
 /// A current that slows the motor down, where it is the input: ∂ω⁺/∂i < 0 at the same ω.
 fn reversed_current(view: &View<'_>) -> Option<Finding> {
     let speed = view.speed.as_ref().filter(|speed| speed.range > 0.0)?;
-    if view.loaded || view.len() < SAMPLES_MIN || view.volts_range == 0.0 {
+    if view.loaded || view.len() < SAMPLES_MIN || view.input.range == 0.0 {
         return None;
     }
     let message = "the sign of current or speed is reversed: the current slows the motor down";
     let remedy = text!("Swap the sign of one: " [Columns = "current=HEADING*-1"] ".");
-    let reversed = sign_of_first(mechanical(view.voltage, speed.values)) == Some(-1);
+    let reversed = sign_of_first(mechanical(view.input.values, speed.values)) == Some(-1);
     reversed.then(|| Finding::new("sign_reversed", Quantity::Current, message, remedy))
 }
 
@@ -67,7 +67,7 @@ fn by_dynamics(view: &View<'_>) -> Option<Option<Quantity>> {
         return None;
     }
     let (i, w) = (current.values, speed.values);
-    let electrical = (0..view.len() - 1).map(|n| ([view.voltage[n], i[n], w[n]], i[n + 1] - i[n]));
+    let electrical = (0..view.len() - 1).map(|n| ([view.input.values[n], i[n], w[n]], i[n + 1] - i[n]));
     match (sign_of_first(electrical)?, sign_of_first(mechanical(i, w))?) {
         (-1, -1) => Some(Some(Quantity::Current)),
         (1, -1) => Some(Some(Quantity::Speed)),

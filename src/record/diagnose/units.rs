@@ -42,9 +42,9 @@ fn time(view: &View<'_>) -> Option<Finding> {
 
 fn speed_unit(view: &View<'_>, speed: &Channel<'_>) -> Option<Finding> {
     let whole = is_whole(speed);
-    let weak = !view.by_current() && view.volts_peak / speed.peak < VOLTS_PER_SPEED;
+    let weak = !view.by_current() && view.input.peak / speed.peak < VOLTS_PER_SPEED;
     let too_fast = speed.peak > SPEEDS[1] || speed.peak > SPEEDS[0] && weak;
-    let is_driven = view.by_current() || view.volts_peak > 0.0;
+    let is_driven = view.by_current() || view.input.peak > 0.0;
     if !(too_fast && is_driven || whole && speed.peak > SPEEDS[0]) {
         return None;
     }
@@ -55,10 +55,10 @@ fn speed_unit(view: &View<'_>, speed: &Channel<'_>) -> Option<Finding> {
 }
 
 fn current_unit(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
-    if current.peak == 0.0 || view.volts_peak == 0.0 || current.floor() > 0.3 * current.peak {
+    if current.peak == 0.0 || view.input.peak == 0.0 || current.floor() > 0.3 * current.peak {
         return None;
     }
-    let ohms = view.volts_peak / current.peak;
+    let ohms = view.input.peak / current.peak;
     let (shown, whole) = (engineering(ohms, "Ω", 2), is_whole(current));
     let what =
         |unit: &str| format!("voltage over current is {shown}, which is no motor's: the current looks like {unit}");

@@ -6,7 +6,7 @@ use super::layout::{Layout, comment, find};
 use super::parse::{Separator, parse_number};
 use super::quick::Quick;
 use super::signals::Signals;
-use super::text::{Line, Lines as Text};
+use super::text::Lines as Text;
 use crate::record::{Lines, Quantity, SAMPLES_MAX, Source};
 use crate::setting::text;
 use crate::text::{counted, excerpt};
@@ -33,7 +33,7 @@ pub(super) fn collect(lines: &mut impl Text, wish: &Wish<'_>) -> Result<Signals>
             return Err(if cut { cut_off(&error) } else { error });
         }
         let Some(line) = next else { break };
-        fault = rows.add_line(line).err();
+        fault = line.text().and_then(|text| rows.add(line.number, &text)).err();
     }
     let Rows { mut signals, lines: places, blank, comma, has_point, quick, .. } = rows;
     if let Some(error) = comma.filter(|_| has_point || quick.is_some_and(|quick| quick.has_point)) {
@@ -44,8 +44,7 @@ pub(super) fn collect(lines: &mut impl Text, wish: &Wish<'_>) -> Result<Signals>
         notes.push(format!("{} of nan left out", counted(blank, "row")));
     }
     for (used, signal) in used.iter().zip(&mut signals) {
-        used.convert(signal);
-        levels(used, signal, &places)?;
+        convert(used, signal, &places)?;
     }
     let taken: Vec<usize> = used.iter().map(|used| used.at).collect();
     let others = layout.headings.iter().enumerate().filter(|(at, heading)| !taken.contains(at) && heading.name != "");
@@ -110,17 +109,6 @@ impl<'a> Rows<'a> {
         text.pass(count as u64, at);
     }
 
-    /// Adds a line, which may be a plain row.
-    fn add_line(&mut self, line: Line<'_>) -> Result<()> {
-        let Some(quick) = self.quick.as_mut().and_then(|quick| quick.read(line.bytes).then_some(quick)) else {
-            return self.add(line.number, &line.text()?);
-        };
-        for (signal, value) in self.signals.iter_mut().zip(&quick.row) {
-            signal.push(*value);
-        }
-        self.count(line.number)
-    }
-
     /// Adds a line; blank ones, comments and rows of nan are passed over.
     fn add(&mut self, line: u64, text: &str) -> Result<()> {
         if text.trim_start().is_empty() || comment(text).is_some() {
@@ -164,11 +152,6 @@ impl<'a> Rows<'a> {
             };
             self.signals[n].push(value);
         }
-        self.count(line)
-    }
-
-    /// Counts a row that was added.
-    fn count(&mut self, line: u64) -> Result<()> {
         self.lines.push(line);
         if self.lines.len() > SAMPLES_MAX {
             return Err(Error::data(format!("more than {SAMPLES_MAX} samples"), "Cut the recording.").at_line(line));
@@ -194,9 +177,15 @@ fn check_count(row: &[Range<usize>], expected: usize) -> Result<()> {
     Err(Error::data(message, "Give every row as many cells as the heading; a decimal comma needs ; between the cells."))
 }
 
-/// Puts a flag's two voltages for its two values.
-fn levels(used: &Used, signal: &mut [f64], lines: &Lines) -> Result<()> {
-    let Formula::Levels([low, high]) = used.formula else { return Ok(()) };
+/// Makes SI of the numbers of a column: of a flag's two values its two voltages.
+fn convert(used: &Used, signal: &mut [f64], lines: &Lines) -> Result<()> {
+    let [low, high] = match used.formula {
+        Formula::Levels(levels) => levels,
+        Formula::Linear { scale, offset } => {
+            signal.iter_mut().for_each(|value| *value = (*value * scale + offset) * used.factor);
+            return Ok(());
+        }
+    };
     let Some(&first) = signal.first() else { return Ok(()) };
     let same = |a: f64, b: f64| a.to_bits() == b.to_bits() || (a - b).abs() <= 1e-9 * b.abs();
     let heading = &used.column.heading;

@@ -75,15 +75,6 @@ pub(super) struct Used {
     pub factor: f64,
 }
 
-impl Used {
-    /// The numbers of its cells in SI; a flag's as they stand.
-    pub(super) fn convert(&self, signal: &mut [f64]) {
-        if let Formula::Linear { scale, offset } = self.formula {
-            signal.iter_mut().for_each(|value| *value = (*value * scale + offset) * self.factor);
-        }
-    }
-}
-
 /// How many columns of a line the user names or their headings explain.
 pub(super) fn understood(headings: &[Heading], requests: &[ColumnRequest]) -> usize {
     let named = requests.iter().filter(|request| place(headings, &request.name).is_some()).count();
@@ -122,7 +113,7 @@ pub(super) fn choose(headings: &[Heading], wish: &Wish<'_>) -> Result<Vec<Used>>
     }
     let twice = used.iter().enumerate().find(|(n, u)| used[..*n].iter().any(|other| other.at == u.at));
     let Some((_, twice)) = twice else { return Ok(used) };
-    let message = format!("column \"{}\" is named for two quantities", excerpt(&twice.column.heading));
+    let message = format!("column {} is named for two quantities", quoted(&twice.column.heading));
     Err(Error::data(message, "Name a column of its own for each quantity."))
 }
 
@@ -177,14 +168,11 @@ fn missing(has: &dyn Fn(Quantity) -> bool, need: Need, drives: bool, timed: bool
 
 fn lacking(headings: &[Heading], missing: &[&str]) -> Error {
     if headings.iter().all(|h| parse_number(&h.name, true).is_ok()) {
-        return Error::data(
-            "found numbers, expected a heading",
-            text!(
-                "Put a heading in front of the rows, or name columns by their numbers: "
-                [Columns = "time=1:s,voltage=2:V,current=3:A,speed=4:rad/s"] "; without a time column give "
-                [Rate = "HZ"] "."
-            ),
+        let hint = text!(
+            "Put a heading in front of the rows, or name columns by their numbers: "
+            [Columns = "time=1:s,voltage=2:V,current=3:A,speed=4:rad/s"] "; without a time column give " [Rate = "HZ"] "."
         );
+        return Error::data("found numbers, expected a heading", hint);
     }
     let mut hint = text!(
         "Rename the headings (time_s,voltage_V,current_A,speed_rad_s) or name them: "
@@ -221,9 +209,8 @@ fn is_drive(heading: &Heading) -> bool {
     let name = heading.name.to_lowercase();
     let in_volts = |name: &str| {
         let name = name.trim_end_matches([')', ']']);
-        ["v", "mv", "kv"]
-            .iter()
-            .any(|unit| name.strip_suffix(unit).is_some_and(|rest| rest.ends_with(['_', '[', '(', ' '])))
+        let stands_apart = |rest: &str| rest.ends_with(['_', '[', '(', ' ']);
+        ["v", "mv", "kv"].into_iter().any(|unit| name.strip_suffix(unit).is_some_and(stands_apart))
     };
     let unit = heading.unit.as_ref().map(|unit| format!("[{}", unit.to_lowercase()));
     WORDS.iter().any(|word| name.contains(word)) || in_volts(&name) || unit.is_some_and(|unit| in_volts(&unit))
@@ -246,13 +233,12 @@ fn place(headings: &[Heading], name: &str) -> Option<(usize, Suffix)> {
 fn requested(headings: &[Heading], request: &ColumnRequest) -> Result<Used> {
     let quantity = request.quantity;
     let Some((at, Suffix { formula, unit })) = place(headings, &request.name) else {
-        return Err(Error::data(
-            format!("no column {} for {quantity}; the heading has {}", quoted(&request.name), listed(headings)),
-            text!(
-                "Give " [Columns] " the exact heading, capitals included, or its number as #2; behind it may stand \
-                 operations (*12/255, +0.5), a unit (:mA), or a flag's two voltages (:0..12)."
-            ),
-        ));
+        let (name, found) = (quoted(&request.name), listed(headings));
+        let hint = text!(
+            "Give " [Columns] " the exact heading, capitals included, or its number as #2; behind it may stand \
+             operations (*12/255, +0.5), a unit (:mA), or a flag's two voltages (:0..12)."
+        );
+        return Err(Error::data(format!("no column {name} for {quantity}; the heading has {found}"), hint));
     };
     let own = || headings[at].understood().filter(|(q, _)| *q == quantity).and_then(|(_, unit)| unit);
     // Operations make volts of a flag or a duty, whatever the heading says of the cells.
@@ -274,13 +260,13 @@ fn recognized(headings: &[Heading], requests: &[ColumnRequest], quantity: Quanti
     });
     let Some((at, heading, unit)) = matches.next() else { return Ok(None) };
     if let Some((own, below)) = headings[at].contradiction() {
-        let message = format!("\"{}\" names the unit {own}, the row below it {below}", excerpt(heading));
+        let message = format!("{} names the unit {own}, the row below it {below}", quoted(heading));
         let hint = text!("Say which: " [Columns = "{}={}:{below}", quantity.key(), printable(heading)] ".");
         return Err(Error::data(message, hint));
     }
     if let Some((_, other, _)) = matches.next() {
         headed_twice(headings, at, quantity)?;
-        let message = format!("both \"{}\" and \"{}\" look like {quantity}", excerpt(heading), excerpt(other));
+        let message = format!("both {} and {} look like {quantity}", quoted(heading), quoted(other));
         let hint = text!("Say which: " [Columns = "{}={}", quantity.key(), printable(heading)] ".");
         return Err(Error::data(message, hint));
     }

@@ -61,22 +61,26 @@ pub(super) fn find(lines: &mut impl Lines, wish: &Wish<'_>) -> Result<Layout> {
             }
         }
     }
-    let Some((first, _)) = ahead.front() else {
+    let at = found.unwrap_or_else(|| likeliest(&ahead, wish));
+    let mut pending = ahead.split_off(ahead.len().min(at + 1));
+    let Some((line, text)) = ahead.pop_back() else {
         let hint = "Put a heading such as time_s,voltage_V,current_A,speed_rad_s in front of the rows.";
         return Err(Error::data("holds only comments or blank lines, expected a heading and rows of numbers", hint));
     };
-    let first = *first;
-    let at = found.unwrap_or_else(|| likeliest(&ahead, wish));
-    let mut pending = ahead.split_off(at + 1);
-    let Some((line, text)) = ahead.pop_back() else {
-        return Err(Error::data("has no heading", "Add one.").at_line(first));
-    };
     let separator = wish.separator_of(&text);
     let row = separator.row(&text);
-    let units = units_below(&row, separator, &mut pending, lines)?;
-    let notes =
-        if ahead.is_empty() { Vec::new() } else { vec![format!("{} lines before the heading left out", ahead.len())] };
-    Ok(Layout { separator, headings: headings(&row, units.as_deref()), line, pending, notes })
+    if pending.is_empty()
+        && let Some(line) = lines.next_line()?
+    {
+        pending.push_back((line.number, line.text()?.into_owned()));
+    }
+    let units = pending.front().and_then(|(_, text)| units(&separator.row(text), row.len()));
+    if units.is_some() {
+        pending.pop_front();
+    }
+    let note = (!ahead.is_empty()).then(|| format!("{} lines before the heading left out", ahead.len()));
+    let headings = headings(&row, units.as_deref());
+    Ok(Layout { separator, headings, line, pending, notes: note.into_iter().collect() })
 }
 
 /// The line that says most, the first of equals.
@@ -89,25 +93,6 @@ fn likeliest(ahead: &VecDeque<(u64, String)>, wish: &Wish<'_>) -> usize {
 fn headings(row: &[&str], units: Option<&[String]>) -> Vec<Heading> {
     let unit = |n: usize| units.and_then(|units| units.get(n)).filter(|unit| !unit.is_empty()).cloned();
     row.iter().enumerate().map(|(n, name)| Heading { name: (*name).to_owned(), unit: unit(n) }).collect()
-}
-
-/// A row of units right below the heading, taken off what is pending.
-fn units_below(
-    heading: &[&str],
-    separator: Separator,
-    pending: &mut VecDeque<(u64, String)>,
-    lines: &mut impl Lines,
-) -> Result<Option<Vec<String>>> {
-    if pending.is_empty()
-        && let Some(line) = lines.next_line()?
-    {
-        pending.push_back((line.number, line.text()?.into_owned()));
-    }
-    let units = pending.front().and_then(|(_, text)| units(&separator.row(text), heading.len()));
-    if units.is_some() {
-        pending.pop_front();
-    }
-    Ok(units)
 }
 
 /// The units of a row that holds nothing else, brackets taken off.
@@ -133,13 +118,12 @@ fn without_heading(pending: VecDeque<(u64, String)>, comments: &[String], separa
     let units = last.and_then(|row| units(row, width));
     let names = if units.is_some() { above.get(1).filter(fits) } else { last };
     let (names, units) = if names.is_some() { (names, units) } else { (None, None) };
-    let mut notes = Vec::new();
-    let headings = match names {
+    let (headings, notes) = match names {
         Some(names) => {
-            notes.push("names of columns are those of the comment above them".to_owned());
-            headings(names, units.as_deref())
+            let note = "names of columns are those of the comment above them".to_owned();
+            (headings(names, units.as_deref()), vec![note])
         }
-        None => (1..=width).map(|n| Heading { name: n.to_string(), unit: None }).collect(),
+        None => ((1..=width).map(|n| Heading { name: n.to_string(), unit: None }).collect(), Vec::new()),
     };
     Ok(Layout { separator, headings, line, pending, notes })
 }

@@ -79,13 +79,12 @@ impl Signals {
             self.behind(time, other.list);
         } else {
             let names: Vec<String> = theirs.iter().map(ToString::to_string).collect();
-            return Err(Error::data(
-                format!("holds {}, some of which the files before hold too, but not all", names.join(", ")),
-                text!(
-                    "Files of one recording hold the same quantities (one after the other) or different ones (side by \
-                     side); say which with " [Columns] "."
-                ),
-            ));
+            let message = format!("holds {}, some of which the files before hold too, but not all", names.join(", "));
+            let hint = text!(
+                "Files of one recording hold the same quantities (one after the other) or different ones (side by \
+                 side); say which with " [Columns] "."
+            );
+            return Err(Error::data(message, hint));
         }
         let have: Vec<Quantity> = self.source.columns.iter().map(|column| column.quantity).collect();
         self.source.columns.extend(other.source.columns.into_iter().filter(|column| !have.contains(&column.quantity)));
@@ -112,17 +111,15 @@ impl Signals {
 
     /// Appends what comes later; a time that starts anew goes on.
     fn behind(&mut self, mut time: Vec<f64>, list: Vec<(Quantity, Vec<f64>)>) {
-        if let Some((_, own)) = self.list.iter_mut().find(|(q, _)| *q == Quantity::Time) {
-            if let (Some(&last), Some(&first), true) = (own.last(), time.first(), own.len() > 1)
-                && first <= last
-            {
-                let shift = 2.0 * last - own[own.len() - 2] - first;
-                time.iter_mut().for_each(|t| *t += shift);
-                self.source.notes.push(format!("a file that starts anew follows {} later", engineering(shift, "s", 6)));
-            }
-            own.append(&mut time);
+        if let Some([.., before, last]) = self.get(Quantity::Time).map(Vec::as_slice)
+            && let Some(&first) = time.first()
+            && first <= *last
+        {
+            let shift = 2.0 * last - before - first;
+            time.iter_mut().for_each(|t| *t += shift);
+            self.source.notes.push(format!("a file that starts anew follows {} later", engineering(shift, "s", 6)));
         }
-        for (quantity, mut signal) in list {
+        for (quantity, mut signal) in list.into_iter().chain([(Quantity::Time, time)]) {
             if let Some((_, own)) = self.list.iter_mut().find(|(q, _)| *q == quantity) {
                 own.append(&mut signal);
             }
@@ -140,11 +137,9 @@ impl Signals {
         }
         let usual = upper_median(&mut steps);
         let Some(n) = jump.filter(|_| usual < 0.05 * range) else { return Ok(()) };
-        let error = Error::data(
-            "the position jumps by more than half of all that it covers, as a counter does that wraps",
-            "Let it count on in the file, or give a speed; angles within one turn may wrap.",
-        );
-        Err(error.at_line(self.source.lines.get(n + 1)))
+        let message = "the position jumps by more than half of all that it covers, as a counter does that wraps";
+        let hint = "Let it count on in the file, or give a speed; angles within one turn may wrap.";
+        Err(Error::data(message, hint).at_line(self.source.lines.get(n + 1)))
     }
 
     /// The signals as samples; a missing voltage or time is left empty for the checks of a recording.

@@ -45,13 +45,11 @@ impl FromStr for LowPass {
     /// Reads `butterworth:50`, `chebyshev:50:4:0.5`: sort, cut-off \[Hz\], order (4), ripple \[dB\] (0.5).
     fn from_str(text: &str) -> Result<Self> {
         let bad = |what: String| {
-            Error::usage(
-                text!([Filter] ": {what}"),
-                text!(
-                    "Write " [Filter = "butterworth:CUTOFF_HZ[:ORDER]"] " or chebyshev:CUTOFF_HZ[:ORDER[:RIPPLE_DB]], \
-                     as in chebyshev:50:4:0.5."
-                ),
-            )
+            let hint = text!(
+                "Write " [Filter = "butterworth:CUTOFF_HZ[:ORDER]"] " or chebyshev:CUTOFF_HZ[:ORDER[:RIPPLE_DB]], \
+                 as in chebyshev:50:4:0.5."
+            );
+            Error::usage(text!([Filter] ": {what}"), hint)
         };
         let mut parts = text.split(':');
         let name = parts.next().unwrap_or_default().trim().to_lowercase();

@@ -34,10 +34,9 @@ pub fn parse_masks(items: &[String]) -> Result<Vec<Mask>> {
 
 fn one(item: &str) -> Result<Mask> {
     let bad = |what: String| {
-        Error::usage(
-            text!([Mask] ": {what}"),
-            text!("Write " [Mask = "auto"] ", " [Mask = "0.5:0.6"] " or " [Mask = "current@0.5:0.6"] " (seconds)."),
-        )
+        let hint =
+            text!("Write " [Mask = "auto"] ", " [Mask = "0.5:0.6"] " or " [Mask = "current@0.5:0.6"] " (seconds).");
+        Error::usage(text!([Mask] ": {what}"), hint)
     };
     if item == "auto" {
         return Ok(Mask::Auto);

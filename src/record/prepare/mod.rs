@@ -105,10 +105,7 @@ impl Preparation {
 
     fn resampled(&self, record: Record) -> Result<Record> {
         let Some(rate) = self.rate_hz else { return every_nth(record.lined(self), self.decimate.unwrap_or(1)) };
-        if !(rate.is_finite() && rate > 0.0) {
-            let message = text!([Rate] " is {rate}");
-            return Err(Error::usage(message, "Give samples per second, more than 0."));
-        }
+        check_rate(rate)?;
         let time = &record.samples().time_s;
         if (time[time.len() - 1] - time[0]) * rate > count(SAMPLES_MAX) {
             let message = text!([Rate = "{rate}"] " makes more than {SAMPLES_MAX} samples");
@@ -134,19 +131,15 @@ impl Preparation {
     fn filtered(&self, record: Record) -> Result<Record> {
         let Some(filter) = self.filter else { return Ok(record) };
         if !record.steps().step_index.is_empty() {
-            let message = text!([Filter] " needs evenly spaced samples");
-            return Err(Error::usage(message, time::regular_clock()));
+            return Err(Error::usage(text!([Filter] " needs evenly spaced samples"), time::regular_clock()));
         }
         let cascade = filter.design(record.period_s())?;
         let name = match filter.kind {
             FilterKind::Butterworth => "Butterworth".to_owned(),
             FilterKind::Chebyshev { ripple_db } => format!("Chebyshev ({ripple_db} dB)"),
         };
-        let note = format!(
-            "all signals alike through a low-pass: {name}, order {}, {}",
-            filter.order,
-            engineering(filter.cutoff_hz, "Hz", 4)
-        );
+        let (order, cutoff) = (filter.order, engineering(filter.cutoff_hz, "Hz", 4));
+        let note = format!("all signals alike through a low-pass: {name}, order {order}, {cutoff}");
         let tail = whole((2.0 / (filter.cutoff_hz * record.period_s())).ceil());
         let widened = |e: &Excluded| Excluded { end: (e.end + tail).min(record.len()), ..*e };
         let excluded = record.excluded().iter().map(widened).collect();
@@ -161,13 +154,19 @@ impl Preparation {
     }
 }
 
+pub(super) fn check_rate(rate_hz: f64) -> Result<()> {
+    if rate_hz.is_finite() && rate_hz > 0.0 {
+        return Ok(());
+    }
+    Err(Error::usage(text!([Rate] " is {rate_hz}"), "Give samples per second, more than 0."))
+}
+
 fn every_nth(record: Record, every: usize) -> Result<Record> {
     if every <= 1 {
         return Ok(record);
     }
     if !record.steps().step_index.is_empty() {
-        let message = text!([Decimate] " needs evenly spaced samples");
-        return Err(Error::usage(message, time::regular_clock()));
+        return Err(Error::usage(text!([Decimate] " needs evenly spaced samples"), time::regular_clock()));
     }
     if record.len() < 2 * every {
         let message = format!("one of {every} samples leaves too little of {}", record.len());

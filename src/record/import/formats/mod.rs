@@ -121,8 +121,4 @@ impl Lines for CellLines<'_> {
         }
         Ok(Some(Line { number: *number, bytes: self.text.as_bytes() }))
     }
-
-    fn is_open(&self) -> bool {
-        false
-    }
 }
