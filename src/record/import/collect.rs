@@ -47,7 +47,8 @@ pub(super) fn collect(lines: &mut impl Text, wish: &Wish<'_>) -> Result<Signals>
         convert(used, signal, &places)?;
     }
     let taken: Vec<usize> = used.iter().map(|used| used.at).collect();
-    let others = layout.headings.iter().enumerate().filter(|(at, heading)| !taken.contains(at) && heading.name != "");
+    let others =
+        layout.headings.iter().enumerate().filter(|(at, heading)| !taken.contains(at) && !heading.name.is_empty());
     let source = Source {
         ignored: others.map(|(_, heading)| heading.name.clone()).collect(),
         columns: used.into_iter().map(|used| used.column).collect(),

@@ -85,8 +85,7 @@ pub fn read_joined(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<Recor
     let mut joined: Option<Signals> = None;
     let mut digests = String::new();
     for path in paths {
-        let mut tables = tables_in(path, options, Need::Part)?;
-        let (Some(part), true) = (tables.pop(), tables.is_empty()) else {
+        let Ok([part]) = <[Signals; 1]>::try_from(tables_in(path, options, Need::Part)?) else {
             let message = "holds several recordings, so it cannot be part of one";
             return Err(Error::data(message, "Give it alone.").in_file(path));
         };
@@ -120,8 +119,7 @@ pub fn read_csv(path: &Path, columns: &[ColumnRequest]) -> Result<Record> {
 pub fn read_inputs(path: &Path, columns: &[ColumnRequest]) -> Result<Samples> {
     let read = || {
         let options = ReadOptions { columns: columns.to_vec(), ..ReadOptions::default() };
-        let mut tables = tables_in(path, &options, Need::Inputs)?;
-        let (Some(table), true) = (tables.pop(), tables.is_empty()) else {
+        let Ok([table]) = <[Signals; 1]>::try_from(tables_in(path, &options, Need::Inputs)?) else {
             return Err(Error::data("holds several recordings, expected one", "Give a CSV file."));
         };
         let (samples, source) = table.samples()?;
