@@ -76,10 +76,10 @@ impl Error {
         self
     }
 
-    /// The line it happened at, counted from 1 with the heading.
+    /// The line it happened at, where it is known, counted from 1 with the heading.
     #[must_use]
-    pub fn at_line(mut self, line: u64) -> Self {
-        self.0.line = Some(line);
+    pub fn at_line(mut self, line: impl Into<Option<u64>>) -> Self {
+        self.0.line = line.into().or(self.0.line);
         self
     }
 

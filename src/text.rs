@@ -30,6 +30,18 @@ pub fn excerpt(text: &str) -> String {
     shown
 }
 
+/// [`excerpt`] in quotation marks.
+#[must_use]
+pub fn quoted(text: &str) -> String {
+    format!("\"{}\"", excerpt(text))
+}
+
+/// Returns a count with its noun, an `s` behind it for all but one: `1 row`, `2 rows`.
+#[must_use]
+pub fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
 /// A number with `digits` significant digits and an SI prefix: `0.00776` with the unit `H` is `7.76 mH`.
 #[must_use]
 pub fn engineering(value: f64, unit: &str, digits: usize) -> String {

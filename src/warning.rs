@@ -65,7 +65,7 @@ impl serde::Serialize for Place {
         let figures: Map<String, Value> =
             self.figures.iter().map(|(name, v)| ((*name).to_owned(), (*v).into())).collect();
         let place = json!({
-            "record": self.recording, "quantity": self.quantity.map(|q| q.to_string()), "times_s": self.times_s,
+            "record": self.recording, "quantity": self.quantity, "times_s": self.times_s,
             "lines": self.lines, "figures": figures, "text": self.to_string(),
         });
         place.serialize(serializer)
@@ -85,7 +85,7 @@ impl Place {
         };
         Self {
             recording: None,
-            quantity: finding.quantity,
+            quantity: Some(finding.quantity),
             times_s: finding.places.iter().map(|range| ends(range).map(|n| time[n])).collect(),
             lines: finding.places.iter().filter_map(line_of).collect(),
             figures: finding.figures.clone(),

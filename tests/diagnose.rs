@@ -97,7 +97,7 @@ fn sensors() {
     for window in [16, 64] {
         let record = changed(&steps(), |s| s.speed = s.speed.as_deref().map(|w| averaged(w, window)));
         let finding = only(&record, "averaged_sensor");
-        assert_eq!((finding.quantity, figure(&finding, "window")), (Some(Quantity::Speed), window as f64));
+        assert_eq!((finding.quantity, figure(&finding, "window")), (Quantity::Speed, window as f64));
     }
     let held = changed(&steps(), |s| {
         let raw = s.speed.clone().unwrap();
@@ -140,7 +140,7 @@ fn inputs() {
         only(&changed(&steps(), channel), "sign_reversed");
     }
     let voltage = changed(&steps(), |s| s.voltage.iter_mut().for_each(|v| *v = -*v));
-    assert_eq!(only(&voltage, "sign_reversed").quantity, Some(Quantity::Voltage));
+    assert_eq!(only(&voltage, "sign_reversed").quantity, Quantity::Voltage);
 }
 
 #[test]
@@ -278,7 +278,7 @@ fn reversed_signs_show_under_any_excitation() {
                 _ => each(&mut s.speed, |_, w| -w),
             });
             let expected = [Quantity::Voltage, Quantity::Current, Quantity::Speed][which];
-            let found = find(&reversed, "sign_reversed").and_then(|finding| finding.quantity);
+            let found = find(&reversed, "sign_reversed").map(|finding| finding.quantity);
             wrong += u32::from(found.is_some_and(|found| found != expected));
             let [right, all] = seen.entry(varied.kind).or_default();
             (*right, *all) = (*right + u32::from(found.is_some()), *all + 1);
@@ -366,7 +366,7 @@ fn real_waam() {
     let columns = parse_columns("time=Tempo:s,current=Corrente:mA,speed=Velocidade:rad/s,voltage=Degrau:V").unwrap();
     let found = findings(&folder.join("waam-ufjf-ensaio-frequencia"), |path| read_csv(path, &columns).unwrap());
     for quantity in [Quantity::Current, Quantity::Speed] {
-        let right = |f: &Finding| f.quantity == Some(quantity) && (127.0..=129.0).contains(&figure(f, "window"));
+        let right = |f: &Finding| f.quantity == quantity && (127.0..=129.0).contains(&figure(f, "window"));
         assert_eq!(files(&found, |f| f.code == "averaged_sensor" && right(f)).len(), 12, "{quantity}");
     }
     assert!(files(&found, |f| f.code == "motion_without_input").len() >= 10);

@@ -7,17 +7,18 @@
 mod support;
 
 use motorfit::Error;
-use motorfit::record::{Quantity, Record, parse_columns, read_csv, read_csv_bytes, write_csv};
+use motorfit::record::{Quantity, ReadOptions, Record, parse_columns, read_bytes, read_csv, write_csv};
 use proptest::prelude::*;
 use std::path::Path;
 use support::{changed, m2_record};
 
 fn read(text: &str) -> Result<Record, Error> {
-    read_csv_bytes(text.as_bytes(), None, &[])
+    read_with(text, "")
 }
 
 fn read_with(text: &str, columns: &str) -> Result<Record, Error> {
-    read_csv_bytes(text.as_bytes(), None, &parse_columns(columns)?)
+    let options = ReadOptions { columns: parse_columns(columns)?, ..ReadOptions::default() };
+    Ok(read_bytes(text.as_bytes(), None, &options)?.remove(0))
 }
 
 const CANONICAL: &str = "time_s,voltage_V,current_A,speed_rad_s\n0,0,0,0\n0.001,10.5,0.25,1.5\n0.002,10.5,0.5,3\n";
@@ -135,7 +136,7 @@ fn faults_name_their_place() {
         assert!(!error.hint().is_empty());
     }
     for bytes in [&b"\xff\xfet\0i\0"[..], b"\x7fELF\0\0\0", b"\xef\xbb\xbf"] {
-        assert!(read_csv_bytes(bytes, None, &[]).is_err());
+        assert!(read_bytes(bytes, None, &ReadOptions::default()).is_err());
     }
 }
 
@@ -169,7 +170,7 @@ proptest! {
 
     #[test]
     fn no_bytes_panic(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
-        let _ = read_csv_bytes(&bytes, None, &[]);
+        let _ = read_bytes(&bytes, None, &ReadOptions::default());
     }
 
     #[test]

@@ -11,7 +11,7 @@ use motorfit::motor::Extension;
 use motorfit::motor::{Discretization, Parameter, UsualBounds};
 use motorfit::named::Named;
 use motorfit::optimize::{Range, SEARCHES, Tuned};
-use motorfit::record::{FORMATS, Gaps, RULES, Reading};
+use motorfit::record::{FINDINGS, FORMATS, Gaps, Reading};
 use motorfit::setting::Setting;
 use motorfit::settings::{self, DEVICE, Given, Kind, PROBLEM, READING, SEARCH, Value, row};
 use std::fmt::Write as _;
@@ -155,9 +155,8 @@ fn the_reference_is_that_of_the_tables() {
     let csv = ["CSV".to_owned(), "Any text of columns with a heading; also what is none of the others.".to_owned()];
     let formats = FORMATS.iter().map(|format| [format.name.to_owned(), format.text.to_owned()]);
     text += &table("Files", ["format", "meaning"], std::iter::once(csv).chain(formats));
-    let codes = RULES.iter().flat_map(|rule| rule.codes);
-    let rules = codes.map(|(code, text)| [format!("`{code}`"), (*text).to_owned()]);
-    text += &table("Findings about recordings", ["code", "meaning"], rules);
+    let findings = FINDINGS.iter().map(|(code, text)| [format!("`{code}`"), (*text).to_owned()]);
+    text += &table("Findings about recordings", ["code", "meaning"], findings);
     hold("docs/reference.md", &text);
 }
 

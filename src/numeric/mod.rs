@@ -5,8 +5,8 @@
 mod statistics;
 
 pub use statistics::{
-    chi_square_limit, dot, extremes, mean, median, noise_sigma, order_statistic, peak, quantile, rms, runs,
-    sample_deviation, slope, sorted, squares_about, standard_deviation, sum, upper_median,
+    chi_square_limit, differences, dot, extremes, mean, median, noise_sigma, order_statistic, peak, quantile, rms,
+    running_sums, runs, sample_deviation, slope, sorted, squares_about, standard_deviation, sum, upper_median,
 };
 
 /// Returns a count as a real number: exact up to 2^53, the nearest number beyond.

@@ -148,6 +148,22 @@ pub fn noise_sigma(signal: &[f64]) -> f64 {
     f64::from_bits(*median) / (0.674_489_750_196_081_7 * 20.0_f64.sqrt())
 }
 
+/// Returns each value less the one before it.
+#[must_use]
+pub fn differences(values: &[f64]) -> Vec<f64> {
+    values.windows(2).map(|w| w[1] - w[0]).collect()
+}
+
+/// Returns the sums of the values up to each.
+pub fn running_sums(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut sum = 0.0;
+    let next = |value| {
+        sum += value;
+        sum
+    };
+    values.map(next).collect()
+}
+
 /// Returns the slope of y over x of points `(x, y)` by least squares; 0 where x is constant.
 #[must_use]
 pub fn slope(points: &[(f64, f64)]) -> f64 {

@@ -1,18 +1,20 @@
 //! Headings: which column holds what, in which unit.
 
 use crate::setting::text;
-use crate::text::{alternatives, excerpt};
+use crate::text::{alternatives, quoted};
 use crate::{Error, Result};
 use std::fmt;
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Quantity {
     /// Time.
     Time,
     /// Voltage at the motor.
     Voltage,
     /// Load torque.
+    #[serde(rename = "load torque")]
     Torque,
     /// Current.
     Current,
@@ -24,79 +26,80 @@ pub enum Quantity {
 
 use Quantity::{Current, Position, Speed, Time, Torque, Voltage};
 
-/// Units and what turns a value in them into SI; the SI unit comes first. Compared in lower case.
-type Units = &'static [(&'static str, f64)];
-const TURN: f64 = std::f64::consts::TAU;
-const TIME: Units = &[
-    ("s", 1.0),
-    ("sec", 1.0),
-    ("second", 1.0),
-    ("milliseconds", 1e-3),
-    ("seconds", 1.0),
-    ("ms", 1e-3),
-    ("msec", 1e-3),
-    ("us", 1e-6),
-    ("ns", 1e-9),
-    ("minutes", 60.0),
-    ("min", 60.0),
-];
-const VOLTAGE: Units = &[("v", 1.0), ("volt", 1.0), ("volts", 1.0), ("mv", 1e-3), ("kv", 1e3)];
-const CURRENT: Units = &[
-    ("a", 1.0),
-    ("amp", 1.0),
-    ("ampere", 1.0),
-    ("amperes", 1.0),
-    ("amps", 1.0),
-    ("ma", 1e-3),
-    ("ua", 1e-6),
-    ("ka", 1e3),
-];
-const TORQUE: Units = &[("nm", 1.0), ("mnm", 1e-3), ("ncm", 1e-2), ("knm", 1e3)];
-const SPEED: Units = &[
-    ("rad/s", 1.0),
-    ("rads", 1.0),
-    ("rad_s", 1.0),
-    ("rad/sec", 1.0),
-    ("krad/s", 1e3),
-    ("rpm", TURN / 60.0),
-    ("rev/min", TURN / 60.0),
-    ("r/min", TURN / 60.0),
-    ("1/min", TURN / 60.0),
-    ("min-1", TURN / 60.0),
-    ("u/min", TURN / 60.0),
-    ("rps", TURN),
-    ("rev/s", TURN),
-    ("turns/s", TURN),
-    ("rotations/s", TURN),
-    ("hz", TURN),
-    ("deg/s", TURN / 360.0),
-    ("°/s", TURN / 360.0),
-];
-const POSITION: Units = &[
-    ("rad", 1.0),
-    ("radian", 1.0),
-    ("radians", 1.0),
-    ("deg", TURN / 360.0),
-    ("degree", TURN / 360.0),
-    ("degrees", TURN / 360.0),
-    ("°", TURN / 360.0),
-    ("turn", TURN),
-    ("turns", TURN),
-    ("rev", TURN),
-    ("revs", TURN),
-    ("revolutions", TURN),
-    ("rotation", TURN),
-    ("rotations", TURN),
-];
+/// What is known of a quantity.
+struct Facts {
+    /// Its name in requests for columns; in messages with blanks.
+    key: &'static str,
+    /// Its heading in the canonical file, and its SI unit.
+    canonical: &'static str,
+    unit: &'static str,
+    /// Factors that turn a value into SI, each with its units in lower case; the SI unit comes first.
+    units: &'static [(f64, &'static [&'static str])],
+    /// Words that mean it in headings.
+    words: &'static [&'static str],
+}
 
-const TIME_WORDS: &[&str] = &["time", "t", "timestamp", "timestep", "elapsed", "zeit", "tempo", "temps", "tiempo"];
-const VOLTAGE_WORDS: &[&str] =
-    &["voltage", "volt", "volts", "v", "u", "vin", "va", "spannung", "tension", "tensao", "tensão", "voltaje"];
-const CURRENT_WORDS: &[&str] = &["current", "i", "ia", "amps", "ampere", "strom", "corrente", "courant", "corriente"];
-const SPEED_WORDS: &[&str] =
-    &["speed", "omega", "ω", "w", "velocity", "rpm", "drehzahl", "velocidade", "vitesse", "velocidad"];
-const POSITION_WORDS: &[&str] =
-    &["position", "angle", "theta", "θ", "winkel", "posição", "posicao", "posición", "posicion", "ângulo"];
+const TURN: f64 = std::f64::consts::TAU;
+const TIME: Facts = Facts {
+    key: "time",
+    canonical: "time_s",
+    unit: "s",
+    units: &[
+        (1.0, &["s", "sec", "second"]),
+        (1e-3, &["milliseconds"]),
+        (1.0, &["seconds"]),
+        (1e-3, &["ms", "msec"]),
+        (1e-6, &["us"]),
+        (1e-9, &["ns"]),
+        (60.0, &["minutes", "min"]),
+    ],
+    words: &["time", "t", "timestamp", "timestep", "elapsed", "zeit", "tempo", "temps", "tiempo"],
+};
+const VOLTAGE: Facts = Facts {
+    key: "voltage",
+    canonical: "voltage_V",
+    unit: "V",
+    units: &[(1.0, &["v", "volt", "volts"]), (1e-3, &["mv"]), (1e3, &["kv"])],
+    words: &["voltage", "volt", "volts", "v", "u", "vin", "va", "spannung", "tension", "tensao", "tensão", "voltaje"],
+};
+const TORQUE: Facts = Facts {
+    key: "load_torque",
+    canonical: "load_torque_Nm",
+    unit: "N·m",
+    units: &[(1.0, &["nm"]), (1e-3, &["mnm"]), (1e-2, &["ncm"]), (1e3, &["knm"])],
+    words: &[],
+};
+const CURRENT: Facts = Facts {
+    key: "current",
+    canonical: "current_A",
+    unit: "A",
+    units: &[(1.0, &["a", "amp", "ampere", "amperes", "amps"]), (1e-3, &["ma"]), (1e-6, &["ua"]), (1e3, &["ka"])],
+    words: &["current", "i", "ia", "amps", "ampere", "strom", "corrente", "courant", "corriente"],
+};
+const SPEED: Facts = Facts {
+    key: "speed",
+    canonical: "speed_rad_s",
+    unit: "rad/s",
+    units: &[
+        (1.0, &["rad/s", "rads", "rad_s", "rad/sec"]),
+        (1e3, &["krad/s"]),
+        (TURN / 60.0, &["rpm", "rev/min", "r/min", "1/min", "min-1", "u/min"]),
+        (TURN, &["rps", "rev/s", "turns/s", "rotations/s", "hz"]),
+        (TURN / 360.0, &["deg/s", "°/s"]),
+    ],
+    words: &["speed", "omega", "ω", "w", "velocity", "rpm", "drehzahl", "velocidade", "vitesse", "velocidad"],
+};
+const POSITION: Facts = Facts {
+    key: "position",
+    canonical: "position_rad",
+    unit: "rad",
+    units: &[
+        (1.0, &["rad", "radian", "radians"]),
+        (TURN / 360.0, &["deg", "degree", "degrees", "°"]),
+        (TURN, &["turn", "turns", "rev", "revs", "revolutions", "rotation", "rotations"]),
+    ],
+    words: &["position", "angle", "theta", "θ", "winkel", "posição", "posicao", "posición", "posicion", "ângulo"],
+};
 
 impl Quantity {
     /// Those of a recording, in the order of the canonical file.
@@ -104,45 +107,7 @@ impl Quantity {
     /// What a column may hold.
     pub(super) const COLUMNS: [Self; 6] = [Time, Voltage, Current, Speed, Torque, Position];
 
-    /// The heading in the canonical file.
-    #[must_use]
-    pub fn canonical(self) -> &'static str {
-        match self {
-            Time => "time_s",
-            Voltage => "voltage_V",
-            Torque => "load_torque_Nm",
-            Current => "current_A",
-            Speed => "speed_rad_s",
-            Position => "position_rad",
-        }
-    }
-
-    /// The SI unit.
-    #[must_use]
-    pub fn unit(self) -> &'static str {
-        match self {
-            Time => "s",
-            Voltage => "V",
-            Torque => "N·m",
-            Current => "A",
-            Speed => "rad/s",
-            Position => "rad",
-        }
-    }
-
-    /// The name of the quantity in requests for columns.
-    pub(super) fn key(self) -> &'static str {
-        match self {
-            Time => "time",
-            Voltage => "voltage",
-            Torque => "load_torque",
-            Current => "current",
-            Speed => "speed",
-            Position => "position",
-        }
-    }
-
-    fn units(self) -> Units {
+    const fn facts(self) -> Facts {
         match self {
             Time => TIME,
             Voltage => VOLTAGE,
@@ -153,51 +118,53 @@ impl Quantity {
         }
     }
 
-    fn words(self) -> &'static [&'static str] {
-        match self {
-            Time => TIME_WORDS,
-            Voltage => VOLTAGE_WORDS,
-            Torque => &[],
-            Current => CURRENT_WORDS,
-            Speed => SPEED_WORDS,
-            Position => POSITION_WORDS,
-        }
+    /// The heading in the canonical file.
+    #[must_use]
+    pub fn canonical(self) -> &'static str {
+        self.facts().canonical
+    }
+
+    /// The SI unit.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        self.facts().unit
+    }
+
+    /// The name of the quantity in requests for columns.
+    pub(super) fn key(self) -> &'static str {
+        self.facts().key
     }
 
     /// What turns a value in `unit` into SI.
     pub(super) fn factor(self, unit: &str) -> Option<f64> {
         let unit = unit.trim().to_lowercase().replace(['µ', 'μ'], "u").replace(['·', '*', ' '], "");
-        let known = self.units().iter().find(|(name, _)| *name == unit).map(|(_, factor)| *factor);
+        let known = self.facts().units.iter().find(|(_, names)| names.contains(&unit.as_str())).map(|row| row.0);
         known.or_else(|| if self == Time { tick(&unit) } else { None })
     }
 
     pub(super) fn check_unit(self, unit: &str) -> Result<f64> {
         self.factor(unit).ok_or_else(|| {
-            let known: Vec<&str> = self.units().iter().map(|(name, _)| *name).collect();
+            let known: Vec<&str> = self.facts().units.iter().flat_map(|(_, names)| *names).copied().collect();
             let more = match self {
                 Time => "; ticks of a clock by its frequency, as time=HEADING:8kHz",
                 Position => "; counts by how many there are in a turn, as position=HEADING/4096:turns",
                 Voltage => "; duty and PWM ticks by operations, as voltage=HEADING*12/255:V",
                 _ => "",
             };
-            Error::data(
-                format!("unit \"{}\" of {self} is not known", excerpt(unit)),
-                text!(
-                    "Name the unit with " [Columns = "{}=HEADING:UNIT", self.key()]
-                    (", one of {}{more}.", alternatives(&known))
-                ),
-            )
+            let hint = text!(
+                "Name the unit with " [Columns = "{}=HEADING:UNIT", self.key()]
+                (", one of {}{more}.", alternatives(&known))
+            );
+            Error::data(format!("unit {} of {self} is not known", quoted(unit)), hint)
         })
     }
 }
 
 /// The period of a clock: `8khz` is 125 µs.
 fn tick(unit: &str) -> Option<f64> {
-    let (number, prefix) = match unit.strip_suffix("hz")? {
-        number if number.ends_with('k') => (&number[..number.len() - 1], 1e3),
-        number if number.ends_with('m') => (&number[..number.len() - 1], 1e6),
-        number => (number, 1.0),
-    };
+    let number = unit.strip_suffix("hz")?;
+    let prefixed = [("k", 1e3), ("m", 1e6)].into_iter().find_map(|(k, factor)| Some((number.strip_suffix(k)?, factor)));
+    let (number, prefix) = prefixed.unwrap_or((number, 1.0));
     let digits = !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit() || b == b'.');
     let rate = prefix * number.parse::<f64>().ok().filter(|_| digits)?;
     (rate > 0.0 && rate.is_finite()).then_some(1.0 / rate)
@@ -205,14 +172,7 @@ fn tick(unit: &str) -> Option<f64> {
 
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Time => "time",
-            Voltage => "voltage",
-            Torque => "load torque",
-            Current => "current",
-            Speed => "speed",
-            Position => "position",
-        })
+        f.write_str(&self.key().replace('_', " "))
     }
 }
 
@@ -239,14 +199,13 @@ pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
     let mut requests: Vec<ColumnRequest> = Vec::new();
     for item in text.split(',').filter(|item| !item.trim().is_empty()) {
         let Some((key, name)) = item.split_once('=').filter(|(_, name)| !name.trim().is_empty()) else {
-            return Err(Error::usage(format!("\"{}\" names no column", excerpt(item)), example()));
+            return Err(Error::usage(format!("{} names no column", quoted(item)), example()));
         };
-        let quantity = Quantity::COLUMNS.into_iter().find(|q| q.key() == key.trim()).ok_or_else(|| {
-            Error::usage(format!("\"{}\" is no quantity of a recording", excerpt(key.trim())), example())
-        })?;
+        let Some(quantity) = Quantity::COLUMNS.into_iter().find(|q| q.key() == key.trim()) else {
+            return Err(Error::usage(format!("{} is no quantity of a recording", quoted(key.trim())), example()));
+        };
         if requests.iter().any(|r| r.quantity == quantity) {
-            let message = text!([Columns] " names {quantity} twice");
-            return Err(Error::usage(message, "Name each quantity once."));
+            return Err(Error::usage(text!([Columns] " names {quantity} twice"), "Name each quantity once."));
         }
         requests.push(ColumnRequest { quantity, name: name.trim().to_owned() });
     }
@@ -294,11 +253,8 @@ fn bracketed(heading: &str) -> Option<(String, &str)> {
 
 /// The words of a heading with where they begin.
 fn words_of(heading: &str) -> Vec<(usize, &str)> {
-    let mut words = Vec::new();
-    for word in heading.split(|c: char| !(c.is_alphanumeric() || c == '°')).filter(|word| !word.is_empty()) {
-        words.push((word.as_ptr() as usize - heading.as_ptr() as usize, word));
-    }
-    words
+    let words = heading.split(|c: char| !(c.is_alphanumeric() || c == '°')).filter(|word| !word.is_empty());
+    words.map(|word| (word.as_ptr() as usize - heading.as_ptr() as usize, word)).collect()
 }
 
 /// Words that make a current or a speed something that was wanted, not measured.
@@ -318,7 +274,7 @@ fn quantity_of(words: &[(usize, &str)], unit: Option<&str>) -> Option<Quantity> 
     let wanted = any(WANTED);
     let means = |quantity: &Quantity| {
         let counts = |word: &&&str| words.len() == 1 || word.chars().count() > 2;
-        let named = quantity.words().iter().filter(counts).any(|word| words.iter().any(|w| w == word));
+        let named = quantity.facts().words.iter().filter(counts).any(|word| words.iter().any(|w| w == word));
         named && !(wanted && matches!(quantity, Current | Speed))
     };
     [Time, Voltage, Current, Speed, Position].into_iter().find(means)

@@ -11,14 +11,13 @@ mod samples;
 mod stored;
 mod time;
 
-pub use diagnose::{Finding, RULES, Rule, Severity, diagnose};
+pub use diagnose::{FINDINGS, Finding, Severity, diagnose};
 pub use heading::{ColumnRequest, Quantity, parse_columns};
 pub use import::{
-    FORMATS, Format, ReadOptions, parse_number, read, read_bytes, read_csv, read_csv_bytes, read_inputs, read_joined,
-    write_csv,
+    FORMATS, Format, ReadOptions, parse_number, read, read_bytes, read_csv, read_inputs, read_joined, write_csv,
 };
 pub use lines::Lines;
-pub use prepare::{Cascade, FilterKind, LowPass, Mask, Offset, Preparation, parse_masks};
+pub use prepare::{FilterKind, LowPass, Mask, Offset, Preparation, parse_masks};
 pub use reading::{Reading, parse_crop, parse_offset};
 pub use samples::Samples;
 pub use time::{Gaps, Steps, TIME_JITTER_UNIFORM};
@@ -82,6 +81,17 @@ pub struct Source {
     pub last_line_open: bool,
 }
 
+impl Source {
+    /// The same with the number of a stretch in its part, where there are several.
+    fn stretch(mut self, n: usize, count: usize) -> Self {
+        if count > 1 {
+            let part = self.part.into_iter().chain([format!("stretch {}", n + 1)]);
+            self.part = Some(part.collect::<Vec<_>>().join(", "));
+        }
+        self
+    }
+}
+
 /// A recording that has passed all checks: at least two samples, finite values, regular increasing time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
@@ -117,10 +127,7 @@ impl Record {
 
     /// With `keep_gaps` a gap is a long step.
     pub(crate) fn from_file(samples: Samples, source: Source, keep_gaps: bool) -> Result<Self> {
-        let located = |error: Error| match &source.path {
-            Some(path) => error.in_file(path),
-            None => error,
-        };
+        let located = |error: Error| source.path.iter().fold(error, |error, path| error.in_file(path));
         samples.check_shape().map_err(located)?;
         let steps = time::steps(&samples.time_s, &source.lines, keep_gaps).map_err(located)?;
         for (quantity, signal) in samples.signals() {
@@ -138,9 +145,9 @@ impl Record {
     }
 
     /// Some of its samples.
-    fn part(&self, range: std::ops::Range<usize>, note: Option<String>) -> Result<Self> {
+    fn part(&self, range: std::ops::Range<usize>, note: String) -> Result<Self> {
         let mut source = Source { lines: self.source.lines.of(range.clone()), ..self.source.clone() };
-        source.notes.extend(note);
+        source.notes.push(note);
         let excluded = self.excluded.iter().map(|e| Excluded {
             start: e.start.clamp(range.start, range.end) - range.start,
             end: e.end.clamp(range.start, range.end) - range.start,
@@ -148,9 +155,8 @@ impl Record {
         });
         let excluded = excluded.filter(|e| e.start < e.end).collect();
         let record = Self::from_file(self.samples.slice(range.clone()), source, true)?;
-        let record = record.with_excluded(excluded).with_independent(self.independent);
         let slope = self.slope.get(range).unwrap_or_default().to_vec();
-        Ok(Self { slope, interpolated: self.interpolated, ..record })
+        Ok(Self { excluded, slope, independent: self.independent, interpolated: self.interpolated, ..record })
     }
 
     /// The first part of the samples, and the rest of them.
@@ -164,16 +170,8 @@ impl Record {
             let hint = text!("Give a fraction between 0 and 1, as in " [Split = "0.7"] ".");
             return Err(Error::usage(message, hint));
         }
-        let part = |range, note: &str| self.part(range, Some(note.to_owned()));
-        Ok([part(0..at, "the first part of a split")?, part(at..self.len(), "the held-out part of a split")?])
-    }
-
-    fn with_excluded(self, excluded: Vec<Excluded>) -> Self {
-        Self { excluded, ..self }
-    }
-
-    fn with_independent(self, independent: f64) -> Self {
-        Self { independent, ..self }
+        let part = |range, which: &str| self.part(range, format!("the {which} part of a split"));
+        Ok([part(0..at, "first")?, part(at..self.len(), "held-out")?])
     }
 
     /// By how much the input rises over each step, around its value there as the mean; empty where it is held or
@@ -302,13 +300,9 @@ fn check_values(quantity: Quantity, signal: &[f64], source: &Source) -> Result<(
         return Ok(());
     }
     let Some(n) = signal.iter().position(|value| !good(value)) else { return Ok(()) };
-    let mut error = Error::data(
-        format!("found {} {}, expected a finite value up to {VALUE_MAX:e}", signal[n], quantity.unit()),
-        "Correct the value or its unit, or remove the row at the start or end of the recording.",
-    );
-    if let Some(line) = source.lines.get(n) {
-        error = error.at_line(line);
-    }
     let heading = source.columns.iter().find(|c| c.quantity == quantity).map(|c| c.heading.clone());
+    let message = format!("found {} {}, expected a finite value up to {VALUE_MAX:e}", signal[n], quantity.unit());
+    let hint = "Correct the value or its unit, or remove the row at the start or end of the recording.";
+    let error = Error::data(message, hint).at_line(source.lines.get(n));
     Err(error.in_column(heading.unwrap_or_else(|| quantity.to_string())))
 }

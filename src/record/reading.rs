@@ -1,5 +1,6 @@
 //! Files as prepared recordings: how they are read and what is done to them, in one thing.
 
+use super::prepare::check_rate;
 use super::{Offset, Preparation, Quantity, ReadOptions, Record, parse_number, read, read_bytes, read_joined};
 use crate::setting::{Setting, text};
 use crate::text::excerpt;
@@ -40,10 +41,8 @@ impl Reading {
 
     /// Numbers that are none, before anything is read.
     fn check(&self) -> Result<()> {
-        let rates = [self.options.rate_hz, self.preparation.rate_hz];
-        if let Some(rate) = rates.into_iter().flatten().find(|rate| !(rate.is_finite() && *rate > 0.0)) {
-            let message = text!([Rate] " is {rate}");
-            return Err(Error::usage(message, "Give samples per second, more than 0."));
+        for rate in [self.options.rate_hz, self.preparation.rate_hz].into_iter().flatten() {
+            check_rate(rate)?;
         }
         if self.preparation.decimate == Some(0) {
             return Err(Error::usage(text!([Decimate] " is 0"), "Give a whole number from 1 on."));
@@ -87,18 +86,15 @@ fn joined(path: &Path) -> Option<Vec<PathBuf>> {
 /// `Usage` when it is not.
 pub fn parse_crop(text: &str) -> Result<[Option<f64>; 2]> {
     let Some((from, to)) = text.split_once(':') else {
-        return Err(Error::usage(
-            text!([Crop](": \"{}\" is not FROM:TO", excerpt(text))),
-            text!("Write " [Crop = "0.2:1.5"] " (seconds)."),
-        ));
+        let message = text!([Crop](": \"{}\" is not FROM:TO", excerpt(text)));
+        return Err(Error::usage(message, text!("Write " [Crop = "0.2:1.5"] " (seconds).")));
     };
     let number = |text: &str| if text.trim().is_empty() { Ok(None) } else { number(text, Setting::Crop).map(Some) };
     let range = [number(from)?, number(to)?];
     if let [Some(from), Some(to)] = range
         && from >= to
     {
-        let message = text!([Crop] ": {from} to {to} holds nothing");
-        return Err(Error::usage(message, "Give the earlier time first."));
+        return Err(Error::usage(text!([Crop] ": {from} to {to} holds nothing"), "Give the earlier time first."));
     }
     Ok(range)
 }
@@ -118,13 +114,12 @@ pub fn parse_offset(text: &str) -> Result<Offset> {
     }
     let mut list: Vec<(Quantity, f64)> = Vec::new();
     for item in text.split(',').filter(|item| !item.trim().is_empty()) {
-        let (key, value) = item.split_once('=').map(|(key, value)| (key.trim(), value.trim())).ok_or_else(|| {
-            let given = Setting::Offset.to("current=0.02,speed=-0.1");
-            let hint = text!("Write " [Offset = "auto"] ", or " {given} ".");
-            Error::usage(text!([Offset](": \"{}\" is not KEY=VALUE", excerpt(item))), hint)
-        })?;
+        let Some((key, value)) = item.split_once('=').map(|(key, value)| (key.trim(), value.trim())) else {
+            let hint = text!("Write " [Offset = "auto"] ", or " [Offset = "current=0.02,speed=-0.1"] ".");
+            return Err(Error::usage(text!([Offset](": \"{}\" is not KEY=VALUE", excerpt(item))), hint));
+        };
         let known = [Quantity::Voltage, Quantity::Current, Quantity::Speed, Quantity::Torque];
-        let Some(quantity) = known.into_iter().find(|q| q.to_string().replace(' ', "_") == key) else {
+        let Some(quantity) = known.into_iter().find(|q| q.key() == key) else {
             let message = text!([Offset](": \"{}\" is no signal", excerpt(key)));
             return Err(Error::usage(message, "Give voltage, current, speed or load_torque."));
         };

@@ -1,6 +1,7 @@
 //! The signals of a recording.
 
 use super::Quantity;
+use crate::text::counted;
 use crate::{Error, Result};
 
 /// The signals of a recording, all of one length, SI units; the parts of a [`Record`](super::Record).
@@ -17,6 +18,9 @@ pub struct Samples {
     /// Speed \[rad/s\].
     pub speed: Option<Vec<f64>>,
 }
+
+/// The signals of a recording but time.
+const SIGNALS: [Quantity; 4] = [Quantity::Voltage, Quantity::Torque, Quantity::Current, Quantity::Speed];
 
 impl Samples {
     pub(super) fn driver(&self) -> Quantity {
@@ -52,45 +56,44 @@ impl Samples {
     }
 
     /// A signal, if it is there; none for what a recording does not hold.
-    pub(super) fn signal_mut(&mut self, quantity: Quantity) -> Option<&mut Vec<f64>> {
+    pub(super) fn signal(&self, quantity: Quantity) -> Option<&[f64]> {
         match quantity {
-            Quantity::Time => Some(&mut self.time_s),
-            Quantity::Voltage => Some(&mut self.voltage).filter(|voltage| !voltage.is_empty()),
-            Quantity::Torque => self.torque.as_mut(),
-            Quantity::Current => self.current.as_mut(),
-            Quantity::Speed => self.speed.as_mut(),
+            Quantity::Time => Some(&self.time_s),
+            Quantity::Voltage => Some(self.voltage.as_slice()).filter(|voltage| !voltage.is_empty()),
+            Quantity::Torque => self.torque.as_deref(),
+            Quantity::Current => self.current.as_deref(),
+            Quantity::Speed => self.speed.as_deref(),
             Quantity::Position => None,
         }
     }
 
-    /// The signals present, time left out.
-    pub(super) fn signals(&self) -> impl Iterator<Item = (Quantity, &[f64])> {
-        [
-            (Quantity::Voltage, Some(&self.voltage).filter(|voltage| !voltage.is_empty())),
-            (Quantity::Torque, self.torque.as_ref()),
-            (Quantity::Current, self.current.as_ref()),
-            (Quantity::Speed, self.speed.as_ref()),
-        ]
-        .into_iter()
-        .filter_map(|(quantity, signal)| Some((quantity, signal?.as_slice())))
+    /// Returns the signals present, time left out, in the order voltage, load torque, current, speed.
+    pub fn signals(&self) -> impl Iterator<Item = (Quantity, &[f64])> {
+        SIGNALS.into_iter().filter_map(|quantity| Some((quantity, self.signal(quantity)?)))
+    }
+
+    /// Changes the signals present, time left out.
+    pub(super) fn change(&mut self, change: impl Fn(Quantity, &mut Vec<f64>)) {
+        let voltage = Some(&mut self.voltage).filter(|voltage| !voltage.is_empty());
+        let signals = [voltage, self.torque.as_mut(), self.current.as_mut(), self.speed.as_mut()];
+        for (quantity, signal) in SIGNALS.into_iter().zip(signals) {
+            if let Some(signal) = signal {
+                change(quantity, signal);
+            }
+        }
     }
 
     /// Whether there are samples, of one length, of an input and an output.
     pub(super) fn check_shape(&self) -> Result<()> {
         let count = self.time_s.len();
         if count < 2 {
-            return Err(Error::data(
-                format!("found {count} row{} of samples, expected at least 2", if count == 1 { "" } else { "s" }),
-                "Record the motor while its voltage changes, a few hundred samples or more.",
-            ));
+            let message = format!("found {} of samples, expected at least 2", counted(count, "row"));
+            let hint = "Record the motor while its voltage changes, a few hundred samples or more.";
+            return Err(Error::data(message, hint));
         }
-        for (quantity, signal) in self.signals() {
-            if signal.len() != count {
-                return Err(Error::data(
-                    format!("{} samples of time but {} of {quantity}", count, signal.len()),
-                    "Give every signal one value per sample.",
-                ));
-            }
+        if let Some((quantity, signal)) = self.signals().find(|(_, signal)| signal.len() != count) {
+            let message = format!("{count} samples of time but {} of {quantity}", signal.len());
+            return Err(Error::data(message, "Give every signal one value per sample."));
         }
         let (message, remedy) = match (!self.voltage.is_empty(), &self.current, &self.speed) {
             (true, None, None) => (

@@ -5,7 +5,7 @@ use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 
 /// What the bytes begin with; another version begins otherwise.
-const MAGIC: &[u8] = b"motorfit record 1\n";
+const MAGIC: &[u8] = b"motorfit record 2\n";
 
 /// What stands before the numbers.
 #[derive(Serialize, Deserialize)]
@@ -66,8 +66,7 @@ impl Record {
         if !(fits && inside && lines && share) {
             return Err(wrong());
         }
-        let record = Self::from_file(samples, head.source, true)?;
-        let record = record.with_excluded(head.excluded).with_independent(head.independent);
-        Ok(Self { slope, interpolated: head.interpolated, ..record })
+        let Head { source, excluded, independent, interpolated, .. } = head;
+        Ok(Self { excluded, independent, slope, interpolated, ..Self::from_file(samples, source, true)? })
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Lines;
 use crate::named::named;
-use crate::numeric::{count, extremes, upper_median};
+use crate::numeric::{count, differences, extremes, upper_median};
 use crate::setting::{Text, text};
 use crate::{Error, Result};
 
@@ -58,71 +58,56 @@ const PARTS: f64 = 1000.0;
 
 /// Steps of at least two times. `lines` are the lines of the file they are on, or empty.
 pub(super) fn steps(time_s: &[f64], lines: &Lines, keep_gaps: bool) -> Result<Steps> {
-    let located = |error: Error, n: usize| lines.get(n).into_iter().fold(error, Error::at_line);
     if !time_s.iter().fold(true, |all, t| all & t.is_finite())
         && let Some(n) = time_s.iter().position(|t| !t.is_finite())
     {
-        return Err(located(Error::data(format!("time is {}", time_s[n]), "Correct the time."), n));
+        return Err(Error::data(format!("time is {}", time_s[n]), "Correct the time.").at_line(lines.get(n)));
     }
-    let differences: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    let differences = differences(time_s);
     let [shortest, longest] = extremes(&differences);
     if shortest <= 0.0
         && let Some(n) = differences.iter().position(|&step| step <= 0.0)
     {
         let (what, was) = (if differences[n] < 0.0 { "goes back" } else { "is repeated" }, time_s[n]);
-        let error = Error::data(
-            format!("time {what}: found {} s after {was} s, expected a later time", time_s[n + 1]),
-            text!(
-                "Remove the row, cut the recording there, or leave out rows of repeated time with " [DropRepeats]
-                "; each row needs a time of its own, enough digits included."
-            ),
+        let message = format!("time {what}: found {} s after {was} s, expected a later time", time_s[n + 1]);
+        let hint = text!(
+            "Remove the row, cut the recording there, or leave out rows of repeated time with " [DropRepeats]
+            "; each row needs a time of its own, enough digits included."
         );
-        return Err(located(error, n + 1));
+        return Err(Error::data(message, hint).at_line(lines.get(n + 1)));
     }
     // The digits of a file's decimals, not those of their difference; the same for all steps of a regular clock.
     let period_s = match [shortest, longest].map(|step| rounded(step, 10)) {
         [short, long] if short.to_bits() == long.to_bits() => short,
         _ => rounded(upper_median(&mut differences.clone()), 10),
     };
-    if !(PERIOD_MIN..=PERIOD_MAX).contains(&period_s) || time_s[0] < -TIME_MAX || time_s[time_s.len() - 1] > TIME_MAX {
-        return Err(Error::data(
-            format!(
-                "times {period_s} s apart, from {} s to {} s, are none of a recording",
-                time_s[0],
-                time_s[time_s.len() - 1]
-            ),
-            text!("Correct the times, or name their unit: " [Columns = "time=HEADING:ms"] "."),
-        ));
+    let (first, last) = (time_s[0], time_s[time_s.len() - 1]);
+    if !(PERIOD_MIN..=PERIOD_MAX).contains(&period_s) || first < -TIME_MAX || last > TIME_MAX {
+        let message = format!("times {period_s} s apart, from {first} s to {last} s, are none of a recording");
+        let hint = text!("Correct the times, or name their unit: " [Columns = "time=HEADING:ms"] ".");
+        return Err(Error::data(message, hint));
     }
     if longest > period_s * GAP
         && !keep_gaps
         && let limit = gap_limit(&differences, period_s)
         && let Some(n) = differences.iter().position(|&step| step > limit)
     {
-        let missing = (differences[n] / period_s).round() - 1.0;
-        let error = Error::data(
-            format!(
-                "gap in time: {} s follows {} s, {} periods of {period_s} s later",
-                time_s[n + 1],
-                time_s[n],
-                crate::text::significant(differences[n] / period_s, 3)
-            ),
-            text!(
-                "About {missing} samples are missing: " [Gaps = "split"] " makes a recording of each stretch, "
-                [Gaps = "keep"] " holds the voltage over the gap."
-            ),
+        let (periods, before, after) = (differences[n] / period_s, time_s[n], time_s[n + 1]);
+        let (missing, shown) = (periods.round() - 1.0, crate::text::significant(periods, 3));
+        let message = format!("gap in time: {after} s follows {before} s, {shown} periods of {period_s} s later");
+        let hint = text!(
+            "About {missing} samples are missing: " [Gaps = "split"] " makes a recording of each stretch, "
+            [Gaps = "keep"] " holds the voltage over the gap."
         );
-        return Err(located(error, n + 1));
+        return Err(Error::data(message, hint).at_line(lines.get(n + 1)));
     }
     let jitter = [shortest, longest].map(|step| (step / period_s - 1.0).abs());
     let jitter = jitter[0].max(jitter[1]);
-    if is_on_grid(time_s, period_s) {
-        return Ok(Steps { period_s, jitter, step_s: vec![period_s], step_index: Vec::new() });
-    }
     // Times as large as seconds since 1970 have coarse steps: their mean is finer than their median.
-    let mean = rounded((time_s[time_s.len() - 1] - time_s[0]) / count(time_s.len() - 1), 10);
-    if (mean / period_s - 1.0).abs() < 1e-3 && is_on_grid(time_s, mean) {
-        return Ok(Steps { period_s: mean, jitter, step_s: vec![mean], step_index: Vec::new() });
+    let mean = rounded((last - first) / count(time_s.len() - 1), 10);
+    let is_near = |period: &f64| (period / period_s - 1.0).abs() < 1e-3;
+    if let Some(period_s) = [period_s, mean].into_iter().filter(is_near).find(|period| is_on_grid(time_s, *period)) {
+        return Ok(Steps { period_s, jitter, step_s: vec![period_s], step_index: Vec::new() });
     }
     let (step_s, step_index) = table(time_s, period_s)?;
     Ok(Steps { period_s, jitter, step_s, step_index })
@@ -149,7 +134,7 @@ fn gap_limit(differences: &[f64], period_s: f64) -> f64 {
 
 /// The samples that follow gaps.
 pub(super) fn gaps(time_s: &[f64]) -> Vec<usize> {
-    let differences: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    let differences = differences(time_s);
     if differences.is_empty() {
         return Vec::new();
     }

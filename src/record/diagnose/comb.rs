@@ -1,9 +1,8 @@
 //! A sensor that shows an average over N samples: its spectrum is 0 at every multiple of 1/N.
 
-use super::Finding;
 use super::spectrum::{POINTS, power};
-use super::view::{Channel, View};
-use crate::numeric::{count, median, whole};
+use super::{Channel, Finding, View};
+use crate::numeric::{count, differences, median, peak, whole};
 use std::ops::RangeInclusive;
 
 /// Windows that are looked for \[samples\].
@@ -41,25 +40,17 @@ pub(super) fn averaged_sensor(view: &View<'_>, findings: &mut Vec<Finding>) {
 fn finding(view: &View<'_>, channel: &Channel<'_>, best: Best) -> Finding {
     let (quantity, window) = (channel.quantity, count(best.window));
     let seconds = crate::text::engineering(window * view.period(), "s", 3);
-    Finding::new(
-        "averaged_sensor",
-        format!("the {quantity} looks like an average over {window} samples ({seconds}): it lags by half of that"),
-        "Record it without the average, or let the model average over as many samples.",
-    )
-    .of(quantity)
-    .mention_if(best.score < SCORES[1])
-    .figure("window", window)
-    .figure("score", best.score)
-}
-
-fn differences(values: &[f64]) -> Vec<f64> {
-    values.windows(2).map(|w| w[1] - w[0]).collect()
+    let message =
+        format!("the {quantity} looks like an average over {window} samples ({seconds}): it lags by half of that");
+    let remedy = "Record it without the average, or let the model average over as many samples.";
+    let finding = Finding::new("averaged_sensor", quantity, message, remedy).mention_if(best.score < SCORES[1]);
+    finding.figure("window", window).figure("score", best.score)
 }
 
 /// The spectra of the voltage's changes and, as noise of a measured voltage fills their notches, of its edges alone.
 fn spectra_of_input(view: &View<'_>) -> Vec<Logs> {
-    let all = differences(view.voltage);
-    let edges: Vec<f64> = all.iter().map(|d| if d.abs() > 6.0 * view.volts_noise { *d } else { 0.0 }).collect();
+    let all = differences(view.input.values);
+    let edges: Vec<f64> = all.iter().map(|d| if d.abs() > 6.0 * view.input.noise { *d } else { 0.0 }).collect();
     [all, edges].iter().filter_map(|steps| Logs::of(steps, f64::NEG_INFINITY)).collect()
 }
 
@@ -79,7 +70,7 @@ impl Logs {
             return None;
         }
         let (power, _) = power(steps);
-        let largest = power.iter().fold(0.0, |largest: f64, p| largest.max(*p));
+        let largest = peak(&power);
         if largest <= 0.0 {
             return None;
         }

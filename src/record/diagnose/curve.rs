@@ -1,9 +1,7 @@
 //! The motor's static curve: the speed that each voltage leads to.
 
-use super::Finding;
-use super::view::{Channel, View};
+use super::{Channel, Finding, Quantity, View};
 use crate::numeric::{count, mean, slope, whole};
-use crate::record::Quantity;
 use crate::text::significant;
 
 /// Faster varying voltages show no static curve.
@@ -16,7 +14,7 @@ const SAMPLES_MIN: usize = 100;
 
 pub(super) fn curve(view: &View<'_>, findings: &mut Vec<Finding>) {
     let Some(speed) = view.speed.as_ref().filter(|speed| speed.range > 0.0 && !view.loaded) else { return };
-    if view.restless >= RESTLESS || view.volts_range == 0.0 || view.len() < SAMPLES_MIN {
+    if view.restless >= RESTLESS || view.input.range == 0.0 || view.len() < SAMPLES_MIN {
         return;
     }
     let Some(points) = static_curve(view, speed) else { return };
@@ -113,8 +111,8 @@ fn static_curve(view: &View<'_>, speed: &Channel<'_>) -> Option<Vec<Point>> {
 fn rows(view: &View<'_>, speed: &Channel<'_>) -> Vec<(usize, f64, [f64; 3])> {
     let length = view.len().div_ceil(BLOCKS);
     let blocks = |values: &[f64]| values.chunks_exact(length).map(mean).collect::<Vec<f64>>();
-    let (volts, speeds) = (blocks(view.voltage), blocks(speed.values));
-    let width = view.volts_peak / count(BINS);
+    let (volts, speeds) = (blocks(view.input.values), blocks(speed.values));
+    let width = view.input.peak / count(BINS);
     let mut rows = Vec::new();
     for n in 1..volts.len().saturating_sub(1) {
         let v = 0.5 * (volts[n] + volts[n + 1]);
@@ -133,24 +131,15 @@ fn falls(points: &[Point]) -> Option<Finding> {
     let top = points.last().filter(|_| points.len() >= 3)?;
     let best = points.iter().max_by(|a, b| a.speed.total_cmp(&b.speed))?;
     let drop = best.speed - top.speed;
-    if best.speed <= 0.0
-        || top.speed < 0.0
-        || drop < 0.1 * best.speed
-        || drop < 5.0 * (best.error.powi(2) + top.error.powi(2)).sqrt()
-    {
+    let error = (best.error.powi(2) + top.error.powi(2)).sqrt();
+    if best.speed <= 0.0 || top.speed < 0.0 || drop < 0.1 * best.speed || drop < 5.0 * error {
         return None;
     }
     let [at, peak, end, last] = [best.volts, best.speed, top.volts, top.speed].map(|x| significant(x, 3));
-    Some(
-        Finding::new(
-            "speed_falls",
-            format!("the speed falls as the voltage rises: {peak} rad/s at {at} V but {last} rad/s at {end} V"),
-            format!("Leave out what lies above {at} V, and check the drive and the range of its command there."),
-        )
-        .of(Quantity::Speed)
-        .figure("volts", best.volts)
-        .figure("drop", drop / best.speed),
-    )
+    let message = format!("the speed falls as the voltage rises: {peak} rad/s at {at} V but {last} rad/s at {end} V");
+    let remedy = format!("Leave out what lies above {at} V, and check the drive and the range of its command there.");
+    let finding = Finding::new("speed_falls", Quantity::Speed, message, remedy);
+    Some(finding.figure("volts", best.volts).figure("drop", drop / best.speed))
 }
 
 /// The gain of the top third of voltages below a quarter of that of the bottom third.
@@ -170,17 +159,10 @@ fn saturates(points: &[Point]) -> Option<Finding> {
     }
     let [bottom_shown, top_shown] = [bottom, top].map(|gain| significant(gain, 3));
     let from = significant(high - third, 3);
-    Some(
-        Finding::new(
-            "speed_saturates",
-            format!(
-                "the speed stops rising with the voltage: {bottom_shown} rad/s per V at first, {top_shown} above \
-                 {from} V"
-            ),
-            "Leave the highest voltages out, and check the drive's range and its supply.",
-        )
-        .of(Quantity::Speed)
-        .figure("gain_first", bottom)
-        .figure("gain_last", top),
-    )
+    let message = format!(
+        "the speed stops rising with the voltage: {bottom_shown} rad/s per V at first, {top_shown} above {from} V"
+    );
+    let remedy = "Leave the highest voltages out, and check the drive's range and its supply.";
+    let finding = Finding::new("speed_saturates", Quantity::Speed, message, remedy);
+    Some(finding.figure("gain_first", bottom).figure("gain_last", top))
 }

@@ -1,10 +1,7 @@
 //! The drive: a current that is cut off or limited, a voltage that never reaches the motor.
 
-use super::Finding;
-use super::view::{Channel, ConstantInput, View};
+use super::{Channel, ConstantInput, Finding, Quantity, View, text};
 use crate::numeric::{count, mean, order_statistic, runs};
-use crate::record::Quantity;
-use crate::setting::text;
 use crate::text::engineering;
 use std::ops::Range;
 
@@ -40,20 +37,12 @@ fn clipped(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
     }
     let samples: usize = places.iter().map(Range::len).sum();
     let shown = engineering(current.peak, "A", 3);
-    Some(
-        Finding::new(
-            "current_clipped",
-            format!("the current stands at {shown} for {samples} samples, as if it were cut off there"),
-            text!(
-                "Leave these samples of the current out with " [Mask = "auto"] ", or record with less voltage or a \
-                 larger range."
-            ),
-        )
-        .of(Quantity::Current)
-        .figure("level", current.peak)
-        .figure("samples", count(samples))
-        .at(places),
-    )
+    let message = format!("the current stands at {shown} for {samples} samples, as if it were cut off there");
+    let remedy = text!(
+        "Leave these samples of the current out with " [Mask = "auto"] ", or record with less voltage or a larger range."
+    );
+    let finding = Finding::new("current_clipped", Quantity::Current, message, remedy);
+    Some(finding.figure("level", current.peak).figure("samples", count(samples)).at(places))
 }
 
 /// Whether the current jumps up to a run at its top and falls from it while the voltage stays.
@@ -73,27 +62,13 @@ fn enters_and_leaves(view: &View<'_>, current: &Channel<'_>, run: &Range<usize>,
 /// lower it. Around the peak of a slow winding the speed runs through 31 % at most.
 fn limited(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
     let speed = view.speed.as_ref().filter(|speed| speed.range > 0.0 && !view.loaded)?;
-    let mut places = Vec::new();
-    for stretch in view.constant_inputs.iter().filter(|s| s.samples.len() >= 20 && view.part(s.volts) > 0.2) {
-        places.extend(plateau(current, speed, stretch));
-    }
-    if places.is_empty() {
-        return None;
-    }
-    let level = mean(&current.values[places[0].clone()]);
-    Some(
-        Finding::new(
-            "current_clipped",
-            format!(
-                "the current stays at {} while the motor speeds up, as under a current limit",
-                engineering(level, "A", 3)
-            ),
-            "Use steps small enough for the drive not to limit the current, or record the motor's voltage.",
-        )
-        .of(Quantity::Current)
-        .figure("level", level)
-        .at(places),
-    )
+    let long = view.constant_inputs.iter().filter(|s| s.samples.len() >= 20 && view.part(s.volts) > 0.2);
+    let places: Vec<_> = long.filter_map(|stretch| plateau(current, speed, stretch)).collect();
+    let level = mean(&current.values[places.first()?.clone()]);
+    let shown = engineering(level, "A", 3);
+    let message = format!("the current stays at {shown} while the motor speeds up, as under a current limit");
+    let remedy = "Use steps small enough for the drive not to limit the current, or record the motor's voltage.";
+    Some(Finding::new("current_clipped", Quantity::Current, message, remedy).figure("level", level).at(places))
 }
 
 fn plateau(current: &Channel<'_>, speed: &Channel<'_>, stretch: &ConstantInput) -> Option<Range<usize>> {
@@ -129,11 +104,11 @@ fn without_current(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
         order_statistic(&mut sizes, 0.95)
     });
     let slow = |n: usize| match (&view.speed, fast) {
-        (Some(speed), Some(fast)) => speed.values[n].abs() * view.volts_peak < 0.5 * fast * view.voltage[n].abs(),
+        (Some(speed), Some(fast)) => speed.values[n].abs() * view.input.peak < 0.5 * fast * view.input.values[n].abs(),
         _ => true,
     };
     let without =
-        |n: usize| view.voltage[n].abs() > 0.5 * view.volts_peak && (current.values[n] - offset).abs() <= none;
+        |n: usize| view.input.values[n].abs() > 0.5 * view.input.peak && (current.values[n] - offset).abs() <= none;
     let is_off = |n: usize| without(n) && slow(n);
     // A drive that goes off while the motor turns fast is only told when it has slowed down: it has been off before.
     let whole = |run: Range<usize>| {
@@ -146,7 +121,7 @@ fn without_current(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
         // Without a speed only a step from rest that never draws current is told from a motor without friction.
         view.constant_inputs.windows(2).any(|w| {
             let (rest, on) = (&w[0], &w[1].samples);
-            let was_at_rest = rest.volts.abs() < 0.05 * view.volts_peak && rest.samples.len() >= 10;
+            let was_at_rest = rest.volts.abs() < 0.05 * view.input.peak && rest.samples.len() >= 10;
             was_at_rest && on.contains(&run.start) && run.start <= on.start + 1 && run.end + 1 >= on.end
         })
     };
@@ -155,17 +130,12 @@ fn without_current(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
         .filter(|run| run.len() >= least && (view.speed.is_some() || from_the_edge(run)))
         .map(whole)
         .collect();
-    (!places.is_empty()).then(|| {
-        Finding::new(
-            "voltage_without_current",
-            "there is voltage but no current while the motor stands or coasts: the drive was off",
-            text!(
-                "Cut the recording there with " [Mask = "auto"] ", or record the voltage at the motor: a drive that is \
-                 off is no short circuit."
-            ),
-        )
-        .of(Quantity::Current)
-        .figure("samples", count(places.iter().map(Range::len).sum()))
-        .at(places)
-    })
+    let samples = count(places.iter().map(Range::len).sum());
+    let message = "there is voltage but no current while the motor stands or coasts: the drive was off";
+    let remedy = text!(
+        "Cut the recording there with " [Mask = "auto"] ", or record the voltage at the motor: a drive that is off is no \
+         short circuit."
+    );
+    let finding = Finding::new("voltage_without_current", Quantity::Current, message, remedy);
+    (!places.is_empty()).then(|| finding.figure("samples", samples).at(places))
 }

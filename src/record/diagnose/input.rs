@@ -1,10 +1,7 @@
 //! The input: changes too fast for the clock, only one change, a reset at the end, an idle value.
 
-use super::Finding;
-use super::view::View;
+use super::{Finding, Quantity, View, text};
 use crate::numeric::count;
-use crate::record::Quantity;
-use crate::setting::text;
 use crate::text::significant;
 
 /// Standard deviation of the differences over that of the voltage, from which on it is undersampled.
@@ -15,8 +12,8 @@ const LAST: usize = 3;
 pub(super) fn input(view: &View<'_>, findings: &mut Vec<Finding>) {
     findings.extend(undersampled(view));
     let reset = reset(view);
-    findings.extend(single_edge(view, reset.as_ref().map_or(view.len(), |(at, _)| *at)));
-    findings.extend(reset.map(|(_, finding)| finding));
+    findings.extend(single_edge(view, reset.as_ref().map_or(view.len(), |reset| reset.places[0].start)));
+    findings.extend(reset);
     findings.extend(idle(view));
 }
 
@@ -30,15 +27,10 @@ fn undersampled(view: &View<'_>) -> Option<Finding> {
     let single = view.constant_inputs.iter().filter(|s| s.samples.len() == 1).count();
     // Of a binary sequence that may switch at every sample a quarter of the samples stand alone.
     let share = count(single) / count(view.len());
-    (share > 0.2).then(|| {
-        Finding::new(
-            "undersampled_input",
-            "the voltage changes from sample to sample: what it was between them is not known",
-            "Record faster, or hold each voltage for several samples.",
-        )
-        .of(Quantity::Voltage)
-        .figure("ratio", view.restless)
-    })
+    let message = "the voltage changes from sample to sample: what it was between them is not known";
+    let remedy = "Record faster, or hold each voltage for several samples.";
+    let finding = Finding::new("undersampled_input", Quantity::Voltage, message, remedy);
+    (share > 0.2).then(|| finding.figure("ratio", view.restless))
 }
 
 /// One change of the voltage, and nothing else, before sample `end`.
@@ -54,21 +46,15 @@ fn single_edge(view: &View<'_>, end: usize) -> Option<Finding> {
     let (&first, &last) = (changes.first()?, changes.last()?);
     // A step that takes up to three samples is one change; a pulse is not.
     let stays = view.part(level - view.constant_inputs[0].volts) > 0.02;
-    (changes.len() <= 3 && last - first < 3 && stays).then(|| {
-        Finding::new(
-            "single_edge",
-            "the voltage changes only once: a delay of the drive cannot be told from a slow motor",
-            "Record several steps, up and down; three or more tell delays and dead times.",
-        )
-        .of(Quantity::Voltage)
-        .mention_if(true)
-        .at(Some(first..last + 1))
-    })
+    let message = "the voltage changes only once: a delay of the drive cannot be told from a slow motor";
+    let remedy = "Record several steps, up and down; three or more tell delays and dead times.";
+    let finding = Finding::new("single_edge", Quantity::Voltage, message, remedy).mention_if(true);
+    (changes.len() <= 3 && last - first < 3 && stays).then(|| finding.at(Some(first..last + 1)))
 }
 
 /// The voltage returns to its first value in the last samples, and nowhere before: the program's end, not the motor's
-/// experiment. Where it begins and what it is.
-fn reset(view: &View<'_>) -> Option<(usize, Finding)> {
+/// experiment.
+fn reset(view: &View<'_>) -> Option<Finding> {
     let count = view.len();
     let last = view.constant_inputs.last()?;
     let (at, first) = (last.samples.start, &view.constant_inputs[0]);
@@ -82,33 +68,23 @@ fn reset(view: &View<'_>) -> Option<(usize, Finding)> {
         return None;
     }
     let [from, to] = [0, at - 1].map(|n| significant(view.time[n], 7));
-    let finding = Finding::new(
-        "input_reset",
-        format!("the voltage returns to {} V in the last {} samples", significant(last.volts, 3), count - at),
-        text!("Leave them out: " [Crop = "{from}:{to}"] ", or " [Mask = "auto"] "."),
-    )
-    .of(Quantity::Voltage)
-    .at(Some(last.samples.clone()));
-    Some((at, finding))
+    let message = format!("the voltage returns to {} V in the last {} samples", significant(last.volts, 3), count - at);
+    let remedy = text!("Leave them out: " [Crop = "{from}:{to}"] ", or " [Mask = "auto"] ".");
+    Some(Finding::new("input_reset", Quantity::Voltage, message, remedy).at(Some(last.samples.clone())))
 }
 
 /// A voltage that is never 0 but starts from a small value.
 fn idle(view: &View<'_>) -> Option<Finding> {
     let rest = view.first_rest();
-    let volts = view.voltage[0];
-    let is_constant = view.voltage[rest.clone()].iter().all(|v| v.to_bits() == volts.to_bits());
-    let never = view.voltage.iter().all(|v| *v != 0.0);
-    (rest.len() >= 10 && rest.len() < view.len() && is_constant && never).then(|| {
-        Finding::new(
-            "idle_input",
-            format!("the voltage is never 0 V; at rest it is {} V", significant(volts, 3)),
-            text!(
-                "If that is the drive's idle command, subtract it: " [Offset = "voltage={}", significant(volts, 4)] "."
-            ),
-        )
-        .of(Quantity::Voltage)
-        .mention_if(true)
-        .at(Some(rest))
-        .figure("idle", volts)
-    })
+    let volts = view.input.values[0];
+    let is_constant = view.input.values[rest.clone()].iter().all(|v| v.to_bits() == volts.to_bits());
+    let never = view.input.values.iter().all(|v| *v != 0.0);
+    if rest.len() < 10 || rest.len() == view.len() || !is_constant || !never {
+        return None;
+    }
+    let message = format!("the voltage is never 0 V; at rest it is {} V", significant(volts, 3));
+    let idle = significant(volts, 4);
+    let remedy = text!("If that is the drive's idle command, subtract it: " [Offset = "voltage={idle}"] ".");
+    let finding = Finding::new("idle_input", Quantity::Voltage, message, remedy).mention_if(true);
+    Some(finding.at(Some(rest)).figure("idle", volts))
 }

@@ -1,7 +1,6 @@
 //! The delay of the first edge.
 
-use super::Finding;
-use super::view::{Channel, View};
+use super::{Channel, Finding, View};
 use crate::numeric::{count, mean, upper_median, whole};
 use crate::text::engineering;
 
@@ -51,20 +50,15 @@ fn late(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
     }
     let later = upper_median(&mut delays[1..].to_vec());
     let first = delays[0];
-    (first > TIMES * later && first > later + MORE_S).then(|| {
-        let [first_shown, later_shown] = [first, later].map(|delay| engineering(delay, "s", 3));
-        Finding::new(
-            "start_latency",
-            format!(
-                "the motor answers the first change of the voltage after {first_shown}, later ones after {later_shown}"
-            ),
-            "Leave the first one out: the drive was waking up.",
-        )
-        .of(channel.quantity)
-        .at(Some(edges[0].at..edges[0].at + 1))
-        .figure("first_s", first)
-        .figure("later_s", later)
-    })
+    if first <= TIMES * later || first <= later + MORE_S {
+        return None;
+    }
+    let [after, later_after] = [first, later].map(|delay| engineering(delay, "s", 3));
+    let message =
+        format!("the motor answers the first change of the voltage after {after}, later ones after {later_after}");
+    let remedy = "Leave the first one out: the drive was waking up.";
+    let finding = Finding::new("start_latency", channel.quantity, message, remedy);
+    Some(finding.at(Some(edges[0].at..edges[0].at + 1)).figure("first_s", first).figure("later_s", later))
 }
 
 /// The edge at the start of stretch `k`, if the channel stood before it and has changed `length` samples behind it.

@@ -5,7 +5,6 @@
 
 mod clock;
 mod comb;
-mod current;
 mod curve;
 mod drive;
 mod input;
@@ -20,9 +19,9 @@ mod units;
 mod view;
 
 use super::{Quantity, Record};
-use crate::setting::Text;
+use crate::setting::{Text, text};
 use std::ops::Range;
-use view::View;
+use view::{Channel, ConstantInput, View};
 
 /// How much a finding matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,8 +39,8 @@ pub struct Finding {
     pub code: &'static str,
     /// How much it matters.
     pub severity: Severity,
-    /// The signal it is about; `None` where it is about several.
-    pub quantity: Option<Quantity>,
+    /// The signal it is about.
+    pub quantity: Quantity,
     /// The samples it is about, at most 20 ranges; empty where it is about the whole recording.
     pub places: Vec<Range<usize>>,
     /// In words.
@@ -56,15 +55,10 @@ pub struct Finding {
 const PLACES_MAX: usize = 20;
 
 impl Finding {
-    fn new(code: &'static str, message: impl Into<Text>, remedy: impl Into<Text>) -> Self {
+    fn new(code: &'static str, quantity: Quantity, message: impl Into<Text>, remedy: impl Into<Text>) -> Self {
         let (message, remedy) = (message.into(), remedy.into());
         let (places, figures) = (Vec::new(), Vec::new());
-        Self { code, severity: Severity::Report, quantity: None, places, message, remedy, figures }
-    }
-
-    fn of(mut self, quantity: Quantity) -> Self {
-        self.quantity = Some(quantity);
-        self
+        Self { code, severity: Severity::Report, quantity, places, message, remedy, figures }
     }
 
     fn mention_if(mut self, milder: bool) -> Self {
@@ -72,10 +66,6 @@ impl Finding {
             self.severity = Severity::Mention;
         }
         self
-    }
-
-    fn reported(self) -> Self {
-        Self { severity: Severity::Report, ..self }
     }
 
     fn at(mut self, places: impl IntoIterator<Item = Range<usize>>) -> Self {
@@ -89,80 +79,46 @@ impl Finding {
     }
 }
 
-/// A rule: a row of the table. It looks at a recording and adds what it finds.
-pub struct Rule {
-    /// The codes of its findings, each with what it says.
-    pub codes: &'static [(&'static str, &'static str)],
-    /// Whether it is of recordings with a voltage, and of those whose input is the current.
-    of: [bool; 2],
-    look: fn(&View<'_>, &mut Vec<Finding>),
-}
+/// The codes of findings, each with what it says.
+pub static FINDINGS: [(&str, &str); 19] = [
+    ("jitter", "Samples are not evenly spaced."),
+    ("units", "Magnitudes fit no motor, but would in another unit."),
+    ("sign_reversed", "A channel has the opposite sign of the others."),
+    ("undersampled_input", "The voltage changes faster than it is sampled."),
+    ("single_edge", "The voltage changes once only."),
+    ("input_reset", "The voltage is reset at the end."),
+    ("idle_input", "The voltage is not zero while the motor rests."),
+    ("rest_offset", "A sensor is not zero while the motor rests."),
+    ("no_motion", "The motor does not move under voltage."),
+    ("motion_without_input", "The motor moves without voltage."),
+    ("current_clipped", "The current is cut off or limited."),
+    ("voltage_without_current", "The voltage does not reach the motor."),
+    ("averaged_sensor", "A sensor shows an average over samples."),
+    ("held_samples", "Values are repeated over several samples."),
+    ("coarse_quantization", "The steps of a sensor are coarse."),
+    ("speed_falls", "The speed falls where the voltage rises."),
+    ("speed_saturates", "The speed no longer follows the voltage."),
+    ("start_latency", "The first movement comes late."),
+    ("speed_ripple", "The speed has a periodic ripple in the steady state."),
+];
 
-const VOLTAGE: [bool; 2] = [true, false];
-const CURRENT: [bool; 2] = [false, true];
-const ANY: [bool; 2] = [true, true];
+/// Looks at a recording and adds what it finds.
+type Rule = fn(&View<'_>, &mut Vec<Finding>);
 
-const fn rule(
-    look: fn(&View<'_>, &mut Vec<Finding>),
-    of: [bool; 2],
-    codes: &'static [(&'static str, &'static str)],
-) -> Rule {
-    Rule { codes, of, look }
-}
-
-/// The rules, in the order in which they look.
-pub static RULES: [Rule; 14] = [
-    rule(clock::jitter, ANY, &[("jitter", "Samples are not evenly spaced.")]),
-    rule(units::units, VOLTAGE, &[("units", "Magnitudes fit no motor, but would in another unit.")]),
-    rule(current::units, CURRENT, &[]),
-    rule(sign::sign_reversed, VOLTAGE, &[("sign_reversed", "A channel has the opposite sign of the others.")]),
-    rule(current::reversed, CURRENT, &[]),
-    rule(
-        input::input,
-        VOLTAGE,
-        &[
-            ("undersampled_input", "The voltage changes faster than it is sampled."),
-            ("single_edge", "The voltage changes once only."),
-            ("input_reset", "The voltage is reset at the end."),
-            ("idle_input", "The voltage is not zero while the motor rests."),
-        ],
-    ),
-    rule(rest::rest, VOLTAGE, &[("rest_offset", "A sensor is not zero while the motor rests.")]),
-    rule(
-        motion::motion,
-        VOLTAGE,
-        &[
-            ("no_motion", "The motor does not move under voltage."),
-            ("motion_without_input", "The motor moves without voltage."),
-        ],
-    ),
-    rule(
-        drive::drive,
-        VOLTAGE,
-        &[
-            ("current_clipped", "The current is cut off or limited."),
-            ("voltage_without_current", "The voltage does not reach the motor."),
-        ],
-    ),
-    rule(comb::averaged_sensor, VOLTAGE, &[("averaged_sensor", "A sensor shows an average over samples.")]),
-    rule(
-        sampling::sampling,
-        ANY,
-        &[
-            ("held_samples", "Values are repeated over several samples."),
-            ("coarse_quantization", "The steps of a sensor are coarse."),
-        ],
-    ),
-    rule(
-        curve::curve,
-        VOLTAGE,
-        &[
-            ("speed_falls", "The speed falls where the voltage rises."),
-            ("speed_saturates", "The speed no longer follows the voltage."),
-        ],
-    ),
-    rule(latency::start_latency, VOLTAGE, &[("start_latency", "The first movement comes late.")]),
-    rule(ripple::speed_ripple, VOLTAGE, &[("speed_ripple", "The speed has a periodic ripple in the steady state.")]),
+/// The rules in the order in which they look, each with whether it also is one of recordings whose input is the current.
+const RULES: [(Rule, bool); 12] = [
+    (clock::jitter, true),
+    (units::units, true),
+    (sign::sign_reversed, true),
+    (input::input, false),
+    (rest::rest, false),
+    (motion::motion, false),
+    (drive::drive, false),
+    (comb::averaged_sensor, false),
+    (sampling::sampling, true),
+    (curve::curve, false),
+    (latency::start_latency, false),
+    (ripple::speed_ripple, false),
 ];
 
 /// Everything odd that is found about a recording, what matters most first.
@@ -177,11 +133,10 @@ pub fn diagnose(record: &Record) -> Vec<Finding> {
 pub(super) fn findings(record: &Record) -> Vec<Finding> {
     let view = View::new(record);
     let mut findings = Vec::new();
-    let input = usize::from(record.driver() == Quantity::Current);
-    for rule in RULES.iter().filter(|rule| rule.of[input]) {
-        (rule.look)(&view, &mut findings);
+    for (rule, _) in RULES.iter().filter(|(_, by_current)| *by_current || !view.by_current()) {
+        rule(&view, &mut findings);
     }
-    let is_listed = |finding: &Finding| RULES.iter().flat_map(|rule| rule.codes).any(|(code, _)| *code == finding.code);
+    let is_listed = |finding: &Finding| FINDINGS.iter().any(|(code, _)| *code == finding.code);
     debug_assert!(findings.iter().all(is_listed), "every code is in the table");
     findings.sort_by_key(|finding| finding.severity == Severity::Mention);
     findings

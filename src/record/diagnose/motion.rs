@@ -1,10 +1,8 @@
 //! What the motor does without voltage, or does not do with it.
 
-use super::Finding;
 use super::rest::MOVES;
-use super::view::{Channel, View};
-use crate::numeric::{count, mean, runs, standard_deviation};
-use crate::record::Quantity;
+use super::{Channel, Finding, Quantity, View};
+use crate::numeric::{count, mean, running_sums, runs, standard_deviation};
 use std::ops::Range;
 
 /// Samples that a judgement needs.
@@ -13,16 +11,10 @@ const SAMPLES_MIN: usize = 10;
 pub(super) fn motion(view: &View<'_>, findings: &mut Vec<Finding>) {
     let Some(speed) = view.speed.as_ref().filter(|_| view.len() >= SAMPLES_MIN && !view.loaded) else { return };
     if does_not_move(view, speed) {
-        findings.push(
-            Finding::new(
-                "no_motion",
-                "the motor did not move: the speed shows nothing of the voltage",
-                "Leave the recording out; it can only tell R, and L, from the current. Use more voltage, or check the \
-                 drive and the speed sensor.",
-            )
-            .of(Quantity::Speed)
-            .figure("peak", speed.peak),
-        );
+        let message = "the motor did not move: the speed shows nothing of the voltage";
+        let remedy = "Leave the recording out; it can only tell R, and L, from the current. Use more voltage, or check \
+                      the drive and the speed sensor.";
+        findings.push(Finding::new("no_motion", Quantity::Speed, message, remedy).figure("peak", speed.peak));
         return;
     }
     let zero = runs(view.len(), |n| view.is_zero(n));
@@ -32,17 +24,11 @@ pub(super) fn motion(view: &View<'_>, findings: &mut Vec<Finding>) {
     places.sort_by_key(|place| place.start);
     places.dedup_by(|later, earlier| later.start < earlier.end);
     if !places.is_empty() {
-        findings.push(
-            Finding::new(
-                "motion_without_input",
-                "the motor speeds up, or keeps its speed, while the recorded voltage is 0 V",
-                "Check that the column of the voltage is what the motor got: commands too short to be recorded, a \
-                 flag, another channel, a hand on the shaft. The recording cannot be fitted as it is.",
-            )
-            .of(Quantity::Voltage)
-            .figure("places", count(places.len()))
-            .at(places),
-        );
+        let message = "the motor speeds up, or keeps its speed, while the recorded voltage is 0 V";
+        let remedy = "Check that the column of the voltage is what the motor got: commands too short to be recorded, a \
+                      flag, another channel, a hand on the shaft. The recording cannot be fitted as it is.";
+        let finding = Finding::new("motion_without_input", Quantity::Voltage, message, remedy);
+        findings.push(finding.figure("places", count(places.len())).at(places));
     }
 }
 
@@ -53,7 +39,7 @@ fn start_of_motion(view: &View<'_>, speed: &Channel<'_>, run: &Range<usize>) -> 
     let still = (0.03 * speed.peak).max(3.0 * speed.noise).max(1.5 * coarse);
     let moving = (MOVES * speed.peak).max(8.0 * speed.noise).max(3.0 * coarse);
     // Where there is voltage elsewhere, a spike of the sensor is no motion.
-    let lasts = if view.volts_peak > 0.0 { 3 } else { 1 };
+    let lasts = if view.input.peak > 0.0 { 3 } else { 1 };
     let mut quiet = 0;
     let mut since = None;
     for n in run.clone() {
@@ -107,10 +93,10 @@ fn keeps_moving(view: &View<'_>, speed: &Channel<'_>, run: &Range<usize>) -> Opt
 }
 
 fn does_not_move(view: &View<'_>, speed: &Channel<'_>) -> bool {
-    if view.volts_peak == 0.0 {
+    if view.input.peak == 0.0 {
         return false;
     }
-    let varies = view.volts_range > 0.2 * view.volts_peak;
+    let varies = view.input.range > 0.2 * view.input.peak;
     if speed.range == 0.0 {
         return varies || speed.peak == 0.0;
     }
@@ -129,25 +115,17 @@ fn does_not_move(view: &View<'_>, speed: &Channel<'_>) -> bool {
 fn follows(view: &View<'_>, values: &[f64]) -> bool {
     let size = values.len();
     let sure = 4.5 / count(size).sqrt();
-    let mut sum = 0.0;
-    let middle = mean(view.voltage);
-    let slow: Vec<f64> = view
-        .voltage
-        .iter()
-        .map(|v| {
-            sum += v - middle;
-            sum
-        })
-        .collect();
+    let middle = mean(view.input.values);
+    let slow = running_sums(view.input.values.iter().map(|v| v - middle));
     let lags = [0, 1, 2, 3, 5, 8, 13, 21, 34, 55].into_iter().filter(|lag| lag + SAMPLES_MIN <= size);
     lags.into_iter().any(|lag| {
         let later = &values[lag..];
-        let (now, summed) = (&view.voltage[..size - lag], &slow[..size - lag]);
+        let (now, summed) = (&view.input.values[..size - lag], &slow[..size - lag]);
         correlation(now, later).abs() > sure || correlation(summed, later).abs() > 2.0 * sure
     })
 }
 
-pub(super) fn correlation(a: &[f64], b: &[f64]) -> f64 {
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let (mean_a, mean_b) = (mean(a), mean(b));
     let product: f64 = a.iter().zip(b).map(|(a, b)| (a - mean_a) * (b - mean_b)).sum();
     let size = standard_deviation(a) * standard_deviation(b) * count(a.len());

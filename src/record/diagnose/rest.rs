@@ -1,10 +1,8 @@
 //! What sensors read while the motor rests.
 
-use super::Finding;
-use super::view::{Channel, View};
+use super::{Channel, Finding, View, text};
 use crate::numeric::{count, mean, peak, standard_deviation};
-use crate::setting::text;
-use crate::text::engineering;
+use crate::text::{engineering, significant};
 use std::ops::Range;
 
 /// Samples of rest that a judgement needs.
@@ -53,22 +51,11 @@ fn offset(channel: &Channel<'_>, rest: &Range<usize>) -> Option<Finding> {
         return None;
     }
     let (quantity, shown) = (channel.quantity, engineering(level, channel.quantity.unit(), 3));
-    Some(
-        Finding::new(
-            "rest_offset",
-            format!(
-                "the {quantity} reads {shown} at rest without voltage, {} % of its largest value",
-                crate::text::significant(100.0 * part, 2)
-            ),
-            text!(
-                "If it is the sensor's offset, subtract it with " [Offset = "auto"] ", or "
-                [Offset = "{quantity}=VALUE"] "."
-            ),
-        )
-        .of(quantity)
-        .mention_if(part < PART_REPORTED)
-        .at(Some(rest.clone()))
-        .figure("offset", level)
-        .figure("part_of_peak", part),
-    )
+    let percent = significant(100.0 * part, 2);
+    let message = format!("the {quantity} reads {shown} at rest without voltage, {percent} % of its largest value");
+    let remedy = text!(
+        "If it is the sensor's offset, subtract it with " [Offset = "auto"] ", or " [Offset = "{quantity}=VALUE"] "."
+    );
+    let finding = Finding::new("rest_offset", quantity, message, remedy).mention_if(part < PART_REPORTED);
+    Some(finding.at(Some(rest.clone())).figure("offset", level).figure("part_of_peak", part))
 }

@@ -1,11 +1,10 @@
 //! A periodic ripple on the speed in the steady state.
 
-use super::Finding;
 use super::spectrum::{POINTS, power};
-use super::view::{Channel, View};
+use super::{Channel, Finding, Quantity, View};
 use crate::numeric::{count, mean, peak, slope};
-use crate::record::Quantity;
 use crate::text::{engineering, significant};
+use std::ops::Range;
 
 /// Samples of steady state that are needed.
 const SAMPLES_MIN: usize = 200;
@@ -17,19 +16,17 @@ const PARTS: [f64; 2] = [0.005, 0.03];
 
 pub(super) fn speed_ripple(view: &View<'_>, findings: &mut Vec<Finding>) {
     let Some(speed) = view.speed.as_ref().filter(|speed| speed.range > 0.0) else { return };
-    let driven = view.constant_inputs.iter().filter(|s| s.volts.abs() > 0.02 * view.volts_peak);
+    let driven = view.constant_inputs.iter().filter(|s| s.volts.abs() > 0.02 * view.input.peak);
     let Some(longest) = driven.max_by_key(|s| s.samples.len()) else { return };
     // The second half: the first may still be on its way.
-    let count = longest.samples.len() / 2;
-    if count < SAMPLES_MIN {
-        return;
+    let (end, count) = (longest.samples.end, longest.samples.len() / 2);
+    if count >= SAMPLES_MIN {
+        findings.extend(ripple(view, speed, end - count..end));
     }
-    findings.extend(ripple(view, speed, longest.samples.end - count));
 }
 
-fn ripple(view: &View<'_>, speed: &Channel<'_>, start: usize) -> Option<Finding> {
-    let end = view.constant_inputs.iter().find(|s| s.samples.contains(&start))?.samples.end;
-    let values = &speed.values[start..end];
+fn ripple(view: &View<'_>, speed: &Channel<'_>, samples: Range<usize>) -> Option<Finding> {
+    let values = &speed.values[samples.clone()];
     let line: Vec<(f64, f64)> = (0..).map(|n: u32| f64::from(n)).zip(values.iter().copied()).collect();
     let (slope, level, middle) = (slope(&line), mean(values), 0.5 * count(values.len() - 1));
     let flat: Vec<f64> = line.iter().map(|(n, w)| w - level - slope * (n - middle)).collect();
@@ -54,23 +51,12 @@ fn ripple(view: &View<'_>, speed: &Channel<'_>, start: usize) -> Option<Finding>
         return None;
     }
     let per_turn = hertz * std::f64::consts::TAU / level.abs();
-    Some(
-        Finding::new(
-            "speed_ripple",
-            format!(
-                "the speed ripples by ±{} % at {} in the steady state, {} times a turn",
-                significant(100.0 * part, 2),
-                engineering(hertz, "Hz", 3),
-                significant(per_turn, 3)
-            ),
-            "Look at the coupling, the encoder's disc and the load; the model has no ripple, so its intervals are too \
-             narrow.",
-        )
-        .of(Quantity::Speed)
-        .mention_if(part < PARTS[1])
-        .at(Some(start..end))
-        .figure("hertz", hertz)
-        .figure("part", part)
-        .figure("per_turn", per_turn),
-    )
+    let [percent, turns] = [significant(100.0 * part, 2), significant(per_turn, 3)];
+    let at = engineering(hertz, "Hz", 3);
+    let message = format!("the speed ripples by ±{percent} % at {at} in the steady state, {turns} times a turn");
+    let remedy = "Look at the coupling, the encoder's disc and the load; the model has no ripple, so its intervals are \
+                  too narrow.";
+    let finding = Finding::new("speed_ripple", Quantity::Speed, message, remedy).mention_if(part < PARTS[1]);
+    let finding = finding.at(Some(samples)).figure("hertz", hertz);
+    Some(finding.figure("part", part).figure("per_turn", per_turn))
 }

@@ -1,7 +1,6 @@
 //! Sensors that show less than they could: values held over several samples, coarse steps.
 
-use super::Finding;
-use super::view::{Channel, View};
+use super::{Channel, Finding, View};
 use crate::numeric::{count, runs, upper_median};
 use crate::text::significant;
 
@@ -45,16 +44,10 @@ fn held(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
         return None;
     }
     let (quantity, seconds) = (channel.quantity, crate::text::engineering(typical * view.period(), "s", 3));
-    Some(
-        Finding::new(
-            "held_samples",
-            format!("the {quantity} changes only every {typical} samples ({seconds}) while it moves"),
-            "Record it at its own rate, or keep one row of each run of equal values.",
-        )
-        .of(quantity)
-        .figure("run", typical)
-        .figure("changes", count(lengths.len())),
-    )
+    let message = format!("the {quantity} changes only every {typical} samples ({seconds}) while it moves");
+    let remedy = "Record it at its own rate, or keep one row of each run of equal values.";
+    let finding = Finding::new("held_samples", quantity, message, remedy);
+    Some(finding.figure("run", typical).figure("changes", count(lengths.len())))
 }
 
 /// Steps above 1 % of the range, most changes whole multiples of them.
@@ -70,29 +63,18 @@ fn coarse(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
             changes += 1;
             whole += usize::from((steps - steps.round()).abs() < 0.1 && steps > 0.5);
             // A fast motor under few voltages shows few speeds: such changes come with those of the voltage.
-            let forced = (n.saturating_sub(2)..n).any(|m| view.part(view.voltage[m + 1] - view.voltage[m]) > 0.02);
+            let forced =
+                (n.saturating_sub(2)..n).any(|m| view.part(view.input.values[m + 1] - view.input.values[m]) > 0.02);
             unforced += usize::from(!forced);
         }
     }
     if changes < CHANGES_MIN || count(whole) < 0.9 * count(changes) || 2 * unforced < changes {
         return None;
     }
-    let part = quantum / channel.range;
-    Some(
-        Finding::new(
-            "coarse_quantization",
-            format!(
-                "the {} comes in steps of {} {}, {} % of its range",
-                channel.quantity,
-                significant(quantum, 3),
-                channel.quantity.unit(),
-                significant(100.0 * part, 2)
-            ),
-            "Record it with more resolution: an encoder with more lines, times between its edges, a longer count.",
-        )
-        .of(channel.quantity)
-        .mention_if(part < 0.02)
-        .figure("step", quantum)
-        .figure("part_of_range", part),
-    )
+    let (quantity, part) = (channel.quantity, quantum / channel.range);
+    let [step, percent] = [significant(quantum, 3), significant(100.0 * part, 2)];
+    let message = format!("the {quantity} comes in steps of {step} {}, {percent} % of its range", quantity.unit());
+    let remedy = "Record it with more resolution: an encoder with more lines, times between its edges, a longer count.";
+    let finding = Finding::new("coarse_quantization", quantity, message, remedy).mention_if(part < 0.02);
+    Some(finding.figure("step", quantum).figure("part_of_range", part))
 }

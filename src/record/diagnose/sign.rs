@@ -1,26 +1,30 @@
 //! A channel whose sign is reversed.
 
-use super::Finding;
-use super::view::View;
-use crate::numeric::{count, mean};
-use crate::record::Quantity;
-use crate::setting::text;
+use super::{Finding, Quantity, View, text};
+use crate::numeric::{count, mean, running_sums};
 
 /// A sum of products beyond this part of the sum of their sizes has a sign: far from what noise or braking does.
 const SURE: f64 = 0.3;
+/// Samples that a regression needs.
+const SAMPLES_MIN: usize = 100;
 
 /// From rest, a motor without load takes energy in (Σ v i > 0), its torque accelerates it (Σ i ω > 0), and so it turns
 /// as the voltage says (Σ v ω > 0).
 pub(super) fn sign_reversed(view: &View<'_>, findings: &mut Vec<Finding>) {
-    if view.loaded || view.volts_peak == 0.0 {
+    if view.by_current() {
+        findings.extend(reversed_current(view));
+        return;
+    }
+    if view.loaded || view.input.peak == 0.0 {
         return;
     }
     let current = view.current.as_ref().filter(|c| c.range > 0.0).map_or(&[][..], |c| c.values);
     let speed = view.speed.as_ref().filter(|c| c.range > 0.0).map_or(&[][..], |c| c.values);
-    let voltage = view.voltage;
+    let voltage = view.input.values;
     // A voltage acts from its sample on: what answers it is seen in the next.
     let [vi, iw, vw] =
         [(voltage, &*answer(current)), (current, speed), (voltage, &*answer(speed))].map(|(a, b)| sign_of(a, b));
+    let sums = |values: &[f64]| running_sums(values.iter().copied());
     let by_products = || match (vi, iw, vw) {
         // An offset of the sensor has a product with the voltage but no change with it.
         (-1, -1, 1) | (-1, 0, 0) if against(voltage, current) => Some(Quantity::Current),
@@ -31,14 +35,26 @@ pub(super) fn sign_reversed(view: &View<'_>, findings: &mut Vec<Finding>) {
         _ => None,
     };
     let Some(reversed) = by_dynamics(view).unwrap_or_else(by_products) else { return };
-    findings.push(
-        Finding::new(
-            "sign_reversed",
-            format!("the sign of the {reversed} is reversed: it runs against what the other columns say"),
-            text!("Swap its sign: " [Columns = "QUANTITY=HEADING*-1"] "."),
-        )
-        .of(reversed),
-    );
+    let message = format!("the sign of the {reversed} is reversed: it runs against what the other columns say");
+    let remedy = text!("Swap its sign: " [Columns = "QUANTITY=HEADING*-1"] ".");
+    findings.push(Finding::new("sign_reversed", reversed, message, remedy));
+}
+
+/// A current that slows the motor down, where it is the input: ∂ω⁺/∂i < 0 at the same ω.
+fn reversed_current(view: &View<'_>) -> Option<Finding> {
+    let speed = view.speed.as_ref().filter(|speed| speed.range > 0.0)?;
+    if view.loaded || view.len() < SAMPLES_MIN || view.input.range == 0.0 {
+        return None;
+    }
+    let message = "the sign of current or speed is reversed: the current slows the motor down";
+    let remedy = text!("Swap the sign of one: " [Columns = "current=HEADING*-1"] ".");
+    let reversed = sign_of_first(mechanical(view.input.values, speed.values)) == Some(-1);
+    reversed.then(|| Finding::new("sign_reversed", Quantity::Current, message, remedy))
+}
+
+/// Current and speed of each step, and by how much the speed rises over it.
+fn mechanical<'a>(i: &'a [f64], w: &'a [f64]) -> impl Iterator<Item = ([f64; 3], f64)> + Clone + 'a {
+    (0..w.len() - 1).map(|n| ([i[n] + i[n + 1], w[n], 0.0], w[n + 1] - w[n]))
 }
 
 /// What is reversed by the signs of the dynamics: a voltage raises the current (∂i⁺/∂v > 0 at the same i and ω), a
@@ -47,14 +63,12 @@ pub(super) fn sign_reversed(view: &View<'_>, findings: &mut Vec<Finding>) {
 /// `None` where they cannot be told; otherwise what is reversed, if anything.
 fn by_dynamics(view: &View<'_>) -> Option<Option<Quantity>> {
     let (current, speed) = (view.current.as_ref()?, view.speed.as_ref()?);
-    if current.range == 0.0 || speed.range == 0.0 || view.len() < 100 {
+    if current.range == 0.0 || speed.range == 0.0 || view.len() < SAMPLES_MIN {
         return None;
     }
     let (i, w) = (current.values, speed.values);
-    let rows = || 0..view.len() - 1;
-    let electrical = rows().map(|n| ([view.voltage[n], i[n], w[n]], i[n + 1] - i[n]));
-    let mechanical = rows().map(|n| ([i[n] + i[n + 1], w[n], 0.0], w[n + 1] - w[n]));
-    match (sign_of_first(electrical)?, sign_of_first(mechanical)?) {
+    let electrical = (0..view.len() - 1).map(|n| ([view.input.values[n], i[n], w[n]], i[n + 1] - i[n]));
+    match (sign_of_first(electrical)?, sign_of_first(mechanical(i, w))?) {
         (-1, -1) => Some(Some(Quantity::Current)),
         (1, -1) => Some(Some(Quantity::Speed)),
         (-1, 1) => Some(Some(Quantity::Voltage)),
@@ -68,7 +82,7 @@ const ERRORS: f64 = 12.0;
 const EXPLAINED: f64 = 0.05;
 
 /// The sign of the first coefficient of a regression with a constant; `None` where there is no telling.
-pub(super) fn sign_of_first(rows: impl Iterator<Item = ([f64; 3], f64)> + Clone) -> Option<i32> {
+fn sign_of_first(rows: impl Iterator<Item = ([f64; 3], f64)> + Clone) -> Option<i32> {
     // Moments about the means: of the three, and of what is explained.
     let count = count(rows.clone().count());
     let mut means = [0.0; 4];
@@ -125,16 +139,4 @@ fn against(voltage: &[f64], values: &[f64]) -> bool {
         voltage[0] * (mean - values.first().map_or(0.0, |first| *first))
     };
     together < 0.0
-}
-
-/// The running sum.
-fn sums(values: &[f64]) -> Vec<f64> {
-    let mut sum = 0.0;
-    values
-        .iter()
-        .map(|v| {
-            sum += v;
-            sum
-        })
-        .collect()
 }

@@ -1,17 +1,14 @@
 //! Units that give no motor.
 
-use super::Finding;
-use super::view::{Channel, View};
+use super::{Channel, Finding, Quantity, Severity, View, text};
 use crate::numeric::{count, upper_median};
-use crate::record::Quantity;
-use crate::setting::{Setting, text};
 use crate::text::{engineering, significant};
 
 /// A period from which on time looks like milliseconds: 1 ms read as seconds is 1 s; slow loggers take 0.1 s.
 const PERIOD_S: f64 = 0.9;
 /// A speed in whole numbers above this is revolutions a minute; one above the second is, whatever its digits
 /// (19,000 and 38,000 revolutions a minute as rad/s).
-pub(super) const SPEEDS: [f64; 2] = [300.0, 4000.0];
+const SPEEDS: [f64; 2] = [300.0, 4000.0];
 /// Volts per rad/s below which a motor is none: 12 V at 76,000 revolutions a minute.
 const VOLTS_PER_SPEED: f64 = 0.0015;
 /// Ohms from the largest voltage and current below which it is no motor but a bus bar, and above which it is a meter.
@@ -22,34 +19,33 @@ const AMPERES: f64 = 20.0;
 pub(super) fn units(view: &View<'_>, findings: &mut Vec<Finding>) {
     findings.extend(time(view));
     findings.extend(view.speed.as_ref().and_then(|speed| speed_unit(view, speed)));
-    findings.extend(view.current.as_ref().and_then(|current| current_unit(view, current)));
+    let measured = view.current.as_ref().filter(|_| !view.by_current());
+    findings.extend(measured.and_then(|current| current_unit(view, current)));
 }
 
-pub(super) fn finding(view: &View<'_>, quantity: Quantity, what: String, unit: &str) -> Finding {
-    let key = match quantity {
-        Quantity::Time => "time",
-        Quantity::Current => "current",
-        _ => "speed",
-    };
-    let example = Setting::Columns.to(format!("{key}={}:{unit}", view.heading(quantity)));
-    let remedy = text!("If it is, name the unit: " {example});
-    Finding::new("units", what, remedy).of(quantity).mention_if(view.unit_named(quantity))
+fn finding(view: &View<'_>, quantity: Quantity, what: String, unit: &str) -> Finding {
+    let column = view.column(quantity);
+    let heading = column.map_or("HEADING", |column| column.heading.as_str());
+    let remedy = text!("If it is, name the unit: " [Columns = "{}={heading}:{unit}", quantity.key()]);
+    Finding::new("units", quantity, what, remedy).mention_if(column.is_some_and(|column| column.unit_named))
 }
 
-pub(super) fn time(view: &View<'_>) -> Option<Finding> {
+fn time(view: &View<'_>) -> Option<Finding> {
     let period = view.period();
     (period >= PERIOD_S).then(|| {
         let what = format!("{} s between samples: the time looks like milliseconds", significant(period, 3));
         // Whatever the heading says: at such a period nothing is seen of a motor.
-        finding(view, Quantity::Time, what, "ms").reported().figure("period_s", period)
+        let found = finding(view, Quantity::Time, what, "ms").figure("period_s", period);
+        Finding { severity: Severity::Report, ..found }
     })
 }
 
 fn speed_unit(view: &View<'_>, speed: &Channel<'_>) -> Option<Finding> {
     let whole = is_whole(speed);
-    let volts_per_speed = view.volts_peak / speed.peak;
-    let too_fast = speed.peak > SPEEDS[1] || speed.peak > SPEEDS[0] && volts_per_speed < VOLTS_PER_SPEED;
-    if !(too_fast && view.volts_peak > 0.0 || whole && speed.peak > SPEEDS[0]) {
+    let weak = !view.by_current() && view.input.peak / speed.peak < VOLTS_PER_SPEED;
+    let too_fast = speed.peak > SPEEDS[1] || speed.peak > SPEEDS[0] && weak;
+    let is_driven = view.by_current() || view.input.peak > 0.0;
+    if !(too_fast && is_driven || whole && speed.peak > SPEEDS[0]) {
         return None;
     }
     let peak = significant(speed.peak, 3);
@@ -59,10 +55,10 @@ fn speed_unit(view: &View<'_>, speed: &Channel<'_>) -> Option<Finding> {
 }
 
 fn current_unit(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
-    if current.peak == 0.0 || view.volts_peak == 0.0 || current.floor() > 0.3 * current.peak {
+    if current.peak == 0.0 || view.input.peak == 0.0 || current.floor() > 0.3 * current.peak {
         return None;
     }
-    let ohms = view.volts_peak / current.peak;
+    let ohms = view.input.peak / current.peak;
     let (shown, whole) = (engineering(ohms, "Ω", 2), is_whole(current));
     let what =
         |unit: &str| format!("voltage over current is {shown}, which is no motor's: the current looks like {unit}");
@@ -77,7 +73,7 @@ fn current_unit(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
 }
 
 /// Whether the values are whole numbers, and more than a few different ones.
-pub(super) fn is_whole(channel: &Channel<'_>) -> bool {
+fn is_whole(channel: &Channel<'_>) -> bool {
     let values = channel.values;
     let mut moving: Vec<f64> = values.iter().copied().filter(|v| *v != 0.0).collect();
     let (size, whole) = (moving.len(), moving.iter().filter(|v| v.fract() == 0.0).count());

@@ -1,7 +1,7 @@
 //! What several rules look at, computed once.
 
-use crate::numeric::{count, extremes, noise_sigma, order_statistic, peak, standard_deviation};
-use crate::record::{Quantity, Record};
+use crate::numeric::{count, differences, extremes, noise_sigma, order_statistic, peak, standard_deviation};
+use crate::record::{Column, Quantity, Record};
 use std::ops::Range;
 
 /// A measured signal.
@@ -46,14 +46,10 @@ pub(super) struct ConstantInput {
 pub(super) struct View<'a> {
     pub record: &'a Record,
     pub time: &'a [f64],
-    /// The input: the current where no voltage was recorded.
-    pub voltage: &'a [f64],
-    pub volts_peak: f64,
-    pub volts_range: f64,
+    /// The voltage, or the current where none was recorded.
+    pub input: Channel<'a>,
     /// Standard deviation of the differences of the voltage over its own: how fast it varies. 0 where it is constant.
     pub restless: f64,
-    /// Standard deviation of the voltage's white noise, where it is measured.
-    pub volts_noise: f64,
     /// Standard deviation of the voltage over its largest value.
     pub volts_spread: f64,
     /// The recording in parts of constant voltage, up to noise and a tenth of the range.
@@ -71,22 +67,16 @@ impl<'a> View<'a> {
     pub(super) fn new(record: &'a Record) -> Self {
         let samples = record.samples();
         let voltage = record.input();
-        let [low, high] = extremes(voltage);
-        let volts_range = high - low;
-        let steps: Vec<f64> = voltage.windows(2).map(|w| w[1] - w[0]).collect();
+        let input = Channel::new(record.driver(), voltage);
         let own = standard_deviation(voltage);
-        let volts_noise = noise_sigma(voltage);
-        let tolerance = (6.0 * volts_noise).min(0.1 * volts_range).max(1e-9 * volts_range);
+        let tolerance = (6.0 * input.noise).min(0.1 * input.range).max(1e-9 * input.range);
         Self {
             record,
             time: &samples.time_s,
-            voltage,
-            volts_peak: peak(voltage),
-            volts_range,
-            volts_noise,
-            volts_spread: if own > 0.0 { own / peak(voltage) } else { 0.0 },
-            restless: if own > 0.0 { standard_deviation(&steps) / own } else { 0.0 },
+            volts_spread: if own > 0.0 { own / input.peak } else { 0.0 },
+            restless: if own > 0.0 { standard_deviation(&differences(voltage)) / own } else { 0.0 },
             constant_inputs: constant_inputs(voltage, tolerance),
+            input,
             current: samples.current.as_deref().map(|values| Channel::new(Quantity::Current, values)),
             speed: samples.speed.as_deref().map(|values| Channel::new(Quantity::Speed, values)),
             loaded: samples.torque.as_ref().is_some_and(|torque| torque.iter().any(|t| *t != 0.0)),
@@ -110,30 +100,29 @@ impl<'a> View<'a> {
 
     /// Whether the voltage of sample `n` counts as 0.
     pub(super) fn is_zero(&self, n: usize) -> bool {
-        self.voltage[n].abs() <= ZERO * self.volts_peak
+        self.input.values[n].abs() <= ZERO * self.input.peak
     }
 
     /// The samples from the start on that have next to no voltage.
     pub(super) fn first_rest(&self) -> Range<usize> {
         // Idle commands are up to 2 %: more than 0.5 % where the recording's largest command is small.
-        let end = self.voltage.iter().position(|v| v.abs() > 4.0 * ZERO * self.volts_peak);
+        let end = self.input.values.iter().position(|v| v.abs() > 4.0 * ZERO * self.input.peak);
         0..end.unwrap_or(self.len())
     }
 
-    /// The heading of a column, or its name.
-    pub(super) fn heading(&self, quantity: Quantity) -> String {
-        let columns = &self.record.source().columns;
-        columns.iter().find(|c| c.quantity == quantity).map_or_else(|| "HEADING".to_owned(), |c| c.heading.clone())
+    /// The column of the file that a quantity is from.
+    pub(super) fn column(&self, quantity: Quantity) -> Option<&Column> {
+        self.record.source().columns.iter().find(|column| column.quantity == quantity)
     }
 
-    /// The unit that a column names, if it does.
-    pub(super) fn unit_named(&self, quantity: Quantity) -> bool {
-        self.record.source().columns.iter().any(|c| c.quantity == quantity && c.unit_named)
+    /// Whether the input is the current.
+    pub(super) fn by_current(&self) -> bool {
+        self.record.driver() == Quantity::Current
     }
 
     /// What turns |Δ voltage| into a part of its range.
     pub(super) fn part(&self, volts: f64) -> f64 {
-        if self.volts_range > 0.0 { volts.abs() / self.volts_range } else { 0.0 }
+        if self.input.range > 0.0 { volts.abs() / self.input.range } else { 0.0 }
     }
 }
 

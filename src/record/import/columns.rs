@@ -1,11 +1,11 @@
 //! Which columns of a table are used: those that the user names, the others by their headings.
 
-use super::formula::{Formula, suffix};
-use super::parse::parse_number;
+use super::formula::{Formula, Suffix, suffix};
+use super::parse::{Separator, parse_number};
 use crate::record::Column;
 use crate::record::heading::{ColumnRequest, Quantity, understand};
 use crate::setting::text;
-use crate::text::{excerpt, printable};
+use crate::text::{excerpt, printable, quoted};
 use crate::{Error, Result};
 
 /// What a reader needs of a table.
@@ -17,6 +17,27 @@ pub(super) enum Need {
     Inputs,
     /// Anything but time: other files hold the rest.
     Part,
+}
+
+/// What a reader asks of a table.
+#[derive(Clone, Copy)]
+pub(super) struct Wish<'a> {
+    pub requests: &'a [ColumnRequest],
+    pub need: Need,
+    /// Whether time comes from a rate.
+    pub timed: bool,
+    /// The separator where it is known.
+    pub separator: Option<Separator>,
+}
+
+impl Wish<'_> {
+    fn request(&self, quantity: Quantity) -> Option<&ColumnRequest> {
+        self.requests.iter().find(|request| request.quantity == quantity)
+    }
+
+    pub(super) fn separator_of(&self, line: &str) -> Separator {
+        self.separator.unwrap_or_else(|| Separator::of(line))
+    }
 }
 
 /// What names no column.
@@ -54,15 +75,6 @@ pub(super) struct Used {
     pub factor: f64,
 }
 
-impl Used {
-    /// The numbers of its cells in SI; a flag's as they stand.
-    pub(super) fn convert(&self, signal: &mut [f64]) {
-        if let Formula::Linear { scale, offset } = self.formula {
-            signal.iter_mut().for_each(|value| *value = (*value * scale + offset) * self.factor);
-        }
-    }
-}
-
 /// How many columns of a line the user names or their headings explain.
 pub(super) fn understood(headings: &[Heading], requests: &[ColumnRequest]) -> usize {
     let named = requests.iter().filter(|request| place(headings, &request.name).is_some()).count();
@@ -70,68 +82,62 @@ pub(super) fn understood(headings: &[Heading], requests: &[ColumnRequest]) -> us
 }
 
 /// Chooses the columns.
-pub(super) fn choose(headings: &[Heading], requests: &[ColumnRequest], need: Need, timed: bool) -> Result<Vec<Used>> {
+pub(super) fn choose(headings: &[Heading], wish: &Wish<'_>) -> Result<Vec<Used>> {
+    let Wish { need, timed, .. } = *wish;
     let wanted: &[Quantity] = match need {
         Need::Inputs => &[Quantity::Time, Quantity::Voltage, Quantity::Torque],
         Need::Recording | Need::Part => &Quantity::ALL,
     };
     let mut used = Vec::new();
     for &quantity in wanted {
-        used.extend(one(headings, requests, quantity)?);
+        used.extend(one(headings, wish, quantity)?);
     }
     let has = |used: &[Used], quantity| used.iter().any(|u| u.column.quantity == quantity);
+    let position = wish.request(Quantity::Position);
     if need != Need::Inputs && !has(&used, Quantity::Speed) {
-        let position = one(headings, requests, Quantity::Position);
         // A position in metres or counts is no fault where the current serves.
-        let dispensable = has(&used, Quantity::Current) && !requests.iter().any(|r| r.quantity == Quantity::Position);
+        let dispensable = has(&used, Quantity::Current) && position.is_none();
+        let position = one(headings, wish, Quantity::Position);
         used.extend(position.or_else(|error| if dispensable { Ok(None) } else { Err(error) })?);
-    } else if let Some(request) = requests.iter().find(|r| r.quantity == Quantity::Position) {
-        return Err(Error::usage(
-            text!([Columns](" names position {}, but there is a speed", excerpt(&request.name))),
-            "Position serves as a source of speed: leave it out, or rename the heading of the speed.",
-        ));
+    } else if let Some(request) = position {
+        let message = text!([Columns](" names position {}, but there is a speed", excerpt(&request.name)));
+        let hint = "Position serves as a source of speed: leave it out, or rename the heading of the speed.";
+        return Err(Error::usage(message, hint));
     }
-    let without_voltage = requests.iter().any(|r| r.quantity == Quantity::Voltage && r.name == NONE);
-    let unused = || (0..headings.len()).filter(|at| !used.iter().any(|u| u.at == *at)).map(|at| &headings[at]);
-    let drive = unused().find(is_drive).filter(|_| !without_voltage);
-    let missing = missing(&|quantity| has(&used, quantity), need, drive.is_some(), timed);
+    let without_voltage = wish.request(Quantity::Voltage).is_some_and(|request| request.name == NONE);
+    let unused = headings.iter().enumerate().filter(|(at, _)| !used.iter().any(|u| u.at == *at));
+    let drives = !without_voltage && unused.into_iter().any(|(_, heading)| is_drive(heading));
+    let missing = missing(&|quantity| has(&used, quantity), need, drives, timed);
     if !missing.is_empty() {
         return Err(lacking(headings, &missing));
     }
     let twice = used.iter().enumerate().find(|(n, u)| used[..*n].iter().any(|other| other.at == u.at));
-    match twice {
-        None => Ok(used),
-        Some((_, u)) => Err(Error::data(
-            format!("column \"{}\" is named for two quantities", excerpt(&u.column.heading)),
-            "Name a column of its own for each quantity.",
-        )),
-    }
+    let Some((_, twice)) = twice else { return Ok(used) };
+    let message = format!("column {} is named for two quantities", quoted(&twice.column.heading));
+    Err(Error::data(message, "Name a column of its own for each quantity."))
 }
 
-fn one(headings: &[Heading], requests: &[ColumnRequest], quantity: Quantity) -> Result<Option<Used>> {
-    let used = match requests.iter().find(|r| r.quantity == quantity) {
+fn one(headings: &[Heading], wish: &Wish<'_>, quantity: Quantity) -> Result<Option<Used>> {
+    let request = wish.request(quantity);
+    let used = match request {
         // The user says that there is none.
-        Some(request) if request.name == NONE && !headings.iter().any(|h| h.name == NONE) => return Ok(None),
+        Some(request) if request.name == NONE && !headings.iter().any(|h| h.name == NONE) => None,
         Some(request) => Some(requested(headings, request)?),
-        None => recognized(headings, requests, quantity)?,
+        None => recognized(headings, wish.requests, quantity)?,
     };
-    let Some(used) = used else { return Ok(None) };
-    let by_number = requests.iter().any(|r| r.quantity == quantity && r.name.starts_with('#'));
-    if !by_number {
+    if let Some(used) = used.as_ref().filter(|_| !request.is_some_and(|request| request.name.starts_with('#'))) {
         headed_twice(headings, used.at, quantity)?;
     }
-    Ok(Some(used))
+    Ok(used)
 }
 
 /// Whether another column has the same heading.
 fn headed_twice(headings: &[Heading], at: usize, quantity: Quantity) -> Result<()> {
     let same = |(other, heading): &(usize, &Heading)| *other != at && heading.name == headings[at].name;
     let Some((other, _)) = headings.iter().enumerate().find(same) else { return Ok(()) };
-    let (first, second, name) = (at.min(other) + 1, at.max(other) + 1, excerpt(&headings[at].name));
-    Err(Error::data(
-        format!("columns {first} and {second} are both headed \"{name}\""),
-        text!("Say which by its number: " [Columns = "{}=#{first}", quantity.key()] "."),
-    ))
+    let (first, second, name) = (at.min(other) + 1, at.max(other) + 1, quoted(&headings[at].name));
+    let message = format!("columns {first} and {second} are both headed {name}");
+    Err(Error::data(message, text!("Say which by its number: " [Columns = "{}=#{first}", quantity.key()] ".")))
 }
 
 /// The quantities that are not there, by their canonical headings. A current drives a speed where there is no voltage,
@@ -162,16 +168,12 @@ fn missing(has: &dyn Fn(Quantity) -> bool, need: Need, drives: bool, timed: bool
 
 fn lacking(headings: &[Heading], missing: &[&str]) -> Error {
     if headings.iter().all(|h| parse_number(&h.name, true).is_ok()) {
-        return Error::data(
-            "found numbers, expected a heading",
-            text!(
-                "Put a heading in front of the rows, or name columns by their numbers: "
-                [Columns = "time=1:s,voltage=2:V,current=3:A,speed=4:rad/s"] "; without a time column give "
-                [Rate = "HZ"] "."
-            ),
+        let hint = text!(
+            "Put a heading in front of the rows, or name columns by their numbers: "
+            [Columns = "time=1:s,voltage=2:V,current=3:A,speed=4:rad/s"] "; without a time column give " [Rate = "HZ"] "."
         );
+        return Error::data("found numbers, expected a heading", hint);
     }
-    let list: Vec<String> = headings.iter().map(|h| format!("\"{}\"", excerpt(&h.name))).collect();
     let mut hint = text!(
         "Rename the headings (time_s,voltage_V,current_A,speed_rad_s) or name them: "
         [Columns = "time=HEADING:UNIT,voltage=HEADING:UNIT,current=HEADING:UNIT,speed=HEADING:UNIT"] "."
@@ -179,8 +181,8 @@ fn lacking(headings: &[Heading], missing: &[&str]) -> Error {
     if missing.contains(&"time_s") {
         hint.push(text!(" Without a time column give " [Rate = "HZ"] "."));
     }
-    if let Some(heading) = headings.iter().find(is_drive).filter(|_| missing.iter().any(|m| m.starts_with("voltage_V")))
-    {
+    let drive = headings.iter().find(|heading| is_drive(heading));
+    if let Some(heading) = drive.filter(|_| missing.iter().any(|m| m.starts_with("voltage_V"))) {
         let name = printable(&heading.name);
         hint.push(text!(
             " Duty or PWM ticks become volts by operations (" [Columns = "voltage={name}*12/255:V"] "), a flag by its \
@@ -194,55 +196,49 @@ fn lacking(headings: &[Heading], missing: &[&str]) -> Error {
     } else if missing.contains(&"voltage_V or current_A") {
         hint.push(" A speed alone tells nothing: what drives it must be there.");
     }
-    Error::data(format!("no column for {}; the heading has {}", missing.join(" and "), list.join(", ")), hint)
+    Error::data(format!("no column for {}; the heading has {}", missing.join(" and "), listed(headings)), hint)
+}
+
+fn listed(headings: &[Heading]) -> String {
+    headings.iter().map(|heading| quoted(&heading.name)).collect::<Vec<_>>().join(", ")
 }
 
 /// Whether a heading looks like what drives a motor: by a word, or by a unit of volts.
-fn is_drive(heading: &&Heading) -> bool {
+fn is_drive(heading: &Heading) -> bool {
     const WORDS: [&str; 8] = ["pwm", "duty", "throttle", "command", "degrau", "step", "flag", "volt"];
     let name = heading.name.to_lowercase();
     let in_volts = |name: &str| {
         let name = name.trim_end_matches([')', ']']);
-        ["v", "mv", "kv"]
-            .iter()
-            .any(|unit| name.strip_suffix(unit).is_some_and(|rest| rest.ends_with(['_', '[', '(', ' '])))
+        let stands_apart = |rest: &str| rest.ends_with(['_', '[', '(', ' ']);
+        ["v", "mv", "kv"].into_iter().any(|unit| name.strip_suffix(unit).is_some_and(stands_apart))
     };
     let unit = heading.unit.as_ref().map(|unit| format!("[{}", unit.to_lowercase()));
     WORDS.iter().any(|word| name.contains(word)) || in_volts(&name) || unit.is_some_and(|unit| in_volts(&unit))
 }
 
-/// Where the column of a request stands, its formula and its unit.
-fn place(headings: &[Heading], name: &str) -> Option<(usize, Formula, Option<String>)> {
-    if let Some(at) = headings.iter().position(|h| h.name == name) {
-        return Some((at, Formula::AS_IT_IS, None));
-    }
-    // The longest heading that the name begins with; what follows must be a formula.
+/// Where the column of a request stands, and what is said of it: behind the longest heading that the request begins
+/// with, or behind its number.
+fn place(headings: &[Heading], name: &str) -> Option<(usize, Suffix)> {
     let mut order: Vec<usize> = (0..headings.len()).filter(|&n| !headings[n].name.is_empty()).collect();
     order.sort_by_key(|&n| std::cmp::Reverse(headings[n].name.len()));
-    let named = order.into_iter().find_map(|at| {
-        let rest = suffix(name.strip_prefix(headings[at].name.as_str())?)?;
-        Some((at, rest.formula, rest.unit))
-    });
-    named.or_else(|| {
+    let behind = |at: usize| suffix(name.strip_prefix(headings[at].name.as_str())?);
+    order.into_iter().find_map(|at| Some((at, behind(at)?))).or_else(|| {
         let text = name.strip_prefix('#')?;
         let digits = text.bytes().take_while(u8::is_ascii_digit).count();
         let at = text[..digits].parse::<usize>().ok()?.checked_sub(1).filter(|&at| at < headings.len())?;
-        let rest = suffix(&text[digits..])?;
-        Some((at, rest.formula, rest.unit))
+        Some((at, suffix(&text[digits..])?))
     })
 }
 
 fn requested(headings: &[Heading], request: &ColumnRequest) -> Result<Used> {
     let quantity = request.quantity;
-    let Some((at, formula, unit)) = place(headings, &request.name) else {
-        let found: Vec<String> = headings.iter().map(|h| format!("\"{}\"", excerpt(&h.name))).collect();
-        return Err(Error::data(
-            format!("no column \"{}\" for {quantity}; the heading has {}", excerpt(&request.name), found.join(", ")),
-            text!(
-                "Give " [Columns] " the exact heading, capitals included, or its number as #2; behind it may stand \
-                 operations (*12/255, +0.5), a unit (:mA), or a flag's two voltages (:0..12)."
-            ),
-        ));
+    let Some((at, Suffix { formula, unit })) = place(headings, &request.name) else {
+        let (name, found) = (quoted(&request.name), listed(headings));
+        let hint = text!(
+            "Give " [Columns] " the exact heading, capitals included, or its number as #2; behind it may stand \
+             operations (*12/255, +0.5), a unit (:mA), or a flag's two voltages (:0..12)."
+        );
+        return Err(Error::data(format!("no column {name} for {quantity}; the heading has {found}"), hint));
     };
     let own = || headings[at].understood().filter(|(q, _)| *q == quantity).and_then(|(_, unit)| unit);
     // Operations make volts of a flag or a duty, whatever the heading says of the cells.
@@ -264,17 +260,15 @@ fn recognized(headings: &[Heading], requests: &[ColumnRequest], quantity: Quanti
     });
     let Some((at, heading, unit)) = matches.next() else { return Ok(None) };
     if let Some((own, below)) = headings[at].contradiction() {
-        return Err(Error::data(
-            format!("\"{}\" names the unit {own}, the row below it {below}", excerpt(heading)),
-            text!("Say which: " [Columns = "{}={}:{below}", quantity.key(), printable(heading)] "."),
-        ));
+        let message = format!("{} names the unit {own}, the row below it {below}", quoted(heading));
+        let hint = text!("Say which: " [Columns = "{}={}:{below}", quantity.key(), printable(heading)] ".");
+        return Err(Error::data(message, hint));
     }
     if let Some((_, other, _)) = matches.next() {
         headed_twice(headings, at, quantity)?;
-        return Err(Error::data(
-            format!("both \"{}\" and \"{}\" look like {quantity}", excerpt(heading), excerpt(other)),
-            text!("Say which: " [Columns = "{}={}", quantity.key(), printable(heading)] "."),
-        ));
+        let message = format!("both {} and {} look like {quantity}", quoted(heading), quoted(other));
+        let hint = text!("Say which: " [Columns = "{}={}", quantity.key(), printable(heading)] ".");
+        return Err(Error::data(message, hint));
     }
     column(quantity, at, heading, Formula::AS_IT_IS, unit).map(Some)
 }

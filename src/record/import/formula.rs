@@ -24,23 +24,14 @@ impl Formula {
 
     /// For people; empty where cells are taken as they are.
     pub(super) fn shown(&self) -> String {
-        let Self::Linear { scale, offset } = self else {
-            let Self::Levels([low, high]) = self else { return String::new() };
-            return format!("flag: {} or {}", significant(*low, 5), significant(*high, 5));
+        let (scale, offset) = match *self {
+            Self::Linear { scale, offset } => (scale, offset),
+            Self::Levels([low, high]) => return format!("flag: {} or {}", significant(low, 5), significant(high, 5)),
         };
-        let mut text = String::new();
-        if (scale - 1.0).abs() > 0.0 {
-            text.push_str(&format!("× {}", significant(*scale, 5)));
-        }
-        if offset.abs() > 0.0 {
-            let sign = if *offset < 0.0 { "−" } else { "+" };
-            text.push_str(&format!(
-                "{}{sign} {}",
-                if text.is_empty() { "" } else { " " },
-                significant(offset.abs(), 5)
-            ));
-        }
-        text
+        let scaled = ((scale - 1.0).abs() > 0.0).then(|| format!("× {}", significant(scale, 5)));
+        let sign = if offset < 0.0 { "−" } else { "+" };
+        let shifted = (offset.abs() > 0.0).then(|| format!("{sign} {}", significant(offset.abs(), 5)));
+        scaled.into_iter().chain(shifted).collect::<Vec<_>>().join(" ")
     }
 }
 
@@ -55,10 +46,8 @@ pub(super) fn suffix(text: &str) -> Option<Suffix> {
     if text.len() > LENGTH_MAX {
         return None;
     }
-    let (operations, unit) = match text.split_once(':') {
-        Some((operations, unit)) => (operations, Some(unit.trim())),
-        None => (text, None),
-    };
+    let (operations, unit) =
+        text.split_once(':').map_or((text, None), |(operations, unit)| (operations, Some(unit.trim())));
     let formula = linear(operations.trim())?;
     if let Some(levels) = unit.and_then(levels) {
         return (formula == Formula::AS_IT_IS).then_some(Suffix { formula: Formula::Levels(levels), unit: None });
@@ -101,15 +90,10 @@ fn operations(mut text: &str) -> Option<Vec<(char, f64)>> {
 
 /// How long the number at the start of a text is, blanks before it included.
 fn number_length(text: &str) -> usize {
-    let blank = text.len() - text.trim_start().len();
-    let mut before = ' ';
-    let inside = |(n, c): (usize, char)| {
-        let sign = matches!(c, '+' | '-') && (n == 0 || matches!(before, 'e' | 'E'));
-        before = c;
-        c.is_ascii_digit() || matches!(c, '.' | 'e' | 'E') || sign
-    };
-    let mut inside = inside;
-    blank + text[blank..].char_indices().take_while(|&at| inside(at)).map(|(_, c)| c.len_utf8()).sum::<usize>()
+    let number = text.trim_start().as_bytes();
+    let is_sign = |n: usize| matches!(number[n], b'+' | b'-') && (n == 0 || matches!(number[n - 1], b'e' | b'E'));
+    let is_inside = |n: &usize| matches!(number[*n], b'0'..=b'9' | b'.' | b'e' | b'E') || is_sign(*n);
+    text.len() - number.len() + (0..number.len()).take_while(is_inside).count()
 }
 
 /// `6.67..7.79`; each side may be a product, as in `11.04*154/255..11.04*180/255`.

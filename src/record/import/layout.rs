@@ -1,12 +1,11 @@
 //! Where a table begins: its heading, the units below it, or the comments above it that carry both.
 
-use super::columns::{Heading, Need, choose, understood};
-use super::parse::{cells, parse_number, words};
+use super::columns::{Heading, Wish, choose, understood};
+use super::parse::{Separator, is_number};
 use super::text::Lines;
-use crate::record::heading::{ColumnRequest, Quantity};
+use crate::record::heading::Quantity;
 use crate::{Error, Result};
 use std::collections::VecDeque;
-use std::ops::Range;
 
 /// Lines that are looked at to find the heading.
 const AHEAD_MAX: usize = 100;
@@ -23,79 +22,6 @@ pub(super) struct Layout {
     pub pending: VecDeque<(u64, String)>,
     /// What is to be said of it.
     pub notes: Vec<String>,
-}
-
-/// What stands between cells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Separator {
-    /// A comma, a semicolon or a tab.
-    Sign(u8),
-    /// One or more blanks.
-    Blanks,
-}
-
-/// What a reader asks of a table.
-#[derive(Clone, Copy)]
-pub(super) struct Wish<'a> {
-    pub requests: &'a [ColumnRequest],
-    pub need: Need,
-    /// Whether time comes from a rate.
-    pub timed: bool,
-    /// The separator where it is known.
-    pub separator: Option<Separator>,
-}
-
-impl Separator {
-    /// That of a line: the most frequent, one at the end left out; `;` and tab before `,`, which may stand inside a
-    /// name or be a decimal comma.
-    fn of(line: &str) -> Self {
-        let inside = line.trim().trim_end_matches([';', '\t', ',']);
-        let count = |sign: u8| inside.bytes().filter(|b| *b == sign).count();
-        let numeric = inside.split([';', '\t', ',', ' ']).filter(|c| !c.is_empty()).all(is_number);
-        let signs = [b',', b'\t', b';'];
-        let best = if numeric {
-            signs.into_iter().rev().find(|&c| count(c) > 0)
-        } else {
-            signs.into_iter().max_by_key(|&c| count(c)).filter(|&c| count(c) > 0)
-        };
-        match best {
-            Some(sign) => Self::Sign(sign),
-            None if inside.split_whitespace().nth(1).is_some() => Self::Blanks,
-            None => Self::Sign(b','),
-        }
-    }
-
-    /// Where the cells of a line are.
-    pub(super) fn split(self, line: &str, into: &mut Vec<Range<usize>>) {
-        match self {
-            // Some loggers end lines with a semicolon though commas separate their cells.
-            Self::Sign(b';') => cells(line, b';', into),
-            Self::Sign(sign) if line.ends_with([' ', ';', '\r']) => {
-                cells(line.trim_end_matches([' ', ';', '\r']), sign, into);
-            }
-            Self::Sign(sign) => cells(line, sign, into),
-            Self::Blanks => words(line.trim_end_matches([' ', ';']), into),
-        }
-    }
-
-    /// Whether numbers may have a decimal comma.
-    pub(super) fn allows_decimal_comma(self) -> bool {
-        self != Self::Sign(b',')
-    }
-
-    fn row(self, line: &str) -> Vec<&str> {
-        let mut places = Vec::new();
-        self.split(line, &mut places);
-        let mut row: Vec<&str> = places.into_iter().map(|cell| &line[cell]).collect();
-        if row.len() > 1 && row.last().is_some_and(|cell| cell.is_empty()) {
-            row.pop();
-        }
-        row
-    }
-}
-
-fn is_number(cell: &str) -> bool {
-    parse_number(cell, true).is_ok() || cell.trim().eq_ignore_ascii_case("nan")
 }
 
 /// A comment without its signs.
@@ -119,7 +45,7 @@ pub(super) fn find(lines: &mut impl Lines, wish: &Wish<'_>) -> Result<Layout> {
                 comments.drain(..extra);
             }
         } else if !text.trim().is_empty() {
-            let separator = wish.separator.unwrap_or_else(|| Separator::of(&text));
+            let separator = wish.separator_of(&text);
             let row = separator.row(&text);
             ahead.push_back((number, text.clone().into_owned()));
             if row.len() > COLUMNS_MAX {
@@ -130,37 +56,36 @@ pub(super) fn find(lines: &mut impl Lines, wish: &Wish<'_>) -> Result<Layout> {
                 return without_heading(ahead, &comments, separator);
             }
             let headings = headings(&row, None);
-            if choose(&headings, wish.requests, wish.need, wish.timed).is_ok() {
+            if choose(&headings, wish).is_ok() {
                 found = Some(ahead.len() - 1);
             }
         }
     }
-    let Some((first, _)) = ahead.front() else {
-        return Err(Error::data(
-            "holds only comments or blank lines, expected a heading and rows of numbers",
-            "Put a heading such as time_s,voltage_V,current_A,speed_rad_s in front of the rows.",
-        ));
-    };
-    let first = *first;
     let at = found.unwrap_or_else(|| likeliest(&ahead, wish));
-    let mut pending = ahead.split_off(at + 1);
+    let mut pending = ahead.split_off(ahead.len().min(at + 1));
     let Some((line, text)) = ahead.pop_back() else {
-        return Err(Error::data("has no heading", "Add one.").at_line(first));
+        let hint = "Put a heading such as time_s,voltage_V,current_A,speed_rad_s in front of the rows.";
+        return Err(Error::data("holds only comments or blank lines, expected a heading and rows of numbers", hint));
     };
-    let separator = wish.separator.unwrap_or_else(|| Separator::of(&text));
+    let separator = wish.separator_of(&text);
     let row = separator.row(&text);
-    let units = units_below(&row, separator, &mut pending, lines)?;
-    let notes =
-        if ahead.is_empty() { Vec::new() } else { vec![format!("{} lines before the heading left out", ahead.len())] };
-    Ok(Layout { separator, headings: headings(&row, units.as_deref()), line, pending, notes })
+    if pending.is_empty()
+        && let Some(line) = lines.next_line()?
+    {
+        pending.push_back((line.number, line.text()?.into_owned()));
+    }
+    let units = pending.front().and_then(|(_, text)| units(&separator.row(text), row.len()));
+    if units.is_some() {
+        pending.pop_front();
+    }
+    let note = (!ahead.is_empty()).then(|| format!("{} lines before the heading left out", ahead.len()));
+    let headings = headings(&row, units.as_deref());
+    Ok(Layout { separator, headings, line, pending, notes: note.into_iter().collect() })
 }
 
 /// The line that says most, the first of equals.
 fn likeliest(ahead: &VecDeque<(u64, String)>, wish: &Wish<'_>) -> usize {
-    let score = |text: &str| {
-        let separator = wish.separator.unwrap_or_else(|| Separator::of(text));
-        understood(&headings(&separator.row(text), None), wish.requests)
-    };
+    let score = |text: &str| understood(&headings(&wish.separator_of(text).row(text), None), wish.requests);
     let scores = ahead.iter().map(|(_, text)| score(text)).enumerate();
     scores.rev().max_by_key(|&(_, score)| score).map_or(0, |(at, _)| at)
 }
@@ -168,25 +93,6 @@ fn likeliest(ahead: &VecDeque<(u64, String)>, wish: &Wish<'_>) -> usize {
 fn headings(row: &[&str], units: Option<&[String]>) -> Vec<Heading> {
     let unit = |n: usize| units.and_then(|units| units.get(n)).filter(|unit| !unit.is_empty()).cloned();
     row.iter().enumerate().map(|(n, name)| Heading { name: (*name).to_owned(), unit: unit(n) }).collect()
-}
-
-/// A row of units right below the heading, taken off what is pending.
-fn units_below(
-    heading: &[&str],
-    separator: Separator,
-    pending: &mut VecDeque<(u64, String)>,
-    lines: &mut impl Lines,
-) -> Result<Option<Vec<String>>> {
-    if pending.is_empty()
-        && let Some(line) = lines.next_line()?
-    {
-        pending.push_back((line.number, line.text()?.into_owned()));
-    }
-    let units = pending.front().and_then(|(_, text)| units(&separator.row(text), heading.len()));
-    if units.is_some() {
-        pending.pop_front();
-    }
-    Ok(units)
 }
 
 /// The units of a row that holds nothing else, brackets taken off.
@@ -212,13 +118,12 @@ fn without_heading(pending: VecDeque<(u64, String)>, comments: &[String], separa
     let units = last.and_then(|row| units(row, width));
     let names = if units.is_some() { above.get(1).filter(fits) } else { last };
     let (names, units) = if names.is_some() { (names, units) } else { (None, None) };
-    let mut notes = Vec::new();
-    let headings = match names {
+    let (headings, notes) = match names {
         Some(names) => {
-            notes.push("names of columns are those of the comment above them".to_owned());
-            headings(names, units.as_deref())
+            let note = "names of columns are those of the comment above them".to_owned();
+            (headings(names, units.as_deref()), vec![note])
         }
-        None => (1..=width).map(|n| Heading { name: n.to_string(), unit: None }).collect(),
+        None => ((1..=width).map(|n| Heading { name: n.to_string(), unit: None }).collect(), Vec::new()),
     };
     Ok(Layout { separator, headings, line, pending, notes })
 }

@@ -4,10 +4,73 @@ use super::decimal::number;
 use crate::text::excerpt;
 use std::ops::Range;
 
+/// What stands between cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Separator {
+    /// A comma, a semicolon or a tab.
+    Sign(u8),
+    /// One or more blanks.
+    Blanks,
+}
+
+impl Separator {
+    /// That of a line: the most frequent, one at the end left out; `;` and tab before `,`, which may stand inside a
+    /// name or be a decimal comma.
+    pub(super) fn of(line: &str) -> Self {
+        let inside = line.trim().trim_end_matches([';', '\t', ',']);
+        let count = |sign: u8| inside.bytes().filter(|b| *b == sign).count();
+        let numeric = inside.split([';', '\t', ',', ' ']).filter(|c| !c.is_empty()).all(is_number);
+        let signs = [b',', b'\t', b';'];
+        let best = if numeric {
+            signs.into_iter().rev().find(|&c| count(c) > 0)
+        } else {
+            signs.into_iter().max_by_key(|&c| count(c)).filter(|&c| count(c) > 0)
+        };
+        match best {
+            Some(sign) => Self::Sign(sign),
+            None if inside.split_whitespace().nth(1).is_some() => Self::Blanks,
+            None => Self::Sign(b','),
+        }
+    }
+
+    /// Where the cells of a line are.
+    pub(super) fn split(self, line: &str, into: &mut Vec<Range<usize>>) {
+        match self {
+            // Some loggers end lines with a semicolon though commas separate their cells.
+            Self::Sign(b';') => cells(line, b';', into),
+            Self::Sign(sign) if line.ends_with([' ', ';', '\r']) => {
+                cells(line.trim_end_matches([' ', ';', '\r']), sign, into);
+            }
+            Self::Sign(sign) => cells(line, sign, into),
+            Self::Blanks => words(line.trim_end_matches([' ', ';']), into),
+        }
+    }
+
+    /// Whether numbers may have a decimal comma.
+    pub(super) fn allows_decimal_comma(self) -> bool {
+        self != Self::Sign(b',')
+    }
+
+    pub(super) fn row(self, line: &str) -> Vec<&str> {
+        let mut places = Vec::new();
+        self.split(line, &mut places);
+        let mut row: Vec<&str> = places.into_iter().map(|cell| &line[cell]).collect();
+        if row.len() > 1 && row.last().is_some_and(|cell| cell.is_empty()) {
+            row.pop();
+        }
+        row
+    }
+}
+
+/// Returns whether a cell holds a number, nan among them.
+pub(super) fn is_number(cell: &str) -> bool {
+    parse_number(cell, true).is_ok() || cell.trim().eq_ignore_ascii_case("nan")
+}
+
 /// Where the cells of a line are, quotes and blanks around them left out.
 ///
 /// A cell in double quotes may hold the separator.
-pub(super) fn cells(line: &str, separator: u8, into: &mut Vec<Range<usize>>) {
+fn cells(line: &str, separator: u8, into: &mut Vec<Range<usize>>) {
     into.clear();
     let bytes = line.as_bytes();
     let (mut start, mut quoted) = (0, false);
@@ -23,28 +86,22 @@ pub(super) fn cells(line: &str, separator: u8, into: &mut Vec<Range<usize>>) {
 }
 
 /// Where the blanks and words of a line are, when blanks separate its cells.
-pub(super) fn words(line: &str, into: &mut Vec<Range<usize>>) {
+fn words(line: &str, into: &mut Vec<Range<usize>>) {
     into.clear();
-    let offset = |word: &str| word.as_ptr() as usize - line.as_ptr() as usize;
-    into.extend(line.split_whitespace().map(|word| offset(word)..offset(word) + word.len()));
+    into.extend(line.split_whitespace().map(|word| place(line, word)));
 }
 
 fn bare(line: &str, cell: Range<usize>) -> Range<usize> {
-    let trimmed = |cell: Range<usize>| {
-        let bytes = line.as_bytes();
-        let blank = |at: usize| matches!(bytes[at], b' ' | b'\t' | b'\r' | 0x0c);
-        let (mut from, mut to) = (cell.start, cell.end);
-        while from < to && blank(from) {
-            from += 1;
-        }
-        while from < to && blank(to - 1) {
-            to -= 1;
-        }
-        from..to
-    };
-    let cell = trimmed(cell);
-    let inner = line[cell.clone()].strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
-    if inner.is_some() { trimmed(cell.start + 1..cell.end - 1) } else { cell }
+    let blank = [' ', '\t', '\r', '\u{c}'];
+    let cell = line[cell].trim_matches(blank);
+    let inner = cell.strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
+    place(line, inner.map_or(cell, |inner| inner.trim_matches(blank)))
+}
+
+/// Where a part of a line stands in it.
+fn place(line: &str, part: &str) -> Range<usize> {
+    let start = part.as_ptr() as usize - line.as_ptr() as usize;
+    start..start + part.len()
 }
 
 /// A finite number from a cell; with `decimal_comma` both `1,5` and `1.5` are one and a half.

@@ -29,11 +29,6 @@ impl Quick {
         Self { separator, slots, row: vec![0.0; count], has_point: false }
     }
 
-    /// Whether a line is such a row; its values are then in `row`.
-    pub(super) fn read(&mut self, line: &[u8]) -> bool {
-        self.row_at(line, 0) == Some(line.len())
-    }
-
     /// Whether such a row begins at `start`; then where the next line does, and its values are in `row`.
     pub(super) fn read_at(&mut self, lines: &[u8], start: usize) -> Option<usize> {
         let end = self.row_at(lines, start).filter(|end| end - start <= LINE_MAX)?;
@@ -84,12 +79,13 @@ mod tests {
     #[test]
     fn a_row_is_read_or_left_to_others() {
         let mut quick = Quick::new(b',', 4, [0, 2, 3].into_iter());
-        assert!(quick.read(b"0.5,some text,-3,4e-1"));
+        let read = |quick: &mut Quick, line: &str| quick.row_at(line.as_bytes(), 0) == Some(line.len());
+        assert!(read(&mut quick, "0.5,some text,-3,4e-1"));
         assert_eq!(quick.row, [0.5, -3.0, 0.4]);
         for other in
             ["0.5,x,3", "0.5,x,3,4,", "0.5,x,3,4,5", "0.5,\"x\",3,4", "0.5,\u{1},3,4", " 1,x,3,4", "1,x,,4", ""]
         {
-            assert!(!quick.read(other.as_bytes()), "{other}");
+            assert!(!read(&mut quick, other), "{other}");
         }
         let lines = b"1,a,2,3\r\n4,,5,6\n7,,8,9\r0,,1,2";
         assert_eq!(quick.read_at(lines, 0), Some(9));

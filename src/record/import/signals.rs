@@ -1,42 +1,37 @@
 //! From the columns of one or more tables to the signals of a recording: time, speed from position, what belongs to no
 //! sample.
 
-use super::collect::Collected;
 use crate::numeric::{count, extremes, upper_median};
-use crate::record::{Lines, Quantity, Samples};
+use crate::record::{Quantity, Samples, Source};
 use crate::setting::text;
-use crate::text::engineering;
+use crate::text::{counted, engineering};
 use crate::{Error, Result};
 
-/// Signals by their quantity; those of a recording, or a part of them.
-#[derive(Debug, Default, Clone)]
+/// A table as signals by their quantity: those of a recording, or a part of them. They are in SI but for a position,
+/// which becomes a speed.
+#[derive(Debug)]
 pub(super) struct Signals {
+    pub source: Source,
     pub list: Vec<(Quantity, Vec<f64>)>,
-    pub lines: Lines,
-    pub notes: Vec<String>,
 }
 
 impl Signals {
-    /// Takes what was collected; without a time column samples come at `rate_hz`.
-    pub(super) fn new(collected: &mut Collected, rate_hz: Option<f64>) -> Self {
-        let quantities = collected.columns.iter().map(|column| column.quantity);
-        let list = quantities.zip(std::mem::take(&mut collected.signals)).collect();
-        let (lines, notes) = (std::mem::take(&mut collected.lines), std::mem::take(&mut collected.notes));
-        let mut signals = Self { list, lines, notes };
-        signals.drop_trailing_zeros();
-        if let (None, Some(rate)) = (signals.get(Quantity::Time), rate_hz) {
-            let time = (0..signals.lines.len()).map(|n| count(n) / rate).collect();
-            signals.list.insert(0, (Quantity::Time, time));
-            signals.notes.push(format!("time counted at {}", engineering(rate, "Hz", 6)));
+    /// The same without rows that were never filled; without a time column samples come at `rate_hz`.
+    pub(super) fn timed(mut self, rate_hz: Option<f64>) -> Self {
+        self.drop_trailing_zeros();
+        if let (None, Some(rate)) = (self.get(Quantity::Time), rate_hz) {
+            let time = (0..self.source.lines.len()).map(|n| count(n) / rate).collect();
+            self.list.insert(0, (Quantity::Time, time));
+            self.source.notes.push(format!("time counted at {}", engineering(rate, "Hz", 6)));
         }
-        signals
+        self
     }
 
-    pub(super) fn get(&self, quantity: Quantity) -> Option<&Vec<f64>> {
+    fn get(&self, quantity: Quantity) -> Option<&Vec<f64>> {
         self.list.iter().find(|(q, _)| *q == quantity).map(|(_, signal)| signal)
     }
 
-    pub(super) fn take(&mut self, quantity: Quantity) -> Option<Vec<f64>> {
+    fn take(&mut self, quantity: Quantity) -> Option<Vec<f64>> {
         let at = self.list.iter().position(|(q, _)| *q == quantity)?;
         Some(self.list.remove(at).1)
     }
@@ -45,29 +40,29 @@ impl Signals {
     fn drop_trailing_zeros(&mut self) {
         let Some(time) = self.get(Quantity::Time) else { return };
         let kept = time.len() - time.iter().rev().take_while(|t| **t == 0.0).count();
-        if kept == time.len() || kept == 0 || time[kept - 1] <= 0.0 {
-            return;
+        if kept > 0 && kept < time.len() && time[kept - 1] > 0.0 {
+            let kept: Vec<usize> = (0..kept).collect();
+            self.keep(&kept, "with time 0 at the end");
         }
-        let dropped = time.len() - kept;
-        self.list.iter_mut().for_each(|(_, signal)| signal.truncate(kept));
-        self.lines = self.lines.of(0..kept);
-        self.notes
-            .push(format!("{dropped} row{} with time 0 at the end left out", if dropped == 1 { "" } else { "s" }));
     }
 
     /// Leaves out samples whose time is that of the sample before.
     pub(super) fn drop_repeats(&mut self) {
         let Some(time) = self.get(Quantity::Time) else { return };
         let kept: Vec<usize> = (0..time.len()).filter(|&n| n == 0 || (time[n] - time[n - 1]).abs() > 0.0).collect();
-        let dropped = time.len() - kept.len();
-        if dropped == 0 {
-            return;
+        if kept.len() < time.len() {
+            self.keep(&kept, "of repeated time");
         }
+    }
+
+    /// Leaves out all samples but these.
+    fn keep(&mut self, kept: &[usize], what: &str) {
+        let dropped = self.list.first().map_or(0, |(_, signal)| signal.len()) - kept.len();
         for (_, signal) in &mut self.list {
             *signal = kept.iter().map(|&n| signal[n]).collect();
         }
-        self.lines = self.lines.of(kept.into_iter());
-        self.notes.push(format!("{dropped} row{} of repeated time left out", if dropped == 1 { "" } else { "s" }));
+        self.source.lines = self.source.lines.of(kept.iter().copied());
+        self.source.notes.push(format!("{} {what} left out", counted(dropped, "row")));
     }
 
     /// With what another file holds: behind it in time, or beside it.
@@ -84,15 +79,18 @@ impl Signals {
             self.behind(time, other.list);
         } else {
             let names: Vec<String> = theirs.iter().map(ToString::to_string).collect();
-            return Err(Error::data(
-                format!("holds {}, some of which the files before hold too, but not all", names.join(", ")),
-                text!(
-                    "Files of one recording hold the same quantities (one after the other) or different ones (side by \
-                     side); say which with " [Columns] "."
-                ),
-            ));
+            let message = format!("holds {}, some of which the files before hold too, but not all", names.join(", "));
+            let hint = text!(
+                "Files of one recording hold the same quantities (one after the other) or different ones (side by \
+                 side); say which with " [Columns] "."
+            );
+            return Err(Error::data(message, hint));
         }
-        self.notes.append(&mut other.notes);
+        let have: Vec<Quantity> = self.source.columns.iter().map(|column| column.quantity).collect();
+        self.source.columns.extend(other.source.columns.into_iter().filter(|column| !have.contains(&column.quantity)));
+        self.source.ignored.append(&mut other.source.ignored);
+        self.source.notes.append(&mut other.source.notes);
+        self.source.last_line_open |= other.source.last_line_open;
         Ok(self)
     }
 
@@ -113,17 +111,15 @@ impl Signals {
 
     /// Appends what comes later; a time that starts anew goes on.
     fn behind(&mut self, mut time: Vec<f64>, list: Vec<(Quantity, Vec<f64>)>) {
-        if let Some((_, own)) = self.list.iter_mut().find(|(q, _)| *q == Quantity::Time) {
-            if let (Some(&last), Some(&first), true) = (own.last(), time.first(), own.len() > 1)
-                && first <= last
-            {
-                let shift = 2.0 * last - own[own.len() - 2] - first;
-                time.iter_mut().for_each(|t| *t += shift);
-                self.notes.push(format!("a file that starts anew follows {} later", engineering(shift, "s", 6)));
-            }
-            own.append(&mut time);
+        if let Some([.., before, last]) = self.get(Quantity::Time).map(Vec::as_slice)
+            && let Some(&first) = time.first()
+            && first <= *last
+        {
+            let shift = 2.0 * last - before - first;
+            time.iter_mut().for_each(|t| *t += shift);
+            self.source.notes.push(format!("a file that starts anew follows {} later", engineering(shift, "s", 6)));
         }
-        for (quantity, mut signal) in list {
+        for (quantity, mut signal) in list.into_iter().chain([(Quantity::Time, time)]) {
             if let Some((_, own)) = self.list.iter_mut().find(|(q, _)| *q == quantity) {
                 own.append(&mut signal);
             }
@@ -140,27 +136,21 @@ impl Signals {
             return Ok(());
         }
         let usual = upper_median(&mut steps);
-        match jump.filter(|_| usual < 0.05 * range) {
-            None => Ok(()),
-            Some(n) => {
-                let error = Error::data(
-                    "the position jumps by more than half of all that it covers, as a counter does that wraps",
-                    "Let it count on in the file, or give a speed; angles within one turn may wrap.",
-                );
-                Err(self.lines.get(n + 1).into_iter().fold(error, Error::at_line))
-            }
-        }
+        let Some(n) = jump.filter(|_| usual < 0.05 * range) else { return Ok(()) };
+        let message = "the position jumps by more than half of all that it covers, as a counter does that wraps";
+        let hint = "Let it count on in the file, or give a speed; angles within one turn may wrap.";
+        Err(Error::data(message, hint).at_line(self.source.lines.get(n + 1)))
     }
 
     /// The signals as samples; a missing voltage or time is left empty for the checks of a recording.
-    pub(super) fn samples(mut self) -> Result<(Samples, Lines, Vec<String>)> {
+    pub(super) fn samples(mut self) -> Result<(Samples, Source)> {
         let time_s = self.take(Quantity::Time).unwrap_or_default();
         let mut speed = self.take(Quantity::Speed);
         if let Some(position) = self.take(Quantity::Position) {
             self.check_counter(&position)?;
             // Speed of what cannot be differentiated: the checks of time come later and name the line.
             speed = Some(differences(&time_s, unwrapped(position))?);
-            self.notes.push("speed is the central difference of the position".to_owned());
+            self.source.notes.push("speed is the central difference of the position".to_owned());
         }
         let samples = Samples {
             time_s,
@@ -169,7 +159,7 @@ impl Signals {
             current: self.take(Quantity::Current),
             speed,
         };
-        Ok((samples, self.lines, self.notes))
+        Ok((samples, self.source))
     }
 }
 

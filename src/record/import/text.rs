@@ -50,7 +50,9 @@ pub(super) trait Lines {
     fn pass(&mut self, _lines: u64, _bytes: usize) {}
 
     /// Whether the last line had no end, so that it may be cut off; known at the end.
-    fn is_open(&self) -> bool;
+    fn is_open(&self) -> bool {
+        false
+    }
 }
 
 /// The lines of bytes as they come.

@@ -6,12 +6,8 @@ use std::fmt::Write as _;
 /// The canonical CSV of a recording; values keep every digit, times fifteen (1.009, not 1.0089999999999999).
 #[must_use]
 pub fn write_csv(record: &Record) -> String {
-    let samples = record.samples();
-    let mut columns = vec![(Quantity::Time, &samples.time_s)];
-    columns.extend((!samples.voltage.is_empty()).then_some((Quantity::Voltage, &samples.voltage)));
-    let optional =
-        [(Quantity::Current, &samples.current), (Quantity::Speed, &samples.speed), (Quantity::Torque, &samples.torque)];
-    columns.extend(optional.into_iter().filter_map(|(quantity, signal)| Some((quantity, signal.as_ref()?))));
+    let present = |quantity| Some((quantity, record.samples().signal(quantity)?));
+    let columns: Vec<(Quantity, &[f64])> = Quantity::ALL.into_iter().filter_map(present).collect();
     let mut text = columns.iter().map(|(quantity, _)| quantity.canonical()).collect::<Vec<_>>().join(",");
     text.push('\n');
     for n in 0..record.len() {

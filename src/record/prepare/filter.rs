@@ -45,13 +45,11 @@ impl FromStr for LowPass {
     /// Reads `butterworth:50`, `chebyshev:50:4:0.5`: sort, cut-off \[Hz\], order (4), ripple \[dB\] (0.5).
     fn from_str(text: &str) -> Result<Self> {
         let bad = |what: String| {
-            Error::usage(
-                text!([Filter] ": {what}"),
-                text!(
-                    "Write " [Filter = "butterworth:CUTOFF_HZ[:ORDER]"] " or chebyshev:CUTOFF_HZ[:ORDER[:RIPPLE_DB]], \
-                     as in chebyshev:50:4:0.5."
-                ),
-            )
+            let hint = text!(
+                "Write " [Filter = "butterworth:CUTOFF_HZ[:ORDER]"] " or chebyshev:CUTOFF_HZ[:ORDER[:RIPPLE_DB]], \
+                 as in chebyshev:50:4:0.5."
+            );
+            Error::usage(text!([Filter] ": {what}"), hint)
         };
         let mut parts = text.split(':');
         let name = parts.next().unwrap_or_default().trim().to_lowercase();
@@ -94,22 +92,26 @@ struct Section {
     a: [f64; 2],
 }
 
+/// The impulse response of a filter.
+pub(super) struct Response {
+    /// The sum of its squares: the part of the power of white noise that is left.
+    pub noise_power: f64,
+    /// Samples after which next to nothing is left of what was before.
+    pub memory: usize,
+}
+
 /// A filter at a sampling rate.
 #[derive(Debug, Clone)]
-pub struct Cascade(Vec<Section>);
+pub(super) struct Cascade(Vec<Section>);
 
 impl LowPass {
     /// The filter for samples every `period_s`.
-    ///
-    /// # Errors
-    /// `Usage` when the cut-off is not below half the sampling rate.
-    pub fn design(&self, period_s: f64) -> Result<Cascade> {
+    pub(super) fn design(&self, period_s: f64) -> Result<Cascade> {
         let nyquist = 0.5 / period_s;
         if self.cutoff_hz >= 0.98 * nyquist {
-            return Err(Error::usage(
-                format!("the cut-off of {} Hz is not below half the sampling rate, {nyquist} Hz", self.cutoff_hz),
-                "Give a lower cut-off.",
-            ));
+            let message =
+                format!("the cut-off of {} Hz is not below half the sampling rate, {nyquist} Hz", self.cutoff_hz);
+            return Err(Error::usage(message, "Give a lower cut-off."));
         }
         // The bilinear transformation with T = 2: s = (1 − z⁻¹)/(1 + z⁻¹), w = tan(π f h).
         let w = (PI * self.cutoff_hz * period_s).tan();
@@ -149,13 +151,11 @@ fn first_order(c: f64) -> Section {
 
 impl Cascade {
     /// Filters a signal that stood at a value before.
-    #[must_use]
-    pub fn apply(&self, signal: &[f64], before: f64) -> Vec<f64> {
+    pub(super) fn apply(&self, signal: &[f64], before: f64) -> Vec<f64> {
         let mut signal = signal.to_vec();
         for Section { b, a } in &self.0 {
             // The state of a signal that has always been so; the gain at zero frequency is 1, so it stays so.
-            let steady = before;
-            let mut state = [steady * (1.0 - b[0]), steady * (b[2] - a[1])];
+            let mut state = [before * (1.0 - b[0]), before * (b[2] - a[1])];
             for x in &mut signal {
                 let y = b[0] * *x + state[0];
                 state = [b[1] * *x - a[0] * y + state[1], b[2] * *x - a[1] * y];
@@ -165,20 +165,8 @@ impl Cascade {
         signal
     }
 
-    /// What is left of the power of white noise: the sum of the squares of the impulse response.
-    #[must_use]
-    pub fn noise_power(&self) -> f64 {
-        self.response().0
-    }
-
-    /// Samples after which next to nothing is left of what was before.
-    #[must_use]
-    pub fn memory(&self) -> usize {
-        self.response().1
-    }
-
-    /// The sum of the squares of the impulse response, and where it has ended.
-    fn response(&self) -> (f64, usize) {
+    /// Returns what a filter leaves of white noise and of what was before.
+    pub(super) fn response(&self) -> Response {
         let mut sum = 0.0;
         let mut last = 0;
         let mut quiet = 0;
@@ -201,12 +189,12 @@ impl Cascade {
                 break;
             }
         }
-        (sum, last)
+        Response { noise_power: sum, memory: last }
     }
 
     /// The gain at a frequency.
-    #[must_use]
-    pub fn gain(&self, frequency_hz: f64, period_s: f64) -> f64 {
+    #[cfg(test)]
+    fn gain(&self, frequency_hz: f64, period_s: f64) -> f64 {
         let angle = -2.0 * PI * frequency_hz * period_s;
         let at = |c: [f64; 3]| {
             let (re, im) =
@@ -256,7 +244,8 @@ mod tests {
         assert!(cascade.apply(&[3.0; 200], 3.0).iter().all(|y| (y - 3.0).abs() < 1e-9));
         // Parseval: the power of the impulse response is the mean of |gain|² over all frequencies.
         let mean = (0..5000).map(|k| cascade.gain((f64::from(k) + 0.5) * 0.1, 1e-3).powi(2)).sum::<f64>() / 5000.0;
-        assert!((cascade.noise_power() / mean - 1.0).abs() < 1e-3, "{} {mean}", cascade.noise_power());
+        let noise_power = cascade.response().noise_power;
+        assert!((noise_power / mean - 1.0).abs() < 1e-3, "{noise_power} {mean}");
     }
 
     #[test]

@@ -3,8 +3,9 @@
 use crate::record::diagnose::findings;
 use crate::record::{Excluded, Record};
 use crate::setting::text;
-use crate::text::{excerpt, significant};
+use crate::text::excerpt;
 use crate::{Error, Result};
+use std::ops::Range;
 
 /// What does not count in a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,10 +34,9 @@ pub fn parse_masks(items: &[String]) -> Result<Vec<Mask>> {
 
 fn one(item: &str) -> Result<Mask> {
     let bad = |what: String| {
-        Error::usage(
-            text!([Mask] ": {what}"),
-            text!("Write " [Mask = "auto"] ", " [Mask = "0.5:0.6"] " or " [Mask = "current@0.5:0.6"] " (seconds)."),
-        )
+        let hint =
+            text!("Write " [Mask = "auto"] ", " [Mask = "0.5:0.6"] " or " [Mask = "current@0.5:0.6"] " (seconds).");
+        Error::usage(text!([Mask] ": {what}"), hint)
     };
     if item == "auto" {
         return Ok(Mask::Auto);
@@ -71,10 +71,7 @@ pub(super) fn apply(masks: &[Mask], record: Record) -> Result<Vec<Record>> {
     for mask in masks {
         match mask {
             Mask::Time { channels, from, to } => {
-                let time = &record.samples().time_s;
-                let near = 1e-6 * record.period_s();
-                let start = time.partition_point(|t| *t < from - near);
-                let end = time.partition_point(|t| *t <= to + near);
+                let Range { start, end } = record.between(*from, *to);
                 if start < end {
                     excluded.push(Excluded { start, end, channels: *channels });
                 }
@@ -83,72 +80,51 @@ pub(super) fn apply(masks: &[Mask], record: Record) -> Result<Vec<Record>> {
             Mask::Auto => automatic(&record, &mut excluded, &mut cuts, &mut notes),
         }
     }
-    if cuts.is_empty() {
-        let mut record = record.with_excluded(excluded);
-        let counting = record.counting();
-        if !counting.is_empty() && !counting.iter().any(|c| c[0] || c[1]) {
-            return Err(Error::usage(
-                text!([Mask] " leaves no sample that counts"),
-                "Mask less; times are those of the recording.",
-            ));
-        }
-        record.source.notes.append(&mut notes);
-        return Ok(vec![record]);
+    let mut record = Record { excluded, ..record };
+    if !cuts.is_empty() {
+        return cut(&record, &cuts, &notes);
     }
-    cut(record.with_excluded(excluded), &cuts, notes)
+    let counting = record.counting();
+    if !counting.is_empty() && !counting.iter().any(|c| c[0] || c[1]) {
+        let message = text!([Mask] " leaves no sample that counts");
+        return Err(Error::usage(message, "Mask less; times are those of the recording."));
+    }
+    record.source.notes.append(&mut notes);
+    Ok(vec![record])
 }
 
 /// The pieces between cuts.
-fn cut(record: Record, cuts: &[std::ops::Range<usize>], notes: Vec<String>) -> Result<Vec<Record>> {
-    let mut edges = Vec::new();
+fn cut(record: &Record, cuts: &[Range<usize>], notes: &[String]) -> Result<Vec<Record>> {
+    let mut pieces = Vec::new();
     let mut start = 0;
     for cut in cuts {
-        edges.push(start..cut.start.max(start));
+        pieces.push(start..cut.start.max(start));
         start = cut.end.max(start);
     }
-    edges.push(start..record.len());
-    edges.retain(|piece| piece.len() >= STRETCH_MIN);
-    let many = edges.len() > 1;
-    let pieces: Vec<Record> = edges
-        .into_iter()
-        .enumerate()
-        .map(|(n, range)| {
-            let time = &record.samples().time_s;
-            let note =
-                format!("cut to {} s … {} s", significant(time[range.start], 6), significant(time[range.end - 1], 6));
-            let mut piece = record.part(range, Some(note))?;
-            piece.source.notes.extend(notes.iter().cloned());
-            if many {
-                let name = format!("stretch {}", n + 1);
-                piece.source.part =
-                    Some(piece.source.part.iter().cloned().chain([name]).collect::<Vec<_>>().join(", "));
-            }
-            Ok(piece)
-        })
-        .collect::<Result<_>>()?;
+    pieces.push(start..record.len());
+    pieces.retain(|piece| piece.len() >= STRETCH_MIN);
     if pieces.is_empty() {
-        return Err(Error::data(
-            text!([Mask = "auto"] " leaves nothing of the recording"),
-            text!("Leave " [Mask = "auto"] " out, or record again."),
-        ));
+        let message = text!([Mask = "auto"] " leaves nothing of the recording");
+        return Err(Error::data(message, text!("Leave " [Mask = "auto"] " out, or record again.")));
     }
-    Ok(pieces)
+    let count = pieces.len();
+    let piece = |(n, range)| {
+        let mut piece = record.cut_to(range, "cut")?;
+        piece.source.notes.extend_from_slice(notes);
+        Ok(Record { source: piece.source.stretch(n, count), ..piece })
+    };
+    pieces.into_iter().enumerate().map(piece).collect()
 }
 
 /// What diagnoses say should not count.
-fn automatic(
-    record: &Record,
-    excluded: &mut Vec<Excluded>,
-    cuts: &mut Vec<std::ops::Range<usize>>,
-    notes: &mut Vec<String>,
-) {
+fn automatic(record: &Record, excluded: &mut Vec<Excluded>, cuts: &mut Vec<Range<usize>>, notes: &mut Vec<String>) {
     for finding in findings(record) {
         let samples: usize = finding.places.iter().map(ExactSizeIterator::len).sum();
         // A sensor at its end hides the current alone; a drive at its limit gives another voltage than it says.
         let sensor = finding.figures.iter().any(|(name, _)| *name == "samples");
         match finding.code {
             "current_clipped" if sensor => {
-                let off = |p: &std::ops::Range<usize>| Excluded { start: p.start, end: p.end, channels: [true, false] };
+                let off = |p: &Range<usize>| Excluded { start: p.start, end: p.end, channels: [true, false] };
                 excluded.extend(finding.places.iter().map(off));
                 notes.push(format!("masked: saturated current, {samples} samples"));
             }

@@ -7,7 +7,8 @@ mod filter;
 mod mask;
 mod resample;
 
-pub use filter::{Cascade, FilterKind, LowPass};
+use filter::Response;
+pub use filter::{FilterKind, LowPass};
 pub use mask::{Mask, parse_masks};
 
 use super::{Excluded, Quantity, Record, SAMPLES_MAX, Samples, Source, time};
@@ -15,7 +16,8 @@ use crate::numeric::{count, mean, noise_sigma, peak, whole};
 use crate::setting::text;
 use crate::text::{engineering, significant};
 use crate::{Error, Result};
-use resample::{Resampled, Start, anti_alias, decimated, lines, regular};
+use resample::{Resampled, decimated, lines, regular};
+use std::ops::Range;
 
 /// What is done to a recording, in this order.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -62,7 +64,7 @@ impl Preparation {
     /// `Usage` when a setting does not fit the recording, `Data` when too little is left of it.
     pub fn apply(&self, record: &Record) -> Result<Vec<Record>> {
         let located = |error: Error| record.source().path.iter().fold(error, |error, path| error.in_file(path));
-        let pieces = self.masked(self.shifted(self.cropped(record)?)?)?;
+        let pieces = mask::apply(&self.mask, self.shifted(self.cropped(record)?)?)?;
         pieces.into_iter().map(|piece| self.filtered(self.resampled(piece)?)).collect::<Result<_>>().map_err(located)
     }
 
@@ -71,23 +73,14 @@ impl Preparation {
         if from.is_none() && to.is_none() {
             return Ok(record.clone());
         }
-        let time = &record.samples().time_s;
-        // A millionth of a period of tolerance: 0.3 s is sample 300 of 1 ms, whatever its last bit is.
-        let near = 1e-6 * record.period_s();
-        let start = from.map_or(0, |from| time.partition_point(|t| *t < from - near));
-        let end = to.map_or(time.len(), |to| time.partition_point(|t| *t <= to + near));
-        if end < start + 2 {
-            return Err(Error::usage(
-                text!([Crop](" leaves {} samples of a recording from ", end.saturating_sub(start))(
-                    "{} s to {} s",
-                    time[0],
-                    time[time.len() - 1]
-                )),
-                "Give FROM:TO in the recording's own time, in seconds.",
-            ));
+        let range = record.between(from.unwrap_or(f64::NEG_INFINITY), to.unwrap_or(f64::INFINITY));
+        if range.len() < 2 {
+            let time = &record.samples().time_s;
+            let (count, first, last) = (range.len(), time[0], time[time.len() - 1]);
+            let message = text!([Crop] " leaves {count} samples of a recording from {first} s to {last} s");
+            return Err(Error::usage(message, "Give FROM:TO in the recording's own time, in seconds."));
         }
-        let note = format!("cropped to {} s … {} s", significant(time[start], 6), significant(time[end - 1], 6));
-        record.part(start..end, Some(note))
+        record.cut_to(range, "cropped")
     }
 
     fn shifted(&self, record: Record) -> Result<Record> {
@@ -102,26 +95,17 @@ impl Preparation {
         let shown =
             |(quantity, value): &(Quantity, f64)| format!("{quantity} {} {}", significant(*value, 3), quantity.unit());
         let note = format!("offsets subtracted: {}", offsets.iter().map(shown).collect::<Vec<_>>().join(", "));
-        let shift = |samples: &mut Samples| {
-            for (quantity, value) in &offsets {
-                if let Some(signal) = samples.signal_mut(*quantity) {
-                    signal.iter_mut().for_each(|v| *v -= value);
-                }
+        let shift = |quantity, signal: &mut Vec<f64>| {
+            for (_, value) in offsets.iter().filter(|(shifted, _)| *shifted == quantity) {
+                signal.iter_mut().for_each(|v| *v -= value);
             }
         };
-        record.changed(shift, note)
-    }
-
-    fn masked(&self, record: Record) -> Result<Vec<Record>> {
-        mask::apply(&self.mask, record)
+        record.changed(|samples| samples.change(shift), note)
     }
 
     fn resampled(&self, record: Record) -> Result<Record> {
         let Some(rate) = self.rate_hz else { return every_nth(record.lined(self), self.decimate.unwrap_or(1)) };
-        if !(rate.is_finite() && rate > 0.0) {
-            let message = text!([Rate] " is {rate}");
-            return Err(Error::usage(message, "Give samples per second, more than 0."));
-        }
+        check_rate(rate)?;
         let time = &record.samples().time_s;
         if (time[time.len() - 1] - time[0]) * rate > count(SAMPLES_MAX) {
             let message = text!([Rate = "{rate}"] " makes more than {SAMPLES_MAX} samples");
@@ -134,10 +118,8 @@ impl Preparation {
             return every_nth(record.lined(self), every);
         }
         if !time::gaps(&record.samples().time_s).is_empty() {
-            return Err(Error::usage(
-                text!([Rate] " over a gap in time would make up what happened in it"),
-                text!("Use " [Gaps = "split"] " with it, or " [Gaps = "keep"] " without."),
-            ));
+            let hint = text!("Use " [Gaps = "split"] " with it, or " [Gaps = "keep"] " without.");
+            return Err(Error::usage(text!([Rate] " over a gap in time would make up what happened in it"), hint));
         }
         let record = record.lined(self);
         let note = format!("brought to a regular clock of {}", engineering(1.0 / fine, "Hz", 5));
@@ -149,37 +131,34 @@ impl Preparation {
     fn filtered(&self, record: Record) -> Result<Record> {
         let Some(filter) = self.filter else { return Ok(record) };
         if !record.steps().step_index.is_empty() {
-            let message = text!([Filter] " needs evenly spaced samples");
-            return Err(Error::usage(message, time::regular_clock()));
+            return Err(Error::usage(text!([Filter] " needs evenly spaced samples"), time::regular_clock()));
         }
         let cascade = filter.design(record.period_s())?;
         let name = match filter.kind {
             FilterKind::Butterworth => "Butterworth".to_owned(),
             FilterKind::Chebyshev { ripple_db } => format!("Chebyshev ({ripple_db} dB)"),
         };
-        let note = format!(
-            "all signals alike through a low-pass: {name}, order {}, {}",
-            filter.order,
-            engineering(filter.cutoff_hz, "Hz", 4)
-        );
+        let (order, cutoff) = (filter.order, engineering(filter.cutoff_hz, "Hz", 4));
+        let note = format!("all signals alike through a low-pass: {name}, order {order}, {cutoff}");
         let tail = whole((2.0 / (filter.cutoff_hz * record.period_s())).ceil());
         let widened = |e: &Excluded| Excluded { end: (e.end + tail).min(record.len()), ..*e };
         let excluded = record.excluded().iter().map(widened).collect();
-        let independent = record.independent() * cascade.noise_power();
+        let Response { noise_power, memory } = cascade.response();
+        let independent = record.independent() * noise_power;
         let at_rest = record.starts_at_rest();
         let filtered = |signal: &[f64]| cascade.apply(signal, if at_rest { 0.0 } else { signal[0] });
         let slope = if record.slope.is_empty() { Vec::new() } else { filtered(&record.slope) };
-        let pass = |samples: &mut Samples| {
-            let all = [Quantity::Voltage, Quantity::Torque, Quantity::Current, Quantity::Speed];
-            for quantity in all {
-                if let Some(signal) = samples.signal_mut(quantity) {
-                    *signal = filtered(signal);
-                }
-            }
-        };
-        let record = record.changed(pass, note)?.with_excluded(excluded).with_independent(independent);
-        Ok(Record { slope, ..record }.without_first(if at_rest { 0 } else { cascade.memory() }))
+        let pass = |samples: &mut Samples| samples.change(|_, signal| *signal = filtered(signal));
+        let record = Record { excluded, independent, slope, ..record.changed(pass, note)? };
+        Ok(record.without_first(if at_rest { 0 } else { memory }))
     }
+}
+
+pub(super) fn check_rate(rate_hz: f64) -> Result<()> {
+    if rate_hz.is_finite() && rate_hz > 0.0 {
+        return Ok(());
+    }
+    Err(Error::usage(text!([Rate] " is {rate_hz}"), "Give samples per second, more than 0."))
 }
 
 fn every_nth(record: Record, every: usize) -> Result<Record> {
@@ -187,19 +166,16 @@ fn every_nth(record: Record, every: usize) -> Result<Record> {
         return Ok(record);
     }
     if !record.steps().step_index.is_empty() {
-        let message = text!([Decimate] " needs evenly spaced samples");
-        return Err(Error::usage(message, time::regular_clock()));
+        return Err(Error::usage(text!([Decimate] " needs evenly spaced samples"), time::regular_clock()));
     }
     if record.len() < 2 * every {
         let message = format!("one of {every} samples leaves too little of {}", record.len());
         return Err(Error::usage(message, text!("Decimate less, or give a higher " [Rate] ".")));
     }
     let note = format!("one of {every} samples kept, behind an anti-alias filter, all signals alike");
-    let filter = anti_alias(record.period_s(), every)?;
     let at_rest = record.starts_at_rest();
-    let made = decimated(record.samples(), &record.slope, &filter, Start { at_rest, every });
-    let forgotten = if at_rest { 0 } else { filter.memory().div_ceil(every) };
-    Ok(record.resampled(made, note)?.without_first(forgotten))
+    let (made, memory) = decimated(&record, every, at_rest)?;
+    Ok(record.resampled(made, note)?.without_first(if at_rest { 0 } else { memory }))
 }
 
 /// Samples that a rest must have before its means are offsets.
@@ -232,8 +208,20 @@ impl Record {
     fn without_first(self, count: usize) -> Self {
         let end = count.min(self.len().saturating_sub(2));
         let first = (end > 0).then_some(Excluded { start: 0, end, channels: [true; 2] });
-        let excluded = self.excluded.iter().copied().chain(first).collect();
-        self.with_excluded(excluded)
+        Self { excluded: self.excluded.into_iter().chain(first).collect(), ..self }
+    }
+
+    /// The samples from one time to another \[s\].
+    fn between(&self, from: f64, to: f64) -> Range<usize> {
+        // A millionth of a period of tolerance: 0.3 s is sample 300 of 1 ms, whatever its last bit is.
+        let near = 1e-6 * self.period_s();
+        let start = self.samples.time_s.partition_point(|t| *t < from - near);
+        start..self.samples.time_s.partition_point(|t| *t <= to + near)
+    }
+
+    fn cut_to(&self, range: Range<usize>, how: &str) -> Result<Self> {
+        let [from, to] = [range.start, range.end - 1].map(|n| significant(self.samples.time_s[n], 6));
+        self.part(range, format!("{how} to {from} s … {to} s"))
     }
 
     /// The same with changed values.
@@ -263,9 +251,8 @@ impl Record {
         let place = |n: usize| made.from.partition_point(|from| *from < n);
         let moved = |e: &Excluded| Excluded { start: place(e.start), end: place(e.end).max(place(e.start) + 1), ..*e };
         let excluded = self.excluded.iter().map(moved).filter(|e| e.start < made.from.len()).collect();
-        let record = Self::from_file(made.samples, source, false)?;
         let independent = self.independent * made.independent;
-        let interpolated = self.interpolated;
-        Ok(Self { slope: made.slope, interpolated, ..record.with_excluded(excluded).with_independent(independent) })
+        let (slope, interpolated) = (made.slope, self.interpolated);
+        Ok(Self { excluded, independent, slope, interpolated, ..Self::from_file(made.samples, source, false)? })
     }
 }

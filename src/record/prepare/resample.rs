@@ -4,31 +4,15 @@
 //! the others. Over each new period the voltage becomes the line with the same mean and the same first moment: what the
 //! motor feels of it then differs in the third order of the period only.
 
-use super::filter::{Cascade, FilterKind, LowPass};
+use super::filter::{FilterKind, LowPass, Response};
 use crate::Result;
 use crate::numeric;
-use crate::record::Samples;
+use crate::record::{Record, Samples};
 
 /// The edge of the anti-alias filter as a part of half the new rate.
 const EDGE: f64 = 0.8;
 const ORDER: usize = 8;
 const RIPPLE_DB: f64 = 0.05;
-
-/// How a decimation begins.
-#[derive(Clone, Copy)]
-pub(super) struct Start {
-    /// Whether nothing moved before.
-    pub at_rest: bool,
-    /// One of so many samples is kept.
-    pub every: usize,
-}
-
-/// The anti-alias filter for keeping one of `every` samples.
-pub(super) fn anti_alias(period_s: f64, every: usize) -> Result<Cascade> {
-    let factor = numeric::count(every);
-    let kind = FilterKind::Chebyshev { ripple_db: RIPPLE_DB };
-    LowPass { kind, order: ORDER, cutoff_hz: EDGE * 0.5 / (period_s * factor) }.design(period_s)
-}
 
 /// What a change of rate made.
 pub(super) struct Resampled {
@@ -49,17 +33,20 @@ pub(super) fn lines(voltage: &[f64], held: bool) -> [Vec<f64>; 2] {
     [all().map(|(a, b)| f64::midpoint(a, b)).collect(), all().map(|(a, b)| b - a).collect()]
 }
 
-/// One of so many samples of regular signals whose voltage rises by `slope` over each period.
-pub(super) fn decimated(samples: &Samples, slope: &[f64], filter: &Cascade, start: Start) -> Resampled {
-    let Start { at_rest, every } = start;
-    let factor = numeric::count(every);
-    let from: Vec<usize> = (0..samples.time_s.len()).step_by(every).collect();
+/// One of `every` samples of a recording with a regular clock, behind an anti-alias filter, and how many of them remember
+/// what was before the first.
+pub(super) fn decimated(record: &Record, every: usize, at_rest: bool) -> Result<(Resampled, usize)> {
+    let (samples, factor) = (record.samples(), numeric::count(every));
+    let kind = FilterKind::Chebyshev { ripple_db: RIPPLE_DB };
+    let cutoff_hz = EDGE * 0.5 / (record.period_s() * factor);
+    let filter = LowPass { kind, order: ORDER, cutoff_hz }.design(record.period_s())?;
+    let from: Vec<usize> = (0..record.len()).step_by(every).collect();
     let pass = |signal: &[f64]| filter.apply(signal, if at_rest { 0.0 } else { signal[0] });
     let picked = |signal: &[f64]| {
         let filtered = pass(signal);
         from.iter().map(|&n| filtered[n]).collect::<Vec<f64>>()
     };
-    let [input, slope] = joined(&pass(samples.input()), &pass(slope), every);
+    let [input, slope] = joined(&pass(samples.input()), &pass(record.slope()), every);
     let torque = |signal: &[f64]| {
         let [mean, _] = joined(&pass(signal), &vec![0.0; signal.len()], every);
         mean
@@ -71,7 +58,9 @@ pub(super) fn decimated(samples: &Samples, slope: &[f64], filter: &Cascade, star
         current: samples.current.as_deref().map(picked),
         speed: samples.speed.as_deref().map(picked),
     };
-    Resampled { samples: made.with_input(input), slope, from, independent: (filter.noise_power() * factor).min(1.0) }
+    let Response { noise_power, memory } = filter.response();
+    let independent = (noise_power * factor).min(1.0);
+    Ok((Resampled { samples: made.with_input(input), slope, from, independent }, memory.div_ceil(every)))
 }
 
 /// Lines over short periods as lines over `every` of them: their means, and slopes with the same first moment.
@@ -207,9 +196,9 @@ mod tests {
         let of = |f: f64| {
             let time_s = (0..4000).map(|n| 1e-3 * f64::from(n)).collect();
             let samples = Samples { time_s, voltage: wave(f), speed: Some(wave(f)), ..Samples::default() };
-            let filter = anti_alias(1e-3, 10).unwrap();
-            let made = decimated(&samples, &vec![0.0; 4000], &filter, Start { at_rest: true, every: 10 }).samples;
-            numeric::peak(&made.speed.unwrap()[100..])
+            let record = Record { slope: vec![0.0; 4000], ..Record::new(samples).unwrap() };
+            let (made, _) = decimated(&record, 10, true).unwrap();
+            numeric::peak(&made.samples.speed.unwrap()[100..])
         };
         assert!((of(5.0) - 1.0).abs() < 0.02, "{}", of(5.0));
         assert!(of(90.0) < 1e-3, "90 Hz would look like 10 Hz: {}", of(90.0));

@@ -1,6 +1,7 @@
 //! MATLAB's MAT-files of level 5, as `save` writes them with `-v6` and `-v7`.
 
 use super::cells::{CELLS_MAX, COLUMNS_MAX, Cells, UNPACKED_MAX, number, shortened};
+use super::mat_element::Elements;
 use super::mat_file::{Contents, Variable, contents};
 use crate::text::{excerpt, printable};
 use crate::{Error, Result};
@@ -49,7 +50,6 @@ fn big_endian(bytes: &[u8]) -> Result<bool> {
     if bytes.starts_with(HDF5) || bytes.get(512..).is_some_and(|rest| rest.starts_with(HDF5)) {
         return Err(other_level("level 7.3"));
     }
-    let none = || Error::data("is no MAT-file: found no header of level 5", SAVE_V7);
     match bytes.get(124..128) {
         Some([0, 1, b'I', b'M']) => Ok(false),
         Some([1, 0, b'M', b'I']) => Ok(true),
@@ -58,14 +58,16 @@ fn big_endian(bytes: &[u8]) -> Result<bool> {
         _ => {
             // Level 4 starts with its type in decimal digits (byte order, 0, format of numbers, sort of matrix), rows,
             // columns, whether it is complex, and the length of the name with its final zero.
-            let level_4 = |word: &dyn Fn(usize) -> Option<u32>| {
+            let is_level_4 = |big_endian: bool| {
+                let word = |at| Elements { bytes, big_endian }.word(at);
                 let kind = word(0).filter(|n| n / 1000 < 5 && n / 100 % 10 == 0 && n / 10 % 10 < 6 && n % 10 < 3);
                 kind.is_some() && word(12).is_some_and(|n| n < 2) && word(16).is_some_and(|n| (2..=256).contains(&n))
             };
-            let word = |at: usize| bytes.get(at..).and_then(<[u8]>::first_chunk::<4>);
-            let old = level_4(&|at| word(at).map(|w| u32::from_le_bytes(*w)))
-                || level_4(&|at| word(at).map(|w| u32::from_be_bytes(*w)));
-            Err(if old { other_level("level 4") } else { none() })
+            Err(if is_level_4(false) || is_level_4(true) {
+                other_level("level 4")
+            } else {
+                Error::data("is no MAT-file: found no header of level 5", SAVE_V7)
+            })
         }
     }
 }

@@ -6,7 +6,7 @@ use super::cells::CELLS_MAX;
 use super::mat_element::{COMPRESSED, Elements, MATRIX, damaged, text, unpacked};
 use crate::text::excerpt;
 use crate::{Error, Result};
-use std::borrow::Cow;
+use std::fmt::Display;
 
 /// Structures inside each other.
 const DEPTH_MAX: usize = 4;
@@ -48,13 +48,13 @@ pub(super) fn contents(bytes: &[u8], big_endian: bool, unpacked_max: u64) -> Res
     let mut left = unpacked_max;
     let mut file = Elements { bytes, big_endian };
     while let Some((kind, data)) = file.next()? {
-        let data = if kind == COMPRESSED { Cow::Owned(unpacked(data, &mut left, unpacked_max)?) } else { data.into() };
-        let (kind, data) = match kind {
-            COMPRESSED => {
-                let mut inner = Elements { bytes: &data, big_endian };
-                inner.next()?.ok_or_else(|| damaged("a compressed variable is empty"))?
-            }
-            kind => (kind, data.as_ref()),
+        let inside;
+        let (kind, data) = if kind == COMPRESSED {
+            inside = unpacked(data, &mut left, unpacked_max)?;
+            let first = Elements { bytes: &inside, big_endian }.next()?;
+            first.ok_or_else(|| damaged("a compressed variable is empty"))?
+        } else {
+            (kind, data)
         };
         if kind == MATRIX {
             contents.array(&mut Elements { bytes: data, big_endian }, "", 0)?;
@@ -74,10 +74,7 @@ impl Contents {
             return Err(Error::data(message, "Save the vectors of the recording alone."));
         }
         let Some((_, flags)) = parts.next()? else {
-            if !path.is_empty() {
-                self.ignored.push(format!("{path}: empty"));
-            }
-            return Ok(());
+            return if path.is_empty() { Ok(()) } else { self.skip(path, "empty") };
         };
         let flags = Elements { bytes: flags, ..*parts }.word(0).ok_or_else(|| damaged("an array has no flags"))?;
         let (class, complex) = (flags & 0xff, flags & 0x800 != 0);
@@ -92,14 +89,13 @@ impl Contents {
             // What MATLAB keeps for its objects.
             return Ok(());
         }
-        let skip = |contents: &mut Self, what: &str| contents.ignored.push(format!("{name}: {what}"));
         match class {
-            2 => return self.structure(parts, name, &dimensions, depth),
-            6..=15 if complex => skip(self, "complex numbers"),
-            6..=15 => return self.numeric(parts, name, &dimensions),
-            1 => skip(self, "a cell array"),
-            4 => skip(self, "text"),
-            5 => skip(self, "a sparse matrix"),
+            2 => self.structure(parts, name, &dimensions, depth),
+            6..=15 if complex => self.skip(name, "complex numbers"),
+            6..=15 => self.numeric(parts, name, &dimensions),
+            1 => self.skip(name, "a cell array"),
+            4 => self.skip(name, "text"),
+            5 => self.skip(name, "a sparse matrix"),
             3 | 16 | 17 => {
                 self.objects = true;
                 // The name of the object's class stands behind that of its system.
@@ -108,34 +104,36 @@ impl Contents {
                 }
                 let of_class = if class == 16 { None } else { parts.next()?.map(|(_, class)| text(class)) };
                 let of_class = of_class.filter(|class| !class.is_empty() && class.len() < 64);
-                skip(self, &of_class.map_or("an object".to_owned(), |class| format!("an object of class {class}")));
+                self.skip(name, of_class.map_or("an object".to_owned(), |class| format!("an object of class {class}")))
             }
-            _ => skip(self, &format!("an array of the unknown class {class}")),
+            _ => self.skip(name, format!("an array of the unknown class {class}")),
         }
+    }
+
+    /// Leaves out what is no column.
+    fn skip(&mut self, name: &str, what: impl Display) -> Result<()> {
+        self.ignored.push(format!("{name}: {what}"));
         Ok(())
     }
 
     fn structure(&mut self, parts: &mut Elements<'_>, name: &str, dimensions: &[usize], depth: usize) -> Result<()> {
         if depth == DEPTH_MAX {
-            self.ignored.push(format!("{name}: inside more than {DEPTH_MAX} structures"));
-            return Ok(());
+            return self.skip(name, format!("inside more than {DEPTH_MAX} structures"));
         }
         let (_, width) = parts.part(name, "length of field names")?;
         let width = Elements { bytes: width, ..*parts }.word(0).unwrap_or(0) as usize;
         let (_, names) = parts.part(name, "field names")?;
         if names.is_empty() {
-            self.ignored.push(format!("{name}: a structure without fields"));
-            return Ok(());
+            return self.skip(name, "a structure without fields");
         }
         if !(1..=NAME_MAX + 1).contains(&width) || !names.len().is_multiple_of(width) {
             return Err(damaged(format!("variable \"{}\" has field names of {width} bytes", excerpt(name))));
         }
         let fields: Vec<String> =
             names.chunks(width).map(|field| text(field.split(|&b| b == 0).next().unwrap_or_default())).collect();
-        let count = dimensions.iter().try_fold(1, |n: usize, &d| n.checked_mul(d)).unwrap_or(usize::MAX);
+        let count = product(dimensions);
         if count == 0 {
-            self.ignored.push(format!("{name}: an empty structure"));
-            return Ok(());
+            return self.skip(name, "an empty structure");
         }
         for element in 1..=count {
             for field in &fields {
@@ -154,26 +152,18 @@ impl Contents {
         let shape = dimensions.iter().map(usize::to_string).collect::<Vec<_>>().join(" × ");
         let (kind, data) = parts.part(name, "numbers")?;
         // Dimensions of 1 say nothing: 1 × 1 × N values are a vector.
-        let count = dimensions.iter().try_fold(1, |n: usize, &d| n.checked_mul(d)).unwrap_or(usize::MAX);
+        let count = product(dimensions);
         let long: Vec<usize> = dimensions.iter().copied().filter(|&d| d > 1).collect();
         let columns = match long[..] {
-            _ if count == 0 => 0,
+            _ if count == 0 => return self.skip(name, "empty"),
             [] | [_] => 1,
             [_, columns] if columns <= MATRIX_MAX => columns,
             [_, _] => {
                 let what = format!("{shape} values, expected at most {MATRIX_MAX} columns; transpose it to use it");
-                self.ignored.push(format!("{name}: {what}"));
-                return Ok(());
+                return self.skip(name, what);
             }
-            _ => {
-                self.ignored.push(format!("{name}: {shape} values, expected a vector or a matrix"));
-                return Ok(());
-            }
+            _ => return self.skip(name, format!("{shape} values, expected a vector or a matrix")),
         };
-        if columns == 0 {
-            self.ignored.push(format!("{name}: empty"));
-            return Ok(());
-        }
         self.cells = self.cells.saturating_add(data.len().min(count));
         if self.cells > CELLS_MAX {
             let message = format!("more than {CELLS_MAX} numbers");
@@ -187,6 +177,11 @@ impl Contents {
         self.variables.push(Variable { name: name.to_owned(), columns });
         Ok(())
     }
+}
+
+/// How many elements an array has.
+fn product(dimensions: &[usize]) -> usize {
+    dimensions.iter().try_fold(1, |n: usize, &d| n.checked_mul(d)).unwrap_or(usize::MAX)
 }
 
 fn dimensions(parts: &mut Elements<'_>, path: &str) -> Result<Vec<usize>> {

@@ -15,7 +15,7 @@ mod tests;
 #[cfg(feature = "formats")]
 mod xlsx;
 
-use super::layout::Separator;
+use super::parse::Separator;
 use super::text::{Line, Lines};
 use crate::{Error, Result};
 pub(super) use cells::Cells;
@@ -89,10 +89,8 @@ impl Format {
 
 #[cfg(not(feature = "formats"))]
 fn left_out(_: &[u8], _: Option<&str>) -> Result<Vec<Cells>> {
-    Err(Error::data(
-        "is a workbook or MAT-file, which this build does not read",
-        "Build with the feature formats, or save the recording as CSV.",
-    ))
+    let message = "is a workbook or MAT-file, which this build does not read";
+    Err(Error::data(message, "Build with the feature formats, or save the recording as CSV."))
 }
 
 /// Rows of cells as lines.
@@ -122,9 +120,5 @@ impl Lines for CellLines<'_> {
             self.text.extend(cell.chars().map(|c| if c.is_control() || c == '"' { ' ' } else { c }));
         }
         Ok(Some(Line { number: *number, bytes: self.text.as_bytes() }))
-    }
-
-    fn is_open(&self) -> bool {
-        false
     }
 }

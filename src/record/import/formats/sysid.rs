@@ -23,48 +23,35 @@
 //! `logger_analyzer/data_analyzer.py` and `templates/Robot.java.mako`.
 
 use super::cells::{Cells, number};
-use crate::text::{alternatives, excerpt};
+use crate::text::{alternatives, quoted};
 use crate::{Error, Result};
 use serde_json::{Map, Value};
 
 const TESTS: [&str; 4] = ["slow-forward", "slow-backward", "fast-forward", "fast-backward"];
 const UNITS: [&str; 6] = ["Meters", "Feet", "Inches", "Radians", "Rotations", "Degrees"];
-/// The largest file; a robot sends far less in a test.
-const BYTES_MAX: usize = 32 << 20;
 const AGAIN: &str = "Save the file again from SysId, or save the tests as CSV.";
 
-/// A column: its heading, and where its numbers stand in a row of the file.
-type Column = (&'static str, usize);
-const ONE_MOTOR: &[Column] = &[("time [s]", 0), ("voltage [V]", 1), ("position [turns]", 2), ("speed [turns/s]", 3)];
-const TWO_SIDES: &[Column] = &[
-    ("time [s]", 0),
-    ("left voltage [V]", 1),
-    ("right voltage [V]", 2),
-    ("left position [turns]", 3),
-    ("right position [turns]", 4),
-    ("left speed [turns/s]", 5),
-    ("right speed [turns/s]", 6),
-    ("gyro angle [rad]", 7),
-    ("gyro rate [rad/s]", 8),
-];
-const OLD_ONE_MOTOR: &[Column] =
-    &[("time [s]", 0), ("voltage [V]", 3), ("position [turns]", 5), ("speed [turns/s]", 7)];
-const OLD_TWO_SIDES: &[Column] = &[
-    ("time [s]", 0),
-    ("left voltage [V]", 3),
-    ("right voltage [V]", 4),
-    ("left position [turns]", 5),
-    ("right position [turns]", 6),
-    ("left speed [turns/s]", 7),
-    ("right speed [turns/s]", 8),
-    ("gyro angle [rad]", 9),
+/// Headings of the columns of one motor, and of two sides.
+const ONE_MOTOR: &[&str] = &["time [s]", "voltage [V]", "position [turns]", "speed [turns/s]"];
+const TWO_SIDES: &[&str] = &[
+    "time [s]",
+    "left voltage [V]",
+    "right voltage [V]",
+    "left position [turns]",
+    "right position [turns]",
+    "left speed [turns/s]",
+    "right speed [turns/s]",
+    "gyro angle [rad]",
+    "gyro rate [rad/s]",
 ];
 /// Where the commanded speed stands in an old row.
 const OLD_COMMAND: usize = 2;
 
 /// How the rows of a file are laid out.
 struct Layout {
-    columns: &'static [Column],
+    headings: &'static [&'static str],
+    /// Where the numbers of each column stand in a row of the file.
+    places: &'static [usize],
     /// Numbers of a row.
     width: usize,
     old: bool,
@@ -87,10 +74,6 @@ pub fn is_sysid(bytes: &[u8]) -> bool {
 /// # Errors
 /// `Data` with test and row when the file is no such JSON, a row has not the numbers expected, or no test holds rows.
 pub fn sysid(bytes: &[u8]) -> Result<Vec<Cells>> {
-    if bytes.len() > BYTES_MAX {
-        let message = format!("is {} bytes long, expected at most {BYTES_MAX} for a JSON file of SysId", bytes.len());
-        return Err(Error::data(message, "Save the tests as CSV."));
-    }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let value: Value =
         serde_json::from_slice(bytes).map_err(|e| Error::data(format!("is no readable JSON: {e}"), AGAIN))?;
@@ -98,7 +81,7 @@ pub fn sysid(bytes: &[u8]) -> Result<Vec<Cells>> {
         return Err(Error::data(format!("found {}, expected a JSON object with tests", sort_of(&value)), AGAIN));
     };
     if !TESTS.iter().any(|test| file.contains_key(*test)) {
-        let keys: Vec<String> = file.keys().take(5).map(|key| format!("\"{}\"", excerpt(key))).collect();
+        let keys: Vec<String> = file.keys().take(5).map(|key| quoted(key)).collect();
         let found = if keys.is_empty() { "nothing".to_owned() } else { keys.join(", ") };
         let message = format!("is no file of SysId: found {found}, expected {}", alternatives(&TESTS));
         return Err(Error::data(message, AGAIN));
@@ -126,7 +109,7 @@ pub fn sysid(bytes: &[u8]) -> Result<Vec<Cells>> {
     }
     let known = |key: &str| TESTS.contains(&key) || ["test", "units", "unitsPerRotation", "sysid"].contains(&key);
     let others = file.iter().filter(|(key, value)| value.is_array() && !known(key)).take(5);
-    notes.extend(others.map(|(key, _)| format!("\"{}\" is none of the four tests and not used", excerpt(key))));
+    notes.extend(others.map(|(key, _)| format!("{} is none of the four tests and not used", quoted(key))));
     for test in &mut tests {
         test.notes.clone_from(&notes);
     }
@@ -137,20 +120,22 @@ fn layout(file: &Map<String, Value>) -> Result<Layout> {
     let mechanism = text(file, "test", "the mechanism, such as \"Simple\" or \"Drivetrain\"")?;
     let two_sides = mechanism.starts_with("Drivetrain");
     let old = !file.contains_key("sysid");
-    let (columns, width) = match (old, two_sides) {
-        (false, false) => (ONE_MOTOR, 4),
-        (false, true) => (TWO_SIDES, 9),
-        (true, false) => (OLD_ONE_MOTOR, 10),
-        (true, true) => (OLD_TWO_SIDES, 10),
+    let (places, width): (&[usize], usize) = match (old, two_sides) {
+        (false, false) => (&[0, 1, 2, 3], 4),
+        (false, true) => (&[0, 1, 2, 3, 4, 5, 6, 7, 8], 9),
+        (true, false) => (&[0, 3, 5, 7], 10),
+        // The rate of the gyro is not there.
+        (true, true) => (&[0, 3, 4, 5, 6, 7, 8, 9], 10),
     };
-    Ok(Layout { columns, width, old })
+    let headings = &(if two_sides { TWO_SIDES } else { ONE_MOTOR })[..places.len()];
+    Ok(Layout { headings, places, width, old })
 }
 
 /// Checks unit and factor, and says that the numbers are in neither.
 fn unit_note(file: &Map<String, Value>) -> Result<String> {
     let unit = text(file, "units", &alternatives(&UNITS))?;
     if !UNITS.contains(&unit) {
-        let message = format!("found \"units\": \"{}\", expected {}", excerpt(unit), alternatives(&UNITS));
+        let message = format!("found \"units\": {}, expected {}", quoted(unit), alternatives(&UNITS));
         return Err(Error::data(message, "Correct the unit in the file."));
     }
     let factor = file.get("unitsPerRotation");
@@ -178,9 +163,9 @@ fn text<'a>(file: &'a Map<String, Value>, key: &str, expected: &str) -> Result<&
 }
 
 fn table(test: &str, rows: &[Value], layout: &Layout) -> Result<Cells> {
-    let heading = layout.columns.iter().map(|(heading, _)| (*heading).to_owned()).collect();
+    let heading = layout.headings.iter().map(|heading| (*heading).to_owned()).collect();
     let mut cells = Cells { name: test.to_owned(), rows: vec![(1, heading)], notes: Vec::new() };
-    for ((number_of_row, counted), row) in (2..).zip(1..).zip(rows) {
+    for (counted, row) in (1..).zip(rows) {
         let wrong = |what: String| Error::data(format!("test {test}, row {counted}: {what}"), AGAIN);
         let Value::Array(row) = row else {
             return Err(wrong(format!("found {}, expected a list of {} numbers", sort_of(row), layout.width)));
@@ -190,20 +175,17 @@ fn table(test: &str, rows: &[Value], layout: &Layout) -> Result<Cells> {
                 if layout.old { ", as without the key \"sysid\" the file is one of frc-characterization" } else { "" };
             return Err(wrong(format!("found {} numbers, expected {}{old}", row.len(), layout.width)));
         }
-        let mut values = Vec::with_capacity(row.len());
-        for (place, value) in (1..).zip(row) {
-            let value = value
-                .as_f64()
-                .filter(|value| value.is_finite())
-                .ok_or_else(|| wrong(format!("found {} in place {place}, expected a finite number", sort_of(value))))?;
-            values.push(value);
-        }
+        let finite = |(place, value): (usize, &Value)| {
+            let wrong = || wrong(format!("found {} in place {place}, expected a finite number", sort_of(value)));
+            value.as_f64().filter(|value| value.is_finite()).ok_or_else(wrong)
+        };
+        let values: Vec<f64> = (1..).zip(row).map(finite).collect::<Result<_>>()?;
         let negative = layout.old && values[OLD_COMMAND] < 0.0;
-        let texts = layout.columns.iter().map(|&(heading, at)| {
+        let texts = layout.headings.iter().zip(layout.places).map(|(heading, &at)| {
             let value = values[at];
             number(if negative && value > 0.0 && heading.ends_with("[V]") { -value } else { value })
         });
-        cells.rows.push((number_of_row, texts.collect()));
+        cells.rows.push((counted + 1, texts.collect()));
     }
     Ok(cells)
 }
@@ -214,7 +196,7 @@ fn sort_of(value: &Value) -> String {
         Value::Null => "null".to_owned(),
         Value::Bool(value) => value.to_string(),
         Value::Number(value) => value.to_string(),
-        Value::String(text) => format!("the text \"{}\"", excerpt(text)),
+        Value::String(text) => format!("the text {}", quoted(text)),
         Value::Array(_) => "a list".to_owned(),
         Value::Object(_) => "an object".to_owned(),
     }

@@ -5,11 +5,14 @@
 
 use super::archive::{SAVE_AGAIN, check};
 use super::cells::{CELLS_MAX, COLUMNS_MAX, Cells, UNPACKED_MAX, number, shortened};
-use crate::text::excerpt;
+use crate::record::time::rounded;
+use crate::text::{counted, quoted};
 use crate::{Error, Result};
 use calamine::{DataRef, Reader as _, SheetType, SheetVisible, Xlsx};
 use std::fmt::Display;
 use std::io::Cursor;
+
+const CUT: &str = "Delete what does not belong to the recording, or cut the recording.";
 
 type Workbook<'a> = Xlsx<Cursor<&'a [u8]>>;
 
@@ -29,17 +32,17 @@ fn read(bytes: &[u8], sheet: Option<&str>, unpacked_max: u64, cells_max: usize) 
     let mut workbook =
         Xlsx::new(Cursor::new(bytes)).map_err(|e| Error::data(format!("is no readable workbook: {e}"), SAVE_AGAIN))?;
     let names = sheets(&workbook);
-    let listed = || names.iter().map(|name| format!("\"{}\"", excerpt(name))).collect::<Vec<_>>().join(", ");
+    let listed = || names.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(", ");
     if let Some(wanted) = sheet {
         let found = names.iter().find(|name| *name == wanted);
         let found = found.or_else(|| names.iter().find(|name| name.to_lowercase() == wanted.trim().to_lowercase()));
         let Some(name) = found else {
-            let message = format!("no sheet \"{}\"; the workbook has {}", excerpt(wanted), listed());
+            let message = format!("no sheet {}; the workbook has {}", quoted(wanted), listed());
             return Err(Error::data(message, "Name one of these sheets."));
         };
         let table = table(&mut workbook, name, cells_max)?;
         if table.rows.is_empty() {
-            let message = format!("sheet \"{}\" is empty, expected a heading and rows of numbers", excerpt(name));
+            let message = format!("sheet {} is empty, expected a heading and rows of numbers", quoted(name));
             return Err(Error::data(message, format!("Name the sheet with the recording: {}.", listed())));
         }
         return table.into_cells(name, cells_max);
@@ -50,23 +53,18 @@ fn read(bytes: &[u8], sheet: Option<&str>, unpacked_max: u64, cells_max: usize) 
             continue;
         }
         let mut cells = table.into_cells(name, cells_max)?;
-        let others: Vec<String> = names[at + 1..]
-            .iter()
-            .filter(|other| holds_numbers(&mut workbook, other))
-            .map(|other| format!("\"{}\"", excerpt(other)))
-            .collect();
+        let others = names[at + 1..].iter().filter(|other| holds_numbers(&mut workbook, other));
+        let others: Vec<String> = others.map(|other| quoted(other)).collect();
         if !others.is_empty() {
             let (plural, verb) = if others.len() == 1 { ("", "holds") } else { ("s", "hold") };
             let others = shortened(others, 10).join(", ");
-            let note = format!("read sheet \"{}\"; sheet{plural} {others} {verb} numbers too", excerpt(name));
+            let note = format!("read sheet {}; sheet{plural} {others} {verb} numbers too", quoted(name));
             cells.notes.insert(0, note);
         }
         return Ok(cells);
     }
-    Err(Error::data(
-        format!("no sheet holds two rows with numbers; the workbook has {}", listed()),
-        "Put a heading such as time_s,voltage_V,current_A,speed_rad_s in a sheet, and the numbers below it.",
-    ))
+    let hint = "Put a heading such as time_s,voltage_V,current_A,speed_rad_s in a sheet, and the numbers below it.";
+    Err(Error::data(format!("no sheet holds two rows with numbers; the workbook has {}", listed()), hint))
 }
 
 /// The sheets that hold cells, hidden ones last.
@@ -90,7 +88,7 @@ struct Table {
 
 fn table(workbook: &mut Workbook<'_>, name: &str, cells_max: usize) -> Result<Table> {
     let damaged =
-        |what: &dyn Display| Error::data(format!("sheet \"{}\" cannot be read: {what}", excerpt(name)), SAVE_AGAIN);
+        |what: &dyn Display| Error::data(format!("sheet {} cannot be read: {what}", quoted(name)), SAVE_AGAIN);
     let mut reader = workbook.worksheet_cells_reader(name).map_err(|e| damaged(&e))?;
     let mut table = Table::default();
     let mut total = 0;
@@ -115,8 +113,7 @@ fn table(workbook: &mut Workbook<'_>, name: &str, cells_max: usize) -> Result<Ta
         if at >= COLUMNS_MAX || total > cells_max {
             let most = if at >= COLUMNS_MAX { format!("{COLUMNS_MAX} columns") } else { format!("{cells_max} cells") };
             let what = format!("cell {} is filled, expected at most {most}", address(row, column));
-            let remedy = "Delete what does not belong to the recording, or cut the recording.";
-            return Err(Error::data(format!("sheet \"{}\": {what}", excerpt(name)), remedy));
+            return Err(Error::data(format!("sheet {}: {what}", quoted(name)), CUT));
         }
         texts.resize(at, String::new());
         texts.push(text);
@@ -138,20 +135,16 @@ impl Table {
         let (widest, width) =
             self.rows.iter().map(|(number, texts)| (*number, texts.len())).max_by_key(|row| row.1).unwrap_or_default();
         if self.rows.len().saturating_mul(width) > cells_max {
-            let message = format!(
-                "sheet \"{}\": found {} rows of {width} columns, expected at most {cells_max} cells; \
-                 row {widest} is the widest",
-                excerpt(name),
-                self.rows.len()
-            );
-            return Err(Error::data(message, "Delete what does not belong to the recording, or cut the recording."));
+            let found = format!("sheet {}: found {} rows of {width} columns", quoted(name), self.rows.len());
+            let message = format!("{found}, expected at most {cells_max} cells; row {widest} is the widest");
+            return Err(Error::data(message, CUT));
         }
         for (_, texts) in &mut self.rows {
             texts.resize(width, String::new());
         }
         let note = self.first_date.map(|first| {
-            let (count, plural) = (self.dates, if self.dates == 1 { "" } else { "s" });
-            format!("{count} date or time cell{plural}, the first in {first}, given in seconds (days times 86400)")
+            let dates = counted(self.dates, "date or time cell");
+            format!("{dates}, the first in {first}, given in seconds (days times 86400)")
         });
         Ok(Cells { name: name.to_owned(), rows: self.rows, notes: note.into_iter().collect() })
     }
@@ -202,8 +195,7 @@ fn content(value: &DataRef<'_>) -> (String, Sort) {
 
 /// Days as seconds with the 15 digits that a spreadsheet keeps: those of today are rounded to 10 µs.
 fn seconds(days: f64) -> f64 {
-    let seconds = days * 86_400.0;
-    format!("{seconds:.14e}").parse().unwrap_or(seconds)
+    rounded(days * 86_400.0, 15)
 }
 
 /// The days from the start of spreadsheet time to an ISO 8601 date, time of day or both.
