@@ -39,7 +39,7 @@ pub(crate) use friction::Reactions;
 pub use linear::Parameters;
 pub use logarithm::{LogarithmError, matrix_logarithm};
 pub use matrix::{Matrix2, inverse, product, times};
-pub use parameter::{Extensions, Parameter, UsualBounds};
+pub use parameter::{Parameter, UsualBounds};
 pub use response::{Response, response};
 pub(crate) use sensor::{CHUNK, MovingAverages};
 #[cfg(feature = "gpu")]

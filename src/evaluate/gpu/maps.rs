@@ -97,8 +97,7 @@ impl Block<'_> {
 
     /// Returns the motors of the candidates.
     fn motors(&self) -> [Extended; LANES] {
-        let problem = self.group.problem;
-        self.each(|values, n| Extended::new(&problem.parameters(values, n), &problem.extensions(values, n)))
+        self.each(|values, n| self.group.problem.motor(values, n))
     }
 
     fn signals(&self) -> &Signals {
