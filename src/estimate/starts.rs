@@ -5,7 +5,7 @@
 
 use super::refine::refine_roughly;
 use super::refined::Refined;
-use super::steiglitz_mcbride::{SmOptions, try_steiglitz_mcbride};
+use super::steiglitz_mcbride::steiglitz_mcbride;
 use crate::Result;
 use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Evaluator as _, Group, Model, Problem, Simd};
@@ -185,11 +185,10 @@ pub(crate) fn best_start(plain: &Problem, starts: &[Vec<f64>], sigma: &[[f64; 2]
 /// Motors that Steiglitz–McBride finds when the voltage comes later by some samples, the earliest first: with a dead time
 /// of about that, the right one is among them.
 pub(crate) fn lagged(records: &[Record], model: Model) -> Vec<[f64; 5]> {
-    let options = SmOptions { model, sigma: None };
     let longest = records.iter().max_by_key(|record| record.len());
     let of = |record: &Record, lag: &usize| {
         let late = record.with_late_input(*lag);
-        Some(try_steiglitz_mcbride(&late, &options).ok()?.ok()?.parameters.to_array())
+        Some(steiglitz_mcbride(&late, model).ok()?.ok()?.parameters.to_array())
     };
     longest.map_or_else(Vec::new, |record| LAGS.iter().filter_map(|lag| of(record, lag)).collect())
 }

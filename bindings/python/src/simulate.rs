@@ -5,7 +5,7 @@ use crate::errors::Raise as _;
 use crate::pool::on_all;
 use crate::record::{Record, several, single};
 use crate::spec::{self, Keywords};
-use motorfit::estimate::{RefineOptions, SmOptions};
+use motorfit::estimate::RefineOptions;
 use motorfit::evaluate::Model;
 use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
 use motorfit::motor::{Discretization, Parameters};
@@ -79,9 +79,9 @@ pub fn steiglitz_mcbride<'py>(
     discretization: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
     let discretization = Discretization::named("discretization", discretization).raise(py)?;
-    let options = SmOptions { model: Model { discretization, ..Model::default() }, sigma: None };
+    let model = Model { discretization, ..Model::default() };
     let record = single(record)?;
-    let estimate = on_all(py, || motorfit::estimate::steiglitz_mcbride(&record, &options))?.raise(py)?;
+    let estimate = on_all(py, || Ok(motorfit::estimate::steiglitz_mcbride(&record, model)??))?.raise(py)?;
     named(py, &estimate.parameters)
 }
 
