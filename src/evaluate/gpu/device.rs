@@ -1,10 +1,10 @@
 //! Adapters and devices: what is there, opening one, and turning what goes wrong into errors.
 
-use super::variant::Fetch;
+use super::variant::{Fetch, UNIFORM_BYTES};
 use crate::setting::{Text, text};
 use crate::text::printable;
 use crate::{Error, ErrorKind, Result};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -49,7 +49,8 @@ const SLOWEST_STEPS_PER_SECOND: u64 = 20_000_000;
 const SPIN_STEPS: u64 = 1_000_000;
 const SPIN: Duration = Duration::from_micros(300);
 
-fn error(message: impl Into<Text>, remedy: impl Into<Text>) -> Error {
+/// Makes the error of a device.
+pub(super) fn error(message: impl Into<Text>, remedy: impl Into<Text>) -> Error {
     Error::new(ErrorKind::Device, message, remedy)
 }
 
@@ -103,15 +104,15 @@ pub(super) struct Device {
     pub facts: AdapterFacts,
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
-    /// Fewest invocations of a subgroup.
-    subgroup: u32,
+    /// How samples reach the invocations: software adapters share them in subgroups, if these are of at least eight.
+    pub fetch: Fetch,
+    /// Whether samples may lie in a uniform buffer of [`UNIFORM_BYTES`].
+    pub uniform: bool,
     fault: Arc<Mutex<Option<String>>>,
     /// How long any submission may take.
     pub patience: Duration,
     /// Whether submissions are timed by the device's clock.
     pub timed: bool,
-    /// Buffers made so far.
-    pub buffers_made: AtomicUsize,
 }
 
 impl Device {
@@ -120,7 +121,6 @@ impl Device {
         let list: Vec<AdapterFacts> = adapters.iter().enumerate().map(|(n, a)| facts(n, a)).collect();
         let index = choose(&list, selector, f64)?;
         let (adapter, facts) = (adapters.swap_remove(index), list[index].clone());
-        let subgroup = adapter.get_info().subgroup_min_size;
         let wanted = wgpu::Features::SHADER_F64 | wgpu::Features::SUBGROUP | wgpu::Features::TIMESTAMP_QUERY;
         let features = adapter.features() & wanted;
         let descriptor = wgpu::DeviceDescriptor {
@@ -144,18 +144,20 @@ impl Device {
                 keep(&lost, format!("the device was lost: {text}"));
             }
         });
-        let (patience, buffers_made) = (PATIENCE, AtomicUsize::new(0));
-        Ok(Self { facts, device, queue, subgroup, fault, patience, timed: false, buffers_made })
+        let shares = facts.kind == "software"
+            && device.features().contains(wgpu::Features::SUBGROUP)
+            && adapter.get_info().subgroup_min_size >= 8;
+        let fetch = if shares { Fetch::Subgroup } else { Fetch::Direct };
+        let uniform = device.limits().max_uniform_buffer_binding_size >= UNIFORM_BYTES as u64;
+        Ok(Self { facts, device, queue, fetch, uniform, fault, patience: PATIENCE, timed: false })
     }
 
     /// The first error since the last check, if any.
     pub(super) fn check(&self) -> Result<()> {
-        match self.fault.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            None => Ok(()),
-            Some(text) => {
-                Err(error(format!("{}: {}", self.facts.name, text.lines().collect::<Vec<_>>().join(" ")), again()))
-            }
-        }
+        let fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner).take();
+        fault.map_or(Ok(()), |text| {
+            Err(error(format!("{}: {}", self.facts.name, text.lines().collect::<Vec<_>>().join(" ")), again()))
+        })
     }
 
     /// Waits until a submission of so many candidate-steps is done and its results have `arrived`.
@@ -182,27 +184,6 @@ impl Device {
                 text!("The device hangs or is far too slow: use " [Device = "cpu"] ", or restart its driver."),
             )
         })
-    }
-
-    pub(super) fn count_buffer(&self) {
-        self.buffers_made.fetch_add(1, Ordering::Relaxed);
-    }
-
-    /// Software adapters share samples in subgroups, if they have subgroups of at least eight.
-    pub(super) fn fetch(&self) -> Fetch {
-        if self.facts.kind == "software"
-            && self.device.features().contains(wgpu::Features::SUBGROUP)
-            && self.subgroup >= 8
-        {
-            Fetch::Subgroup
-        } else {
-            Fetch::Direct
-        }
-    }
-
-    /// Whether samples may lie in a uniform buffer of `bytes`.
-    pub(super) fn has_uniform(&self, bytes: usize) -> bool {
-        self.device.limits().max_uniform_buffer_binding_size >= bytes as u64
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::constants::ring;
 use super::features::ShaderFeatures;
-use super::reference::{Reference, ReferenceStep, reference_values};
+use super::reference::{Reference, ReferenceStep};
 use super::variant::{BLOCK, LANES, Precision, UNIFORM_BYTES, Variant, WORKGROUP};
 use crate::evaluate::{Group, Problem, Run, Signals};
 use crate::motor::tap_times;
@@ -45,7 +45,9 @@ impl Numbers {
 
 /// One (group, recording): its blocks of candidates from `first` on.
 pub(super) struct Unit {
-    pub place: Place,
+    /// The group of the batch, and the recording of its problem.
+    pub group: usize,
+    pub recording: usize,
     pub first: usize,
     pub blocks: usize,
     /// Its first map, counted over all units: blocks times distinct steps and slots of constants.
@@ -56,14 +58,7 @@ pub(super) struct Unit {
     pub time: Arc<[f64]>,
 }
 
-/// A group of the batch and a recording of its problem.
-#[derive(Clone, Copy)]
-pub(super) struct Place {
-    pub group: usize,
-    pub recording: usize,
-}
-
-/// What a group of a scene was made of.
+/// A group that the layout was made of.
 struct Key {
     problem: Arc<Problem>,
     reference: Option<Vec<f64>>,
@@ -115,14 +110,16 @@ impl BatchLayout {
             units: Vec::new(),
         };
         for (index, group) in groups.iter().enumerate() {
-            let values = reference_values(group);
+            // The geometric middle of its box, where a group has no reference of its own.
+            let middle = || group.problem.space().free().iter().map(|axis| (axis.min * axis.max).sqrt()).collect();
+            let values: Vec<f64> = group.reference.map_or_else(middle, <[f64]>::to_vec);
             for (recording, signals) in group.problem.signals().iter().enumerate() {
                 let reference = if variant.precision.is_deviation() {
                     Reference::new(group.problem, signals, &group.problem.parameters(&values, recording))
                 } else {
                     Reference::none(signals)
                 };
-                layout.add(Place { group: index, recording }, group, reference);
+                layout.add([index, recording], group, reference);
             }
         }
         let words = variant.job();
@@ -143,7 +140,12 @@ impl BatchLayout {
         layout
     }
 
-    /// Whether these groups differ from the scene's in their candidates alone.
+    /// Returns the bytes of the sums.
+    pub(super) fn sums_bytes(&self) -> usize {
+        self.blocks * 2 * LANES * self.variant.precision.bytes()
+    }
+
+    /// Returns whether these groups differ from those of the layout in their candidates alone.
     pub(super) fn serves(&self, groups: &[Group<'_>], variant: Variant) -> bool {
         let same = |key: &Key, group: &Group<'_>| {
             Arc::ptr_eq(&key.problem, group.problem)
@@ -167,9 +169,10 @@ fn word(n: usize) -> u32 {
 }
 
 impl BatchLayout {
-    fn add(&mut self, place: Place, group: &Group<'_>, reference: Reference) {
+    /// Adds a recording of a group, by their indices.
+    fn add(&mut self, [index, recording]: [usize; 2], group: &Group<'_>, reference: Reference) {
         let (problem, variant) = (group.problem, self.variant);
-        let signals = &problem.signals()[place.recording];
+        let signals = &problem.signals()[recording];
         let blocks = group.candidates.count().div_ceil(LANES);
         if blocks == 0 {
             return;
@@ -211,7 +214,8 @@ impl BatchLayout {
             }
         }
         let time = if delayed { tap_times(&signals.drive(), problem.settings(signals)) } else { Arc::default() };
-        self.units.push(Unit { place, first: self.blocks, blocks, map_first, reference: reference.steps, time });
+        let (first, reference) = (self.blocks, reference.steps);
+        self.units.push(Unit { group: index, recording, first, blocks, map_first, reference, time });
         self.maps += blocks * each;
         self.steps += (blocks * LANES * (signals.len() - first_active)) as u64;
         self.blocks += blocks;
