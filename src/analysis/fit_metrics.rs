@@ -66,7 +66,7 @@ impl FitMetrics {
 
     fn of_recording(record: &Record, problem: &Problem, candidate: &[f64], recording: usize) -> Self {
         let signals = &problem.signals()[recording];
-        let model = problem.simulate(candidate, recording, signals.initial());
+        let model = problem.simulate(candidate, recording, signals.initial);
         let mut sums = Self::default();
         for (channel, (measured, simulated)) in record.measured().into_iter().zip(model).enumerate() {
             let Some(measured) = measured else { continue };

@@ -23,7 +23,7 @@ pub(super) fn checked(spec: IdentifySpec, given: &Given, style: &Style) -> Resul
             "Add --scale noise or leave --noise out.",
         ));
     }
-    if given.has(Setting::TimeOrigin) && !spec.criterion.is_time_weighted() {
+    if given.has(Setting::TimeOrigin) && !spec.criterion.norm.is_time_weighted() {
         let message = "--time-origin has no effect without --criterion itse or itae";
         return Err(Error::usage(message, "Choose one of them or leave --time-origin out."));
     }

@@ -1,7 +1,6 @@
 //! Estimation in f64 on the CPU: Steiglitz–McBride, the maximum-likelihood refinement, how sure it is.
 
 mod descent;
-mod deviation;
 mod failure;
 mod initial;
 mod normal;
@@ -17,12 +16,12 @@ mod steiglitz_mcbride;
 mod triangle;
 mod uncertainty;
 
-pub use deviation::signal_deviations;
 pub use failure::SmFailure;
 pub use initial::initial_states;
 pub use reference::{Reference, ReferenceKind, global_reference, squares_on};
 pub use refine::{RefineOptions, fit_problem, refine, refine_on, refine_roughly};
 pub use refined::Refined;
+pub use starts::signal_deviations;
 pub(crate) use starts::{best_start, carried, explained, lagged, led, warmed};
 pub use steiglitz_mcbride::{Estimate, steiglitz_mcbride, steiglitz_mcbride_on};
 pub(crate) use uncertainty::INDEPENDENT_MIN;

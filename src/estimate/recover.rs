@@ -44,7 +44,7 @@ pub(super) fn recover(sampled: &Sampled, h: f64, method: Discretization) -> std:
     let a = if method == Discretization::Euler {
         d.map(|v| v / h)
     } else {
-        matrix_logarithm(phi, h).map_err(|_| SmFailure::NoRealLogarithm)?
+        matrix_logarithm(phi, h).ok_or(SmFailure::NoRealLogarithm)?
     };
     let mut b = times(product(a, inverse(d)), [i1, w1]);
     if foh {

@@ -10,6 +10,7 @@ use crate::Result;
 use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Evaluator as _, Group, Model, Problem, Simd};
 use crate::motor::{Axis, Extension, Parameter, Space};
+use crate::numeric::{rms, standard_deviation};
 use crate::record::Record;
 use std::sync::Arc;
 
@@ -174,7 +175,18 @@ fn limited(problem: &Arc<Problem>, motors: &[[f64; 5]], order: &[usize]) -> Resu
 /// Explanations that are refined at most.
 const EXPLANATIONS: usize = 6;
 
-/// The best of the rough refinements of some starts, each channel divided by its standard deviation.
+/// Returns the standard deviation of current \[A\] and speed \[rad/s\] of each recording; the root mean square of a
+/// constant channel, and 1 for a channel that was not measured or is zero.
+#[must_use]
+pub fn signal_deviations(records: &[Record]) -> Vec<[f64; 2]> {
+    let of = |signal: Option<&[f64]>| {
+        let Some(signal) = signal else { return 1.0 };
+        [standard_deviation(signal), rms(signal), 1.0].into_iter().find(|v| *v > 0.0).unwrap_or(1.0)
+    };
+    records.iter().map(|record| record.measured().map(of)).collect()
+}
+
+/// Returns the best of the rough refinements of some starts, each channel divided by its `sigma`.
 pub(crate) fn best_start(plain: &Problem, starts: &[Vec<f64>], sigma: &[[f64; 2]]) -> Option<Refined> {
     use rayon::prelude::*;
     let refined = starts.par_iter().map(|start| refine_roughly(plain, start, sigma));

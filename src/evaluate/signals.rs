@@ -50,9 +50,10 @@ pub struct Signals {
     /// What each channel's sum is multiplied by: its scale and, where weights are empty, the step; 0 for a channel that
     /// was not measured.
     pub(crate) factor: [f64; 2],
-    pub(crate) initial: [f64; 2],
+    /// The state `[i, ω]` at the first sample.
+    pub initial: [f64; 2],
     /// Whether a refinement estimates it.
-    pub(crate) initial_is_free: bool,
+    pub initial_is_free: bool,
     /// Samples before this one find the motor at rest without voltage or torque: their state is zero.
     pub(crate) first_active: usize,
     /// The weighted sums over those samples.
@@ -129,18 +130,6 @@ impl Signals {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.voltage.is_empty()
-    }
-
-    /// The state `[i, ω]` at the first sample.
-    #[must_use]
-    pub fn initial(&self) -> [f64; 2] {
-        self.initial
-    }
-
-    /// Whether a refinement estimates the state at the first sample.
-    #[must_use]
-    pub fn is_initial_free(&self) -> bool {
-        self.initial_is_free
     }
 
     /// Whether the motor is known to begin at rest.
@@ -242,7 +231,7 @@ impl Signals {
 
     fn set_weights(&mut self, record: &Record, criterion: &Criterion) {
         let regular = self.step_index.is_empty();
-        if criterion.is_time_weighted() || (criterion.is_integral() && !regular) {
+        if criterion.norm.is_time_weighted() || (criterion.is_integral() && !regular) {
             let time_s = &record.samples().time_s;
             let weight = |n: usize| criterion.weight(time_s[n] - time_s[0], record.steps().step(n));
             self.weight = (0..self.len()).map(|n| [weight(n); 2]).collect();

@@ -59,12 +59,6 @@ impl Simd {
         if self.alone { 1 } else { rayon::current_num_threads() }
     }
 
-    /// The feature level.
-    #[must_use]
-    pub fn level(&self) -> Level {
-        self.level
-    }
-
     /// Candidates of a block.
     fn lanes(self, problem: &Problem) -> usize {
         match (self.level, problem.features().is_linear()) {

@@ -192,7 +192,7 @@ fn reported(problem: &Problem, found: SearchResult, known: Known) -> Identificat
             cost: f64::NAN,
         },
         space: problem.space().clone(),
-        initial: problem.signals().iter().map(|signals| signals.initial()).collect(),
+        initial: problem.signals().iter().map(|signals| signals.initial).collect(),
         values: known.values,
         unidentified: known.unidentified,
         fit_percent: known.fit_percent,

@@ -161,7 +161,7 @@ fn assembled(prepared: &Prepared<'_>, fit: Fit) -> Identification {
         cost: Scalar::cost(&problem, values),
         searched,
         space,
-        initial: problem.signals().iter().map(|s| s.initial()).collect(),
+        initial: problem.signals().iter().map(|s| s.initial).collect(),
         fit_percent: metrics.fit_percent(),
         residual_tests: Vec::new(),
         residual_sigma: if polished { refined.sigma } else { metrics.residual_sigma() },

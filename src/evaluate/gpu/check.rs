@@ -7,7 +7,7 @@ use super::variant::{Precision, Variant};
 use crate::Result;
 use crate::criterion::{Criterion, Norm};
 use crate::evaluate::{Model, Problem, Scalar};
-use crate::motor::{Discretization, Drive, Parameter, Parameters, Space, Trajectory, simulate};
+use crate::motor::{Discretization, Drive, Parameter, Parameters, Space, simulate};
 use crate::record::{Record, Samples};
 use crate::setting::text;
 use std::sync::Arc;
@@ -25,7 +25,7 @@ pub(super) fn specimen(variant: Variant) -> Result<(Arc<Problem>, Vec<f64>)> {
     };
     let voltage: Vec<f64> = (0..SAMPLES).map(volts).collect();
     let drive = Drive { step_s: &[0.001], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &[] };
-    let Trajectory { current, speed } = simulate(&Parameters::M2, &drive, [0.0; 2], Discretization::Zoh);
+    let [current, speed] = simulate(&Parameters::M2, &drive, [0.0; 2], Discretization::Zoh);
     let time_s = (0..SAMPLES).map(|n| f64::from(n) * 0.001).collect();
     let record = Record::new(Samples { time_s, voltage, torque: None, current: Some(current), speed: Some(speed) })?;
     let norm = match (variant.absolute, variant.weighted) {

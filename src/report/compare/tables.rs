@@ -290,8 +290,8 @@ pub(super) fn current_of(comparison: &Comparison, parameters: &Parameters, band:
     let record = comparison.subject.records.first()?;
     let drive = crate::experiment::drive(record);
     let initial = comparison.initial.first().copied().unwrap_or_default();
-    let model = simulate(parameters, &drive, initial, comparison.spec.model.discretization);
-    response(&record.samples().time_s, &model.current, band)
+    let [current, _] = simulate(parameters, &drive, initial, comparison.spec.model.discretization);
+    response(&record.samples().time_s, &current, band)
 }
 
 /// Figures of the current: peak, settling, steady state.
@@ -313,7 +313,7 @@ fn responses(comparison: &Comparison, block: &Block) -> Option<Table> {
             time(two.settling_time_s),
             time(five.settling_time_s),
             format!("{:.4}", two.steady_state),
-            fixed(two.steady_state_error(&real)),
+            fixed(two.steady_state - real.steady_state),
         ]);
     };
     row("measured", [real, wide]);

@@ -181,7 +181,7 @@ pub fn compare(
         .steiglitz_mcbride
         .then(|| Steiglitz::of(&subject, spec, reference.as_ref().ok().map(AsRef::as_ref)))
         .transpose()?;
-    let initial: Vec<[f64; 2]> = comparison_run.problems[0].signals().iter().map(|signals| signals.initial()).collect();
+    let initial: Vec<[f64; 2]> = comparison_run.problems[0].signals().iter().map(|signals| signals.initial).collect();
     let estimate = steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok());
     let estimated = Estimated { refined: reference.as_deref().ok(), steiglitz: estimate, initial: &initial };
     add_costs(&mut blocks, &subject, spec, &estimated)?;
