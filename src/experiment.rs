@@ -67,21 +67,18 @@ pub fn simulated(motor: impl Into<Extended>, excitation: &Excitation, method: Di
     }
     let zero = Some(vec![0.0; time_s.len()]);
     let draft = Record::new(Samples { time_s, voltage, torque, current: zero.clone(), speed: zero })?;
-    let (mut current, mut speed) = (Vec::with_capacity(draft.len()), Vec::with_capacity(draft.len()));
-    let mut visit = |seen: [f64; 2]| {
-        current.push(seen[0]);
-        speed.push(seen[1]);
-    };
+    let mut signals = [0, 1].map(|_| Vec::with_capacity(draft.len()));
+    let visit = |seen: [f64; 2]| signals.iter_mut().zip(seen).for_each(|(signal, value)| signal.push(value));
     let motor = motor.into();
     let features = motor.features();
     if features.is_linear() {
-        walk(&motor.parameters(), &drive(&draft), [0.0; 2], method, &mut visit);
+        walk(&motor.parameters(), &drive(&draft), [0.0; 2], method, visit);
     } else {
         let history = InputHistory::of(&draft.samples().voltage, true);
         let settings = SimulationSettings { features, method: method.into(), history };
         ExtendedWalk::new(&motor, &drive(&draft), settings, [0.0; 2]).for_each(visit);
     }
-    let (current, speed) = (Some(current), Some(speed));
+    let [current, speed] = signals.map(Some);
     Record::new(Samples { current, speed, ..draft.samples().clone() }).map_err(|error| {
         Error::data(
             format!("the simulated motor diverges: {error}"),

@@ -105,6 +105,5 @@ fn scattered(problem: &Problem) -> Vec<Vec<f64>> {
 #[must_use]
 pub fn squares_on(problem: &Problem, values: &[f64]) -> Vec<[f64; 2]> {
     let fit = Fit::new(problem);
-    let normal = fit.normal(&fit.start(values));
-    (0..problem.signals().len()).map(|n| [normal.squares(n, 0), normal.squares(n, 1)]).collect()
+    fit.normal(&fit.start(values)).all_squares()
 }

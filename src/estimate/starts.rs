@@ -24,17 +24,17 @@ const LAGS: [usize; 8] = [0, 1, 2, 5, 10, 20, 40, 80];
 /// Values along an axis that are tried.
 fn grid(axis: &Axis) -> Vec<f64> {
     let range = axis.max - axis.min;
-    let share = |n: u32, of: u32| f64::from(n) / f64::from(of);
+    let points = |of: &dyn Fn(f64) -> f64| (0..=GRID).map(|n| of(f64::from(n) / f64::from(GRID))).collect();
     match axis.parameter {
         // What counts is the ratio.
         Parameter::CurrentAverage | Parameter::SpeedAverage | Parameter::NegativeGain => {
-            (0..=GRID).map(|n| axis.min * (axis.max / axis.min).powf(share(n, GRID))).collect()
+            points(&|share| axis.min * (axis.max / axis.min).powf(share))
         }
         // Small ones matter too.
         Parameter::Coulomb | Parameter::BrushDrop | Parameter::Deadband => {
-            (0..=GRID).map(|n| axis.min + range * share(n, GRID).powi(2)).collect()
+            points(&|share| axis.min + range * share.powi(2))
         }
-        _ => (0..=GRID).map(|n| axis.min + range * share(n, GRID)).collect(),
+        _ => points(&|share| axis.min + range * share),
     }
 }
 

@@ -192,20 +192,11 @@ fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> [Option<Whi
 /// Residuals of current and speed, those left out that do not count.
 fn residuals(problem: &Problem, recording: usize, values: &[f64], initial: [f64; 2]) -> [Vec<f64>; 2] {
     let signals = &problem.signals()[recording];
-    let mut residuals = [0, 1].map(|_| Vec::with_capacity(signals.len()));
-    let mut measured = signals.measured.iter();
-    problem.walk(values, recording, initial, |x| {
-        if let Some(y) = measured.next() {
-            residuals.iter_mut().zip(y).zip(x).for_each(|((residuals, y), x)| residuals.push(y - x));
-        }
-    });
-    for (channel, residuals) in
-        residuals.iter_mut().enumerate().filter(|(channel, _)| signals.count(*channel) < signals.len())
-    {
-        let mut sample = 0..;
-        residuals.retain(|_| sample.next().is_some_and(|n| signals.counts(channel, n)));
-    }
-    residuals
+    let model = problem.simulate(values, recording, initial);
+    [0, 1].map(|channel| {
+        let residuals = signals.measured(channel).zip(&model[channel]).enumerate();
+        residuals.filter(|(n, _)| signals.counts(channel, *n)).map(|(_, (y, x))| y - x).collect()
+    })
 }
 
 /// Returns the sums of products with the residual that comes so many samples later.
@@ -222,12 +213,8 @@ fn products(residuals: &[f64]) -> [f64; LAGS + 1] {
 #[must_use]
 pub fn describe(direction: &[f64], axes: &[Axis]) -> String {
     let largest = peak(direction);
-    let mut parts: Vec<(&str, f64)> = Vec::new();
-    for (axis, step) in axes.iter().zip(direction) {
-        if step.abs() > 0.05 * largest {
-            parts.push((axis.parameter.symbol(), *step));
-        }
-    }
+    let steps = axes.iter().map(|axis| axis.parameter.symbol()).zip(direction.iter().copied());
+    let parts: Vec<(&str, f64)> = steps.filter(|(_, step)| step.abs() > 0.05 * largest).collect();
     let smallest = parts.iter().map(|(_, step)| step.abs()).fold(f64::INFINITY, f64::min);
     let sign = parts.first().map_or(1.0, |(_, step)| step.signum());
     let symbols: Vec<&str> = parts.iter().map(|(symbol, _)| *symbol).collect();

@@ -329,26 +329,17 @@ fn lines(record: &Record, method: Discretization) -> [Vec<f64>; 2] {
 fn filled(record: &Record, counting: &[[bool; 2]]) -> [Option<Vec<f64>>; 2] {
     [0, 1].map(|channel| {
         let signal = record.measured()[channel].filter(|_| counting.iter().any(|c| !c[channel]))?;
-        let mut filled = signal.to_vec();
-        let mut last: Option<usize> = None;
-        for n in 0..=signal.len() {
-            let good = counting.get(n).is_none_or(|c| c[channel]);
-            if !good {
-                continue;
+        let counting: Vec<usize> = (0..signal.len()).filter(|n| counting[*n][channel]).collect();
+        let between = |n: usize| {
+            let next = counting.partition_point(|other| *other < n);
+            match (next.checked_sub(1).map(|last| counting[last]), counting.get(next).copied()) {
+                (Some(a), Some(b)) => signal[a] + count(n - a) / count(b - a) * (signal[b] - signal[a]),
+                (Some(one), None) | (None, Some(one)) => signal[one],
+                (None, None) => 0.0,
             }
-            let after = signal.get(n).copied();
-            let from = last.map_or(0, |l| l + 1);
-            let before = last.map(|l| signal[l]);
-            for (k, value) in filled[from..n].iter_mut().enumerate() {
-                let part = count(k + 1) / count(n - from + 1);
-                *value = match (before, after) {
-                    (Some(before), Some(after)) => before + part * (after - before),
-                    (Some(one), None) | (None, Some(one)) => one,
-                    (None, None) => 0.0,
-                };
-            }
-            last = Some(n);
-        }
+        };
+        let mut filled: Vec<f64> = (0..signal.len()).map(between).collect();
+        counting.iter().for_each(|&n| filled[n] = signal[n]);
         Some(filled)
     })
 }

@@ -71,9 +71,8 @@ fn longest(problem: &Problem, parameter: Parameter) -> f64 {
 
 /// Returns the bytes of the past values and the states of a candidate, over all recordings.
 pub(super) fn kept_bytes(problem: &Problem, features: ShaderFeatures, number_bytes: usize) -> usize {
-    let channels = features.channels();
-    let ring = |signals: &Signals| if channels == 0 { 0 } else { channels * ring(problem, signals) };
-    problem.signals().iter().map(|signals| number_bytes * (STATES + ring(signals))).sum()
+    let kept = |signals: &Arc<Signals>| STATES + features.channels() * ring(problem, signals);
+    problem.signals().iter().map(|signals| number_bytes * kept(signals)).sum()
 }
 
 /// Returns whether the device takes a problem: not with delayed inputs on an uneven clock or with voltages that are lines of

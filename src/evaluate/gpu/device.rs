@@ -79,7 +79,7 @@ fn rank(kind: wgpu::DeviceType) -> u8 {
     }
 }
 
-fn facts(index: usize, adapter: &wgpu::Adapter) -> AdapterFacts {
+fn facts((index, adapter): (usize, &wgpu::Adapter)) -> AdapterFacts {
     let (info, limits) = (adapter.get_info(), adapter.limits());
     AdapterFacts {
         index,
@@ -96,7 +96,7 @@ fn facts(index: usize, adapter: &wgpu::Adapter) -> AdapterFacts {
 /// Every adapter of this machine, the best first.
 #[must_use]
 pub fn list() -> Vec<AdapterFacts> {
-    adapters().iter().enumerate().map(|(index, adapter)| facts(index, adapter)).collect()
+    adapters().iter().enumerate().map(facts).collect()
 }
 
 /// An open device. Errors that nobody waits for are kept and reported with the next result.
@@ -118,7 +118,7 @@ pub(super) struct Device {
 impl Device {
     pub(super) fn open(selector: &Selector, f64: bool) -> Result<Self> {
         let mut adapters = adapters();
-        let list: Vec<AdapterFacts> = adapters.iter().enumerate().map(|(n, a)| facts(n, a)).collect();
+        let list: Vec<AdapterFacts> = adapters.iter().enumerate().map(facts).collect();
         let index = choose(&list, selector, f64)?;
         let (adapter, facts) = (adapters.swap_remove(index), list[index].clone());
         let wanted = wgpu::Features::SHADER_F64 | wgpu::Features::SUBGROUP | wgpu::Features::TIMESTAMP_QUERY;
@@ -198,20 +198,16 @@ fn choose(list: &[AdapterFacts], selector: &Selector, f64: bool) -> Result<usize
             ),
         ));
     }
-    let found = match selector {
-        Selector::Best => list.iter().position(|a| a.f64 || !f64).or(Some(0)),
-        Selector::Index(index) => (*index < list.len()).then_some(*index),
+    let (found, wanted) = match selector {
+        Selector::Best => (list.iter().position(|a| a.f64 || !f64).or(Some(0)), "at all".to_owned()),
+        Selector::Index(index) => ((*index < list.len()).then_some(*index), format!("number {index}")),
         Selector::Name(name) => {
-            let name = name.to_lowercase();
-            list.iter().position(|a| a.name.to_lowercase().contains(&name))
+            let part = name.to_lowercase();
+            let found = list.iter().position(|a| a.name.to_lowercase().contains(&part));
+            (found, format!("named \"{}\"", crate::text::excerpt(name)))
         }
     };
     found.ok_or_else(|| {
-        let wanted = match selector {
-            Selector::Index(index) => format!("number {index}"),
-            Selector::Name(name) => format!("named \"{}\"", crate::text::excerpt(name)),
-            Selector::Best => "at all".to_owned(),
-        };
         let known: Vec<String> = list.iter().map(|a| format!("gpu:{} {}", a.index, a.name)).collect();
         let hint = text!([Command::Devices] " lists what is there.");
         error(format!("no adapter {wanted}; there is {}", known.join(", ")), hint)

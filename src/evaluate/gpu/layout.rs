@@ -1,7 +1,6 @@
 //! A batch as the words of buffers. Offsets are those of `shaders/input.wgsl`.
 
 use super::constants::ring;
-use super::features::ShaderFeatures;
 use super::reference::{Reference, ReferenceStep};
 use super::variant::{BLOCK, LANES, Precision, UNIFORM_BYTES, Variant, WORKGROUP};
 use crate::evaluate::{Group, Problem, Run, Signals};
@@ -193,7 +192,8 @@ impl BatchLayout {
         let map_first = self.maps;
         let steps = signals.step_s.len();
         let each = steps + variant.slots();
-        let kept = variant.features.map(|features| self.add_kept(problem, signals, features, blocks));
+        let kept = variant.features.map(|features| [self.states, ring(problem, signals), features.channels()]);
+        self.states += kept.map_or(0, |[_, ring, channels]| blocks * ring * channels);
         for first in (0..blocks).step_by(WORKGROUP) {
             let count = WORKGROUP.min(blocks - first);
             self.jobs.extend([
@@ -207,6 +207,7 @@ impl BatchLayout {
                 word(rounds),
                 word(initial),
             ]);
+            // Where what the sensors keep begins, past values of each, sensors.
             if let Some([ring_first, ring, channels]) = kept {
                 let known = signals.history.first_movement;
                 let ring_at = ring_first + first * ring * channels;
@@ -220,20 +221,6 @@ impl BatchLayout {
         self.steps += (blocks * LANES * (signals.len() - first_active)) as u64;
         self.blocks += blocks;
         self.rounds = self.rounds.max(word(rounds));
-    }
-
-    /// Makes room for what the sensors keep: where it begins, past values of each, sensors.
-    fn add_kept(
-        &mut self,
-        problem: &Problem,
-        signals: &Signals,
-        features: ShaderFeatures,
-        blocks: usize,
-    ) -> [usize; 3] {
-        let (first, channels) = (self.states, features.channels());
-        let ring = if channels == 0 { 1 } else { ring(problem, signals) };
-        self.states += blocks * ring * channels;
-        [first, ring, channels]
     }
 
     /// Samples from the first active one on: measured, or what the reference leaves and what drives deviations.
