@@ -43,16 +43,17 @@ fn neutral(axis: &Axis) -> f64 {
     axis.parameter.neutral().clamp(axis.min, axis.max)
 }
 
-/// Lowers the cost along one axis after the other, all points of an axis at once.
-fn descend(problem: &Arc<Problem>, start: &mut [f64], order: &[usize]) -> Result<f64> {
+/// Lowers the cost of a start along one axis after the other, all points of an axis at once, in some rounds over them;
+/// returns the cost and the start.
+fn descended(problem: &Arc<Problem>, mut start: Vec<f64>, order: &[usize], rounds: usize) -> Result<(f64, Vec<f64>)> {
     let axes = problem.space().free();
     let mut lowest = f64::INFINITY;
-    for &place in order {
+    for &place in std::iter::repeat_n(order, rounds).flatten() {
         let mut points = grid(&axes[place]);
         points.push(start[place]);
         let mut values = Vec::with_capacity(points.len() * start.len());
         for point in &points {
-            values.extend_from_slice(start);
+            values.extend_from_slice(&start);
             let last = values.len() - start.len();
             values[last + place] = *point;
         }
@@ -70,7 +71,7 @@ fn descend(problem: &Arc<Problem>, start: &mut [f64], order: &[usize]) -> Result
         start[place] = points[best];
         lowest = cost;
     }
-    Ok(lowest)
+    Ok((lowest, start))
 }
 
 /// The orders in which axes of extensions are gone along: each that is late as the first explanation.
@@ -92,7 +93,7 @@ fn orders(axes: &[Axis]) -> Vec<Vec<usize>> {
 /// Where values lead along the axes of extensions, in each order.
 pub(crate) fn led(problem: &Arc<Problem>, values: &[f64]) -> Result<Vec<Vec<f64>>> {
     let all = orders(problem.space().free());
-    all.iter().map(|order| Ok(descended(problem, values.to_vec(), order)?.1)).collect()
+    all.iter().map(|order| Ok(descended(problem, values.to_vec(), order, ROUNDS)?.1)).collect()
 }
 
 /// Starts in the space of a problem: for each motor (R, L, K, B, J), each way to explain what is late, the rest after it.
@@ -102,7 +103,7 @@ pub(crate) fn explained(problem: &Arc<Problem>, motors: &[[f64; 5]]) -> Result<V
     let mut starts: Vec<(f64, Vec<f64>)> = Vec::new();
     for motor in motors {
         for order in &orders {
-            let start = descended(problem, neutral_start(axes, motor), order)?;
+            let start = descended(problem, neutral_start(axes, motor), order, ROUNDS)?;
             if !starts.iter().any(|(_, other)| *other == start.1) {
                 starts.push(start);
             }
@@ -135,21 +136,10 @@ pub(crate) fn carried(problem: &Arc<Problem>, (space, values): (&Space, &[f64]))
 
 /// The same, lowered along what was not there.
 pub(crate) fn warmed(problem: &Arc<Problem>, from: (&Space, &[f64])) -> Result<Vec<f64>> {
-    let mut start = carried(problem, from);
     let has = |axis: &Axis| from.0.free().iter().any(|other| other.parameter == axis.parameter);
     let axes = problem.space().free();
     let order: Vec<usize> = (0..axes.len()).filter(|n| !has(&axes[*n])).collect();
-    descend(problem, &mut start, &order)?;
-    Ok(start)
-}
-
-/// A start after some rounds over its axes, with its cost.
-fn descended(problem: &Arc<Problem>, mut start: Vec<f64>, order: &[usize]) -> Result<(f64, Vec<f64>)> {
-    let mut cost = f64::INFINITY;
-    for _ in 0..ROUNDS {
-        cost = descend(problem, &mut start, order)?;
-    }
-    Ok((cost, start))
+    Ok(descended(problem, carried(problem, from), &order, 1)?.1)
 }
 
 /// Parts of the largest voltage at which a drive may saturate.
@@ -167,7 +157,7 @@ fn limited(problem: &Arc<Problem>, motors: &[[f64; 5]], order: &[usize]) -> Resu
     let limited = LIMITS.map(|limit| {
         let mut start = neutral_start(axes, motor);
         start[place] = (limit * axes[place].max).max(axes[place].min);
-        descended(problem, start, &others)
+        descended(problem, start, &others, ROUNDS)
     });
     limited.into_iter().collect()
 }

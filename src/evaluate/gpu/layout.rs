@@ -18,27 +18,18 @@ const OVERHEAD: usize = 5;
 /// Where a job of motors with extensions says where what its sensors keep begins.
 const RING: usize = 13;
 
-/// Numbers in the precision of the device, as bytes are uploaded.
-pub(super) struct Numbers {
-    precision: Precision,
-    pub bytes: Vec<u8>,
-}
-
-impl Numbers {
-    fn new(precision: Precision) -> Self {
-        Self { precision, bytes: Vec::new() }
-    }
-
-    fn push(&mut self, values: &[f64]) {
-        if self.precision.bytes() == 8 {
-            values.iter().for_each(|v| self.bytes.extend_from_slice(&v.to_ne_bytes()));
+/// Numbers as bytes are uploaded.
+impl Precision {
+    fn push(self, bytes: &mut Vec<u8>, values: &[f64]) {
+        if self.bytes() == 8 {
+            values.iter().for_each(|v| bytes.extend_from_slice(&v.to_ne_bytes()));
         } else {
-            values.iter().for_each(|&v| self.bytes.extend_from_slice(&single(v).to_ne_bytes()));
+            values.iter().for_each(|&v| bytes.extend_from_slice(&single(v).to_ne_bytes()));
         }
     }
 
-    fn count(&self, width: usize) -> usize {
-        self.bytes.len() / (width * self.precision.bytes())
+    fn count(self, bytes: &[u8], width: usize) -> usize {
+        bytes.len() / (width * self.bytes())
     }
 }
 
@@ -74,9 +65,9 @@ pub(super) struct BatchLayout {
     pub job_count: u32,
     pub rounds: u32,
     pub segments: Vec<[u32; 4]>,
-    pub inputs: Numbers,
-    pub samples: Numbers,
-    pub weights: Numbers,
+    pub inputs: Vec<u8>,
+    pub samples: Vec<u8>,
+    pub weights: Vec<u8>,
     pub blocks: usize,
     /// Candidate-steps.
     pub steps: u64,
@@ -90,18 +81,23 @@ pub(super) struct BatchLayout {
 impl BatchLayout {
     /// Packs groups that need the same shader.
     pub(super) fn new(groups: &[Group<'_>], variant: Variant) -> Self {
-        let numbers = || Numbers::new(variant.precision);
+        let precision = variant.precision;
+        let key = |group: &Group<'_>| Key {
+            problem: group.problem.clone(),
+            reference: group.reference.map(<[f64]>::to_vec),
+            count: group.candidates.count(),
+        };
         let mut layout = Self {
-            key: groups.iter().map(|group| key(group, variant.precision)).collect(),
+            key: groups.iter().map(key).collect(),
             variant,
             jobs: Vec::new(),
             bounds: Vec::new(),
             job_count: 0,
             rounds: 0,
             segments: Vec::new(),
-            inputs: numbers(),
-            samples: numbers(),
-            weights: numbers(),
+            inputs: Vec::new(),
+            samples: Vec::new(),
+            weights: Vec::new(),
             blocks: 0,
             steps: 0,
             maps: 0,
@@ -113,7 +109,7 @@ impl BatchLayout {
             let middle = || group.problem.space().free().iter().map(|axis| (axis.min * axis.max).sqrt()).collect();
             let values: Vec<f64> = group.reference.map_or_else(middle, <[f64]>::to_vec);
             for (recording, signals) in group.problem.signals().iter().enumerate() {
-                let reference = if variant.precision.is_deviation() {
+                let reference = if precision.is_deviation() {
                     Reference::new(group.problem, signals, &group.problem.parameters(&values, recording))
                 } else {
                     Reference::none(signals)
@@ -132,10 +128,10 @@ impl BatchLayout {
         }
         layout.states += layout.blocks * variant.states();
         layout.jobs.append(&mut layout.bounds);
-        if layout.weights.bytes.is_empty() {
-            layout.weights.push(&[0.0; 2]);
+        if layout.weights.is_empty() {
+            precision.push(&mut layout.weights, &[0.0; 2]);
         }
-        layout.variant.uniform &= layout.samples.bytes.len() <= UNIFORM_BYTES;
+        layout.variant.uniform &= layout.samples.len() <= UNIFORM_BYTES;
         layout
     }
 
@@ -157,11 +153,6 @@ impl BatchLayout {
     }
 }
 
-fn key(group: &Group<'_>, precision: Precision) -> Key {
-    let reference = group.reference.filter(|_| precision.is_deviation()).map(<[f64]>::to_vec);
-    Key { problem: group.problem.clone(), reference, count: group.candidates.count() }
-}
-
 fn word(n: usize) -> u32 {
     // Buffers are limited to 4 GiB long before a count reaches this.
     u32::try_from(n).unwrap_or(u32::MAX)
@@ -170,17 +161,17 @@ fn word(n: usize) -> u32 {
 impl BatchLayout {
     /// Adds a recording of a group, by their indices.
     fn add(&mut self, [index, recording]: [usize; 2], group: &Group<'_>, reference: Reference) {
-        let (problem, variant) = (group.problem, self.variant);
+        let (problem, variant, precision) = (group.problem, self.variant, self.variant.precision);
         let signals = &problem.signals()[recording];
         let blocks = group.candidates.count().div_ceil(LANES);
         if blocks == 0 {
             return;
         }
         let first_active = problem.first_active(signals);
-        let sample_first = self.samples.count(variant.precision.sample());
-        let weight_first = self.weights.count(2);
+        let sample_first = precision.count(&self.samples, precision.sample());
+        let weight_first = precision.count(&self.weights, 2);
         self.add_samples(signals, first_active, &reference);
-        let initial = self.inputs.count(4);
+        let initial = precision.count(&self.inputs, 4);
         let rounds_first = self.bounds.len();
         let delayed = variant.is_delayed();
         self.add_initial(signals, delayed);
@@ -225,32 +216,34 @@ impl BatchLayout {
 
     /// Samples from the first active one on: measured, or what the reference leaves and what drives deviations.
     fn add_samples(&mut self, signals: &Signals, active: usize, reference: &Reference) {
+        let precision = self.variant.precision;
         for n in active..signals.len() {
             let y = signals.measured[n];
-            match self.samples.precision {
+            match precision {
                 Precision::F32 => {
                     let (x, drive) = (reference.trajectory[n], reference.drive[n]);
-                    self.samples.push(&[y[0] - x[0], y[1] - x[1], drive[0], drive[1]]);
+                    precision.push(&mut self.samples, &[y[0] - x[0], y[1] - x[1], drive[0], drive[1]]);
                 }
-                Precision::F32Plain => self.samples.push(&[y[0], y[1], 0.0, 0.0]),
-                Precision::F64 => self.samples.push(&y),
+                Precision::F32Plain => precision.push(&mut self.samples, &[y[0], y[1], 0.0, 0.0]),
+                Precision::F64 => precision.push(&mut self.samples, &y),
             }
         }
         if self.variant.weighted {
             for n in active..signals.len() {
-                self.weights.push(&signals.weight.get(n).copied().unwrap_or([1.0; 2]));
+                precision.push(&mut self.weights, &signals.weight.get(n).copied().unwrap_or([1.0; 2]));
             }
         }
     }
 
     /// The initial state; where inputs are delayed, all voltages too, that before the first sample first.
     fn add_initial(&mut self, signals: &Signals, delayed: bool) {
-        let initial = if self.inputs.precision.is_deviation() { [0.0; 2] } else { signals.initial };
+        let precision = self.variant.precision;
+        let initial = if precision.is_deviation() { [0.0; 2] } else { signals.initial };
         self.segments.push([0; 4]);
-        self.inputs.push(&[initial[0], initial[1], 0.0, 0.0]);
+        precision.push(&mut self.inputs, &[initial[0], initial[1], 0.0, 0.0]);
         if delayed {
             let commanded = [&[signals.history.voltage], &signals.voltage[..]];
-            commanded.into_iter().flatten().for_each(|v| self.inputs.push(&[*v, 0.0, 0.0, 0.0]));
+            commanded.into_iter().flatten().for_each(|v| precision.push(&mut self.inputs, &[*v, 0.0, 0.0, 0.0]));
         }
     }
 
@@ -279,9 +272,10 @@ impl BatchLayout {
     }
 
     fn add_segment(&mut self, from: usize, [start, end]: [usize; 2], run: &Run) {
-        let at = word(self.inputs.count(4));
+        let precision = self.variant.precision;
+        let at = word(precision.count(&self.inputs, 4));
         self.segments.push([word(start - from), word(end - from), u32::from(run.step), at]);
-        self.inputs.push(&[run.voltage[0], run.voltage[1], run.torque, 0.0]);
+        precision.push(&mut self.inputs, &[run.voltage[0], run.voltage[1], run.torque, 0.0]);
     }
 }
 

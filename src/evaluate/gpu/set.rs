@@ -102,9 +102,9 @@ impl Set {
         self.write(device, Binding::Round, &rounds)?;
         self.write(device, Binding::Jobs, bytemuck::cast_slice(&batch.jobs))?;
         self.write(device, Binding::Segments, bytemuck::cast_slice(&batch.segments))?;
-        self.write(device, Binding::Inputs, &batch.inputs.bytes)?;
-        self.write(device, Binding::Samples, &batch.samples.bytes)?;
-        self.write(device, Binding::Weights, &batch.weights.bytes)
+        self.write(device, Binding::Inputs, &batch.inputs)?;
+        self.write(device, Binding::Samples, &batch.samples)?;
+        self.write(device, Binding::Weights, &batch.weights)
     }
 
     /// Puts bytes into a buffer; a uniform one of samples has its full size.

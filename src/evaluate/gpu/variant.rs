@@ -88,23 +88,6 @@ pub struct Variant {
 }
 
 impl Variant {
-    /// All of them.
-    pub fn all() -> impl Iterator<Item = Self> {
-        let linear = Precision::ALL.map(|precision| (precision, None));
-        let extended = [Precision::F32Plain, Precision::F64];
-        let with = move |features| extended.map(|precision| (precision, Some(features)));
-        linear.into_iter().chain(ShaderFeatures::all().flat_map(with)).flat_map(|(precision, features)| {
-            (0..16_u8).map(move |bits| Self {
-                precision,
-                absolute: bits & 1 != 0,
-                weighted: bits & 2 != 0,
-                uniform: bits & 4 != 0,
-                fetch: if bits & 8 == 0 { Fetch::Direct } else { Fetch::Subgroup },
-                features,
-            })
-        })
-    }
-
     /// Entries of a step map.
     pub(super) const fn fields(self) -> usize {
         if self.features.is_some() { features::FIELDS } else { self.precision.row().fields }
@@ -135,7 +118,7 @@ impl Variant {
 const JOB: usize = 9;
 /// Invocations of a workgroup; each runs [`LANES`] candidates.
 pub const WORKGROUP: usize = 32;
-/// Candidates of an invocation: 1, 2 or 4.
+/// Candidates of an invocation: 2 or 4.
 pub const LANES: usize = 2;
 /// Samples whose errors are summed before they go to the total.
 pub const BLOCK: usize = 64;
