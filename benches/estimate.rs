@@ -8,7 +8,7 @@
 mod support;
 
 use motorfit::criterion::Noise;
-use motorfit::estimate::{RefineOptions, SmOptions, global_reference, refine, steiglitz_mcbride};
+use motorfit::estimate::{RefineOptions, fit_problem, global_reference, refine, steiglitz_mcbride};
 use motorfit::evaluate::Model;
 use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
 use motorfit::motor::{Discretization, Parameters, Space};
@@ -28,16 +28,16 @@ fn main() {
     let m2 = with_noise(&support::m2_record(), [0.012_015_7, 1.038_37], 1).unwrap();
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let both = |record: &Record| {
-        let sm = steiglitz_mcbride(record, &SmOptions::default()).unwrap();
+        let sm = steiglitz_mcbride(record, Model::default()).unwrap().unwrap();
         refine(std::slice::from_ref(record), &space, &sm.parameters.to_array(), &options).unwrap()
     };
     one.install(|| {
-        let sm = median((0..101).map(|_| seconds(|| drop(steiglitz_mcbride(&m2, &SmOptions::default())))).collect());
+        let sm = median((0..101).map(|_| seconds(|| drop(steiglitz_mcbride(&m2, Model::default())))).collect());
         let all = median((0..101).map(|_| seconds(|| drop(both(&m2)))).collect());
         println!("M2, 3001 samples, one core: SM {:.0} µs, with the refinement {:.0} µs", 1e6 * sm, 1e6 * all);
         let sigma = both(&m2).sigmas;
-        let records = std::slice::from_ref(&m2);
-        let reference = || drop(global_reference(records, &space, Model::default(), &sigma));
+        let problem = || fit_problem(std::slice::from_ref(&m2), &space, Model::default()).unwrap();
+        let reference = || drop(global_reference(&problem(), &sigma));
         println!("  global reference {:.2} ms", 1e3 * median((0..21).map(|_| seconds(reference)).collect()));
         for samples in [1_000, 10_000, 100_000, 1_000_000] {
             let record = record(samples);

@@ -12,23 +12,23 @@ use crate::{Error, Result};
 use std::str::FromStr;
 
 named! {
-    /// How errors are added up.
+    /// How errors are added up. A row holds whether |e| is added up rather than e², and the cost that the sum becomes.
     #[non_exhaustive]
-    pub enum Norm: (Loss, Total) {
+    pub enum Norm: (bool, Total) {
         /// Square root of the sum of squares.
-        Euclidean = "euclidean" => (Loss::Square, Total::Root),
+        Euclidean = "euclidean" => (false, Total::Root),
         /// Integral of the squared error.
-        Ise = "ise" => (Loss::Square, Total::Integral),
+        Ise = "ise" => (false, Total::Integral),
         /// Integral of the absolute error.
-        Iae = "iae" => (Loss::Absolute, Total::Integral),
+        Iae = "iae" => (true, Total::Integral),
         /// Integral of time times squared error.
-        Itse = "itse" => (Loss::Square, Total::IntegralOverTime),
+        Itse = "itse" => (false, Total::IntegralOverTime),
         /// Integral of time times absolute error.
-        Itae = "itae" => (Loss::Absolute, Total::IntegralOverTime),
+        Itae = "itae" => (true, Total::IntegralOverTime),
         /// Mean squared error.
-        Mse = "mse" => (Loss::Square, Total::Mean),
+        Mse = "mse" => (false, Total::Mean),
         /// Root of the mean squared error.
-        Nrmse = "nrmse" => (Loss::Square, Total::RootMean),
+        Nrmse = "nrmse" => (false, Total::RootMean),
     }
 }
 
@@ -45,13 +45,6 @@ named! {
         /// The standard deviation of the noise, given or estimated.
         Noise = "noise",
     }
-}
-
-/// The loss of an error.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Loss {
-    Absolute,
-    Square,
 }
 
 /// The cost that a sum of losses over N samples becomes.
@@ -148,13 +141,7 @@ impl Criterion {
     /// Whether |e| is added up rather than e².
     #[must_use]
     pub fn is_absolute(&self) -> bool {
-        self.norm.row().0 == Loss::Absolute
-    }
-
-    /// Whether errors are weighted by the time that has passed.
-    #[must_use]
-    pub fn is_time_weighted(&self) -> bool {
-        self.norm.is_time_weighted()
+        self.norm.row().0
     }
 
     /// Whether the sum approximates an integral over time.

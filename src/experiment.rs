@@ -1,9 +1,7 @@
 //! Simulated experiments: an excitation, a motor at rest, white noise on what is measured.
 
 use crate::criterion::Noise;
-use crate::motor::{
-    Discretization, Drive, Extended, ExtendedWalk, Extensions, InputHistory, Parameters, SimulationSettings, walk,
-};
+use crate::motor::{Discretization, Drive, Extended, ExtendedWalk, InputHistory, SimulationSettings, walk};
 use crate::numeric::{count, whole};
 use crate::record::{Record, SAMPLES_MAX, Samples};
 use crate::setting::text;
@@ -61,20 +59,7 @@ impl Excitation {
 ///
 /// # Errors
 /// `Data` when the motor diverges or the excitation is no valid recording.
-pub fn simulated(parameters: &Parameters, excitation: &Excitation, method: Discretization) -> Result<Record> {
-    simulated_with(parameters, &Extensions::NONE, excitation, method)
-}
-
-/// The same of a motor with extensions.
-///
-/// # Errors
-/// As [`simulated`].
-pub fn simulated_with(
-    parameters: &Parameters,
-    extensions: &Extensions,
-    excitation: &Excitation,
-    method: Discretization,
-) -> Result<Record> {
+pub fn simulated(motor: impl Into<Extended>, excitation: &Excitation, method: Discretization) -> Result<Record> {
     let Excitation { time_s, voltage, torque } = excitation.clone();
     if voltage.len() != time_s.len() {
         let message = format!("{} samples of time but {} of voltage", time_s.len(), voltage.len());
@@ -82,21 +67,18 @@ pub fn simulated_with(
     }
     let zero = Some(vec![0.0; time_s.len()]);
     let draft = Record::new(Samples { time_s, voltage, torque, current: zero.clone(), speed: zero })?;
-    let (mut current, mut speed) = (Vec::with_capacity(draft.len()), Vec::with_capacity(draft.len()));
-    let mut visit = |seen: [f64; 2]| {
-        current.push(seen[0]);
-        speed.push(seen[1]);
-    };
-    let features = extensions.features();
+    let mut signals = [0, 1].map(|_| Vec::with_capacity(draft.len()));
+    let visit = |seen: [f64; 2]| signals.iter_mut().zip(seen).for_each(|(signal, value)| signal.push(value));
+    let motor = motor.into();
+    let features = motor.features();
     if features.is_linear() {
-        walk(parameters, &drive(&draft), [0.0; 2], method, &mut visit);
+        walk(&motor.parameters(), &drive(&draft), [0.0; 2], method, visit);
     } else {
         let history = InputHistory::of(&draft.samples().voltage, true);
         let settings = SimulationSettings { features, method: method.into(), history };
-        let motor = Extended::new(parameters, extensions);
         ExtendedWalk::new(&motor, &drive(&draft), settings, [0.0; 2]).for_each(visit);
     }
-    let (current, speed) = (Some(current), Some(speed));
+    let [current, speed] = signals.map(Some);
     Record::new(Samples { current, speed, ..draft.samples().clone() }).map_err(|error| {
         Error::data(
             format!("the simulated motor diverges: {error}"),

@@ -71,9 +71,7 @@ fn criteria_are_their_formulas() {
     let model = motorfit::motor::simulate(&p, &motorfit::experiment::drive(&record), [0.0; 2], Discretization::Zoh);
     let measured = record.measured().map(Option::unwrap);
     let errors = |s: [f64; 2]| -> Vec<[f64; 2]> {
-        (0..3001)
-            .map(|n| [(measured[0][n] - model.current[n]) / s[0], (measured[1][n] - model.speed[n]) / s[1]])
-            .collect()
+        (0..3001).map(|n| [(measured[0][n] - model[0][n]) / s[0], (measured[1][n] - model[1][n]) / s[1]]).collect()
     };
     let std = |y: &[f64]| {
         let mean = y.iter().sum::<f64>() / 3001.0;

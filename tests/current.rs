@@ -12,9 +12,9 @@ use motorfit::analysis::Characteristics;
 use motorfit::candidates::Candidates;
 use motorfit::criterion::Criterion;
 use motorfit::evaluate::{Batch, Evaluator as _, Group, Model, Problem, Scalar, Simd};
-use motorfit::experiment::{Excitation, simulated_with};
+use motorfit::experiment::{Excitation, simulated};
 use motorfit::identify::{Identification, IdentifySpec, identify};
-use motorfit::motor::{Discretization, Extensions, Input, Method, Parameter, Parameters, Space, StepMap};
+use motorfit::motor::{Discretization, Extended, Input, Method, Parameter, Parameters, Space, StepMap};
 use motorfit::motor::{Extension, With};
 use motorfit::record::{Record, Samples};
 use program::{Folder, M2 as M2_TEXT, fails, json, motorfit, ok, text};
@@ -195,8 +195,8 @@ fn friction_that_sticks_is_found() {
     let volts = |n: u32| [0.0, 3.0, -2.0, 0.4, 5.0, -4.0, 0.0, 2.0][(n / 200 % 8) as usize];
     let time_s: Vec<f64> = (0..3200_u32).map(|n| f64::from(n) * H).collect();
     let excitation = Excitation { time_s, voltage: (0..3200).map(volts).collect(), torque: None };
-    let extensions = Extensions::NONE.with(Parameter::Coulomb, 0.02);
-    let clean = simulated_with(&M2, &extensions, &excitation, Discretization::Zoh).unwrap();
+    let motor = Extended::from(&M2).with(Parameter::Coulomb, 0.02);
+    let clean = simulated(motor, &excitation, Discretization::Zoh).unwrap();
     let [current, speed] = clean.measured().map(|signal| signal.unwrap().to_vec());
     let recording = record(current, noisy(&speed, 0.3, 1));
     let found = identify(&[recording], &spec(&[(Parameter::K, M2.k)], &[Extension::Coulomb])).unwrap();
@@ -219,7 +219,7 @@ fn stepped(seed: u64) -> [Vec<f64>; 2] {
     });
     let time_s = (0..2000_u32).map(|n| f64::from(n) * H).collect();
     let excitation = Excitation { time_s, voltage: voltage.collect(), torque: None };
-    let record = simulated_with(&M2, &Extensions::NONE, &excitation, Discretization::Zoh).unwrap();
+    let record = simulated(&M2, &excitation, Discretization::Zoh).unwrap();
     record.measured().map(|signal| signal.unwrap().to_vec())
 }
 

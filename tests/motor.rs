@@ -124,9 +124,9 @@ fn logarithm_undoes_the_exponential() {
     println!("worst error of the logarithm: {worst:.1} ε exp(h‖A‖)/(h‖A‖)");
     assert!(worst < 8.0, "{worst}");
     let log = matrix_logarithm;
-    assert!(log([1.0, 0.0, 0.0, -0.5], 0.001).is_err(), "a negative determinant");
-    assert!(log([-0.5, 0.0, 0.0, -0.6], 0.001).is_err(), "negative eigenvalues");
-    assert!(log([f64::NAN, 0.0, 0.0, 1.0], 0.001).is_err());
+    assert!(log([1.0, 0.0, 0.0, -0.5], 0.001).is_none(), "a negative determinant");
+    assert!(log([-0.5, 0.0, 0.0, -0.6], 0.001).is_none(), "negative eigenvalues");
+    assert!(log([f64::NAN, 0.0, 0.0, 1.0], 0.001).is_none());
     let identity = log([1.0, 0.0, 0.0, 1.0], 0.001).unwrap();
     assert!(identity.iter().all(|v| v.abs() < 1e-300), "{identity:?}");
 }
@@ -138,17 +138,17 @@ fn a_torque_brakes_and_a_ramp_is_exact_with_foh() {
     let (coarse, fine) = (ramp(0.01, 101), ramp(0.005, 201));
     let run = |voltage: &[f64], h: f64| {
         let drive = Drive { step_s: &[h], step_index: &[], voltage, voltage_end: &[], torque: &[] };
-        let t = simulate(&M2, &drive, [0.0; 2], Discretization::Foh);
-        (t.current[t.current.len() - 1], t.speed[t.speed.len() - 1])
+        let [current, speed] = simulate(&M2, &drive, [0.0; 2], Discretization::Foh);
+        (current[current.len() - 1], speed[speed.len() - 1])
     };
     let (a, b) = (run(&coarse, 0.01), run(&fine, 0.005));
     assert!((a.0 - b.0).abs() < 1e-12 && (a.1 - b.1).abs() < 1e-10, "{a:?} {b:?}");
     let voltage = vec![0.0; 4000];
     let torque = vec![0.01; 4000];
     let drive = Drive { step_s: &[0.001], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &torque };
-    let braked = simulate(&M2, &drive, [0.0; 2], Discretization::Zoh);
+    let [_, speed] = simulate(&M2, &drive, [0.0; 2], Discretization::Zoh);
     let steady = M2.steady_state(0.0, 0.01);
-    assert!(steady[1] < 0.0 && (braked.speed[3999] / steady[1] - 1.0).abs() < 1e-12);
+    assert!(steady[1] < 0.0 && (speed[3999] / steady[1] - 1.0).abs() < 1e-12);
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn response_figures_of_a_known_signal() {
     assert!((r.settling_time_s.unwrap() - 0.5).abs() < 1e-12);
     assert!((response(&time, &signal, 0.05).unwrap().settling_time_s.unwrap() - 0.4).abs() < 1e-12);
     let model = response(&time, &vec![1.1; 100], 0.02).unwrap();
-    assert!((model.steady_state_error(&r) - 0.1).abs() < 1e-12);
+    assert!((model.steady_state - r.steady_state - 0.1).abs() < 1e-12);
     assert!(response(&[], &[], 0.02).is_none() && response(&[0.0], &[f64::NAN], 0.02).is_none());
     signal[99] = 2.0;
     assert_eq!(response(&time, &signal, 0.02).unwrap().settling_time_s, None, "it leaves the band at the end");

@@ -13,8 +13,8 @@ mod support;
 
 use motorfit::criterion::{Criterion, Noise, Norm, Scale};
 use motorfit::estimate::{
-    RefineOptions, Refined, SmFailure, SmOptions, fit_problem, global_reference, refine, refine_on, steiglitz_mcbride,
-    try_steiglitz_mcbride, try_steiglitz_mcbride_on,
+    RefineOptions, Refined, SmFailure, fit_problem, global_reference, refine, refine_on, steiglitz_mcbride,
+    steiglitz_mcbride_on,
 };
 use motorfit::evaluate::{Initial, Model, Problem};
 use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
@@ -66,7 +66,7 @@ fn without_noise_all_five_come_back() {
     {
         let record = simulated(&M2, excitation, discretization).unwrap();
         let model = Model { discretization, initial: Initial::Auto };
-        let found = steiglitz_mcbride(&record, &SmOptions { model, sigma: None }).unwrap();
+        let found = steiglitz_mcbride(&record, model).unwrap().unwrap();
         assert!(found.converged);
         for (found, truth) in found.parameters.to_array().iter().zip(M2.to_array()) {
             assert!((found / truth - 1.0).abs() <= 1e-9, "{discretization:?}: {found} for {truth}");
@@ -85,7 +85,7 @@ fn at_every_noise_both_are_as_good_as_the_bound_allows() {
             .into_par_iter()
             .map(|seed| {
                 let noisy = with_noise(&clean, sigma, seed).unwrap();
-                let sm = steiglitz_mcbride(&noisy, &SmOptions::default()).unwrap().parameters.to_array();
+                let sm = steiglitz_mcbride(&noisy, Model::default()).unwrap().unwrap().parameters.to_array();
                 let space = wide(truth);
                 let lm = refined(&noisy, &space, sm, None);
                 // The same optimum as from the truth, and under known noise the same estimate.
@@ -127,7 +127,7 @@ fn a_thousand_random_motors() {
             let best = refined(&noisy, &space, truth, None);
             let at = |n: usize| best.uncertainty.std_error[n].unwrap_or(best.values[n]);
             let bound = bound(&clean, truth, sigma);
-            let sm = steiglitz_mcbride(&noisy, &SmOptions::default()).ok().map(|e| e.parameters.to_array());
+            let sm = steiglitz_mcbride(&noisy, Model::default()).unwrap().ok().map(|e| e.parameters.to_array());
             let errors = sm.map(|sm| [0, 1, 2, 3, 4].map(|p| (sm[p] - truth[p]).abs() / bound[p]));
             // Where the data cannot tell (a motor of the log box at 30 dB) there is nothing to land on.
             let knows = best.uncertainty.unknown.is_empty() && best.at_bound.iter().all(Option::is_none);
@@ -142,7 +142,8 @@ fn a_thousand_random_motors() {
             };
             // The global reference within Table 2 against a refinement there from the truth.
             let sigma = &best.sigmas;
-            let reference = global_reference(std::slice::from_ref(&noisy), &Space::table2(), Model::default(), sigma);
+            let problem = fit_problem(std::slice::from_ref(&noisy), &Space::table2(), Model::default()).unwrap();
+            let reference = global_reference(&problem, sigma);
             let local = refined(&noisy, &Space::table2(), truth, Some(sigma[0]));
             let gap = reference.unwrap().refined.weighted(sigma) / local.weighted(sigma) - 1.0;
             (errors, apart, gap, knows)
@@ -368,15 +369,15 @@ fn one_problem_serves_both_estimates() {
     let record = with_noise(&clean, noise_of(&clean, Noise::Decibels(30.0)), 1).unwrap();
     let records = std::slice::from_ref(&record);
     let problem = fit_problem(records, &Space::table2(), Model::default()).unwrap();
-    let estimate = steiglitz_mcbride(&record, &SmOptions::default()).unwrap();
-    assert_eq!(try_steiglitz_mcbride_on(&problem, 0, None).unwrap(), Ok(estimate));
+    let estimate = steiglitz_mcbride(&record, Model::default()).unwrap().unwrap();
+    assert_eq!(steiglitz_mcbride_on(&problem, 0).unwrap(), Ok(estimate));
     let (space, start) = (wide(estimate.parameters.to_array()), estimate.parameters.to_array());
     let on_it = refine_on(&problem.with_space(space.clone()), &start, None).unwrap();
     assert_eq!(on_it, refined(&record, &space, start, None));
-    assert!(try_steiglitz_mcbride_on(&problem, 1, None).is_err());
+    assert!(steiglitz_mcbride_on(&problem, 1).is_err());
     assert!(refine_on(&problem, &start, Some(&[])).is_err());
     let other = Problem::new(records, Model::default(), space, Criterion::default()).unwrap();
-    assert!(refine_on(&other, &start, None).is_err() && try_steiglitz_mcbride_on(&other, 0, None).is_err());
+    assert!(refine_on(&other, &start, None).is_err() && steiglitz_mcbride_on(&other, 0).is_err());
 }
 
 #[test]
@@ -389,10 +390,7 @@ fn a_bad_start_is_no_obstacle() {
     let sigma = noise_of(&clean, Noise::Decibels(40.0));
     for seed in 0..60 {
         let noisy = with_noise(&clean, sigma, seed).unwrap();
-        assert_eq!(
-            try_steiglitz_mcbride(&noisy, &SmOptions::default()).unwrap().unwrap_err(),
-            SmFailure::RankDeficient
-        );
+        assert_eq!(steiglitz_mcbride(&noisy, Model::default()).unwrap().unwrap_err(), SmFailure::RankDeficient);
         let found = identify(&[noisy], &IdentifySpec::default()).unwrap();
         let errors = found.uncertainty.unwrap().std_error;
         for p in 0..5 {
@@ -540,7 +538,7 @@ fn what_the_data_cannot_tell_is_an_error_with_words() {
 
 #[test]
 fn every_failure_of_steiglitz_mcbride_is_named() {
-    let fails = |record: &Record| match try_steiglitz_mcbride(record, &SmOptions::default()).unwrap() {
+    let fails = |record: &Record| match steiglitz_mcbride(record, Model::default()).unwrap() {
         Ok(found) => panic!("{found:?}"),
         Err(failure) => failure,
     };

@@ -32,7 +32,7 @@ fn misfit(record: &Record, parameters: &Parameters, initial: [f64; 2]) -> f64 {
         measured.unwrap().iter().zip(model).map(|(y, x)| ((y - x) / sigma).powi(2)).sum()
     };
     let [current, speed] = record.measured();
-    of(current, &model.current, SIGMA[0]) + of(speed, &model.speed, SIGMA[1])
+    of(current, &model[0], SIGMA[0]) + of(speed, &model[1], SIGMA[1])
 }
 
 #[test]

@@ -58,7 +58,7 @@ impl FitMetrics {
     pub(crate) fn of(records: &[Record], problem: &Problem, candidate: &[f64]) -> Self {
         let mut sums = Self::default();
         for (recording, (record, signals)) in records.iter().zip(problem.signals()).enumerate() {
-            let model = problem.simulate(candidate, recording, signals.initial());
+            let model = problem.simulate(candidate, recording, signals.initial);
             for (channel, (measured, simulated)) in record.measured().into_iter().zip(model).enumerate() {
                 let Some(measured) = measured else { continue };
                 let counting = |(n, _): &(usize, (&f64, f64))| signals.counts(channel, *n);

@@ -36,7 +36,7 @@ pub(crate) fn residual_tests(
 ) -> Vec<ResidualTests> {
     let of = |(recording, record): (usize, &Record)| {
         let signals = &problem.signals()[recording];
-        let simulated = |values: &[f64]| problem.simulate(values, recording, signals.initial());
+        let simulated = |values: &[f64]| problem.simulate(values, recording, signals.initial);
         let model = simulated(values);
         let moved: Vec<[Vec<f64>; 2]> = moved.iter().map(|values| simulated(values)).collect();
         let mut regressors = None;

@@ -92,10 +92,10 @@ pub(crate) fn validate(
         let signals = &problem.signals()[0];
         held_out.push(HeldOut {
             record: record.clone(),
-            initial: signals.initial(),
-            initial_is_estimated: signals.is_initial_free(),
+            initial: signals.initial,
+            initial_is_estimated: signals.initial_is_free,
             own,
-            simulated: problem.simulate(&values, 0, signals.initial()),
+            simulated: problem.simulate(&values, 0, signals.initial),
             fit_percent: one.fit_percent(),
             residual_sigma: one.residual_sigma(),
             residual_tests: residual_tests(alone, &problem, &values, &moved)[0],

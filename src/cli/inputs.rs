@@ -58,7 +58,7 @@ pub(super) fn checked(spec: IdentifySpec, given: &Given, style: &Style) -> Resul
         let message = "--noise has no effect without --scale noise";
         return Err(Error::usage(message, "Add --scale noise or leave --noise out."));
     }
-    if given.has(Setting::TimeOrigin) && !spec.criterion.is_time_weighted() {
+    if given.has(Setting::TimeOrigin) && !spec.criterion.norm.is_time_weighted() {
         let message = "--time-origin has no effect without --criterion itse or itae";
         return Err(Error::usage(message, "Choose one of them or leave --time-origin out."));
     }

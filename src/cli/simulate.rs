@@ -3,16 +3,16 @@
 use super::args::SimulateArgs;
 use super::inspect;
 use super::prelude::*;
-use motorfit::experiment::{Excitation, noise_of, simulated_with, with_noise};
+use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
 use motorfit::motor::Discretization;
 use motorfit::record::{parse_columns, read_inputs, write_csv};
 use motorfit::report::SignalFacts;
 
 pub(super) fn run(args: &SimulateArgs, style: &Style) -> Result<Outcome> {
-    let (parameters, extensions) = values::motor(&args.parameters)?;
+    let motor = values::motor(&args.parameters)?;
     let band = inspect::band(args.band.settling_band)?;
     let noise = args.noise.as_deref().map(values::noise).transpose()?;
-    let clean = simulated_with(&parameters, &extensions, &excitation(args)?, Discretization::Zoh)?;
+    let clean = simulated(motor, &excitation(args)?, Discretization::Zoh)?;
     let sigma = noise.map_or([0.0; 2], |noise| noise_of(&clean, noise));
     let record = with_noise(&clean, sigma, args.seed)?;
     let text = write_csv(&record);

@@ -203,12 +203,11 @@ impl<'a> Search<'a> {
             (false, false) => Some("max"),
         });
         let (values, initial) = (fit.values(at), fit.initial(at));
-        let recordings = fit.problem.signals().len();
         Refined {
             parameters: fit.problem.parameters(&values, 0),
             sigma: self.pooled_sigma(),
             sigmas: self.residual_sigma(),
-            squares: (0..recordings).map(|n| [normal.squares(n, 0), normal.squares(n, 1)]).collect(),
+            squares: normal.all_squares(),
             at_bound: at_bound.collect(),
             uncertainty: uncertainty(fit, &values, &initial, &matrix, &free, is_tested),
             values,

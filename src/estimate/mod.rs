@@ -1,7 +1,6 @@
 //! Estimation in f64 on the CPU: Steiglitz–McBride, the maximum-likelihood refinement, how sure it is.
 
 mod descent;
-mod deviation;
 mod failure;
 mod gram;
 mod initial;
@@ -18,14 +17,14 @@ mod steiglitz_mcbride;
 mod triangle;
 mod uncertainty;
 
-pub use deviation::signal_deviations;
 pub use failure::SmFailure;
 pub(crate) use gram::products_about_means;
 pub use initial::initial_states;
-pub use reference::{Reference, ReferenceKind, global_reference, global_reference_on, squares_on};
+pub use reference::{Reference, ReferenceKind, global_reference, squares_on};
 pub use refine::{RefineOptions, fit_problem, refine, refine_on, refine_roughly};
 pub use refined::Refined;
+pub use starts::signal_deviations;
 pub(crate) use starts::{best_start, carried, explained, lagged, led, warmed};
-pub use steiglitz_mcbride::{Estimate, SmOptions, steiglitz_mcbride, try_steiglitz_mcbride, try_steiglitz_mcbride_on};
+pub use steiglitz_mcbride::{Estimate, steiglitz_mcbride, steiglitz_mcbride_on};
 pub(crate) use uncertainty::INDEPENDENT_MIN;
 pub use uncertainty::{Uncertainty, Whiteness, describe};

@@ -34,6 +34,11 @@ impl Normal {
         squares(&self.0[recording][channel])
     }
 
+    /// The same of all recordings.
+    pub(super) fn all_squares(&self) -> Vec<[f64; 2]> {
+        (0..self.0.len()).map(|n| [0, 1].map(|channel| self.squares(n, channel))).collect()
+    }
+
     /// Whether the motor has a trajectory at all.
     pub(super) fn is_finite(&self) -> bool {
         self.0.iter().flatten().all(|sums| sums.iter().all(|v| v.is_finite()))

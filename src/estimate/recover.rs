@@ -10,27 +10,21 @@ use super::failure::SmFailure;
 use crate::motor::{Discretization, Parameters, inverse, matrix_logarithm, product, times};
 
 /// `A(z) = 1 + a₁ z⁻¹ + a₂ z⁻²` and the numerators of current and speed.
-pub(super) struct Sampled<'a> {
+pub(super) struct Sampled {
     pub denominator: [f64; 2],
-    /// From z⁰ on where `foh`, else from z⁻¹ on.
-    pub numerators: &'a [Vec<f64>; 2],
-    /// Whether the voltage goes on in a straight line between samples.
-    pub foh: bool,
+    /// From z⁰ on where the method takes the voltage as a straight line between samples, else from z⁻¹ on.
+    pub numerators: [Vec<f64>; 2],
 }
 
-pub(super) fn recover(
-    sampled: &Sampled<'_>,
-    h: f64,
-    method: Discretization,
-) -> std::result::Result<Parameters, SmFailure> {
-    let [a1, a2] = sampled.denominator;
+pub(super) fn recover(sampled: &Sampled, h: f64, method: Discretization) -> std::result::Result<Parameters, SmFailure> {
+    let ([a1, a2], foh) = (sampled.denominator, method.uses_next_input());
     // Jury's conditions.
     if !(a2 < 1.0 && 1.0 + a1 + a2 > 0.0 && 1.0 - a1 + a2 > 0.0) {
         return Err(SmFailure::Unstable);
     }
     let response = [0, 1].map(|channel| {
         let b = &sampled.numerators[channel];
-        let (b0, b1, b2) = if sampled.foh { (b[0], b[1], b[2]) } else { (0.0, b[0], b[1]) };
+        let (b0, b1, b2) = if foh { (b[0], b[1], b[2]) } else { (0.0, b[0], b[1]) };
         let h1 = b1 - a1 * b0;
         let h2 = b2 - a1 * h1 - a2 * b0;
         [h1, h2, -a1 * h2 - a2 * h1]
@@ -50,10 +44,10 @@ pub(super) fn recover(
     let a = if method == Discretization::Euler {
         d.map(|v| v / h)
     } else {
-        matrix_logarithm(phi, h).map_err(|_| SmFailure::NoRealLogarithm)?
+        matrix_logarithm(phi, h).ok_or(SmFailure::NoRealLogarithm)?
     };
     let mut b = times(product(a, inverse(d)), [i1, w1]);
-    if sampled.foh {
+    if foh {
         b = times(product(a, inverse(d)), b).map(|v| h * v);
     }
     motor(a, b)

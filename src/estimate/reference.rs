@@ -2,42 +2,25 @@
 
 use super::normal::{Fit, Sigma};
 use super::projection;
-use super::refine::{Effort, fit_problem, refine_problem, refine_roughly};
+use super::refine::{Effort, refine_problem};
 use super::refined::Refined;
+use super::starts::best_start;
 use crate::Result;
-use crate::evaluate::{Model, Problem};
-use crate::motor::{Axis, Space};
+use crate::evaluate::Problem;
+use crate::motor::Axis;
 use crate::numeric;
-use crate::record::Record;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use rayon::prelude::*;
 
 /// How the reference was found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum ReferenceKind {
     /// The two-dimensional search of the linear motor, each basin refined.
     VariableProjection,
     /// Refinements from points all over the box.
     MultiStart,
-}
-
-impl serde::Serialize for ReferenceKind {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name())
-    }
-}
-
-impl ReferenceKind {
-    /// Its name in results.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::VariableProjection => "variable_projection",
-            Self::MultiStart => "multi_start",
-        }
-    }
 }
 
 /// The best fit within the bounds that a search of the whole box finds.
@@ -56,25 +39,20 @@ const STARTS: usize = 24;
 const EXTENDED_SAMPLES: usize = 20_000;
 const STARTS_MIN: usize = 2;
 
-/// Searches the whole box of `space` for the lowest sum of squares weighted by `sigma`, one pair for each recording.
+/// Searches the whole box of a problem that [`super::fit_problem`] has made for the lowest sum of squares weighted by
+/// `sigma`, one pair for each recording.
 ///
 /// # Errors
 /// As for [`super::refine`]; `NotIdentified` when the motor diverges everywhere.
-pub fn global_reference(records: &[Record], space: &Space, model: Model, sigma: &[[f64; 2]]) -> Result<Reference> {
-    global_reference_on(&fit_problem(records, space, model)?, sigma)
-}
-
-/// Like [`global_reference`], on a problem that [`fit_problem`] has made.
-///
-/// # Errors
-/// As [`global_reference`].
-pub fn global_reference_on(problem: &Problem, sigma: &[[f64; 2]]) -> Result<Reference> {
+pub fn global_reference(problem: &Problem, sigma: &[[f64; 2]]) -> Result<Reference> {
     let sigma = &sigma.to_vec();
     let scattered = || lowest(problem, &scattered(problem), sigma);
     if !projection::applies(problem) {
         return Ok(Reference { kind: ReferenceKind::MultiStart, refined: scattered()? });
     }
-    let starts = in_order(problem, &projection::basins(problem, sigma, BASINS));
+    let axes = problem.space().free();
+    let in_order = |start: &[f64; 5]| axes.iter().map(|axis| start[axis.parameter as usize]).collect();
+    let starts: Vec<Vec<f64>> = projection::basins(problem, sigma, BASINS).iter().map(in_order).collect();
     let mut refined = lowest(problem, &starts, sigma)?;
     if refined.at_bound.iter().any(Option::is_some) {
         // The projection knows no bounds: where one is in the way, other starts may lead around it.
@@ -89,15 +67,7 @@ pub fn global_reference_on(problem: &Problem, sigma: &[[f64; 2]]) -> Result<Refe
 /// The lowest refinement of some starts, or of the middle of the box where there are none.
 fn lowest(problem: &Problem, starts: &[Vec<f64>], sigma: &Sigma) -> Result<Refined> {
     let refine = |start: &[f64]| refine_problem(problem, start, Some(sigma), Effort::Thorough);
-    let fits: Vec<Result<Refined>> = starts.par_iter().map(|start| refine_roughly(problem, start, sigma)).collect();
-    let best = fits.into_iter().flatten().min_by(|a, b| a.weighted(sigma).total_cmp(&b.weighted(sigma)));
-    best.map_or_else(|| refine(&middle(problem)), |best| refine(&best.values))
-}
-
-/// Parameters in the order of the axes.
-fn in_order(problem: &Problem, starts: &[[f64; 5]]) -> Vec<Vec<f64>> {
-    let axes = problem.space().free();
-    starts.iter().map(|start| axes.iter().map(|axis| start[axis.parameter as usize]).collect()).collect()
+    best_start(problem, starts, sigma).map_or_else(|| refine(&middle(problem)), |best| refine(&best.values))
 }
 
 fn middle(problem: &Problem) -> Vec<f64> {
@@ -135,6 +105,5 @@ fn scattered(problem: &Problem) -> Vec<Vec<f64>> {
 #[must_use]
 pub fn squares_on(problem: &Problem, values: &[f64]) -> Vec<[f64; 2]> {
     let fit = Fit::new(problem);
-    let normal = fit.normal(&fit.start(values));
-    (0..problem.signals().len()).map(|n| [normal.squares(n, 0), normal.squares(n, 1)]).collect()
+    fit.normal(&fit.start(values)).all_squares()
 }

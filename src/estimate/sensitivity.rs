@@ -92,9 +92,8 @@ impl Case<'_> {
     /// The motor and its initial state, each with its derivatives by the unknowns.
     fn numbers<const P: usize>(&self) -> (Extended<Dual<P>>, [Dual<P>; 2]) {
         let Self { problem, recording, own, values, initial } = *self;
-        let plain = Extended::new(&problem.parameters(values, recording), &problem.extensions(values, recording));
         let constant = |v: f64| Dual::constant(v);
-        let mut motor = plain.map(constant);
+        let mut motor = problem.motor(values, recording).map(constant);
         for (place, &axis) in own.iter().enumerate() {
             let (axis, value) = (&problem.space().free()[axis], values[axis]);
             let mut number = Dual::constant(value);

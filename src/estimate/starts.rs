@@ -5,11 +5,12 @@
 
 use super::refine::refine_roughly;
 use super::refined::Refined;
-use super::steiglitz_mcbride::{SmOptions, try_steiglitz_mcbride};
+use super::steiglitz_mcbride::steiglitz_mcbride;
 use crate::Result;
 use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Evaluator as _, Group, Model, Problem, Simd};
 use crate::motor::{Axis, Extension, Parameter, Space};
+use crate::numeric::{rms, standard_deviation};
 use crate::record::Record;
 use std::sync::Arc;
 
@@ -23,17 +24,17 @@ const LAGS: [usize; 8] = [0, 1, 2, 5, 10, 20, 40, 80];
 /// Values along an axis that are tried.
 fn grid(axis: &Axis) -> Vec<f64> {
     let range = axis.max - axis.min;
-    let share = |n: u32, of: u32| f64::from(n) / f64::from(of);
+    let points = |of: &dyn Fn(f64) -> f64| (0..=GRID).map(|n| of(f64::from(n) / f64::from(GRID))).collect();
     match axis.parameter {
         // What counts is the ratio.
         Parameter::CurrentAverage | Parameter::SpeedAverage | Parameter::NegativeGain => {
-            (0..=GRID).map(|n| axis.min * (axis.max / axis.min).powf(share(n, GRID))).collect()
+            points(&|share| axis.min * (axis.max / axis.min).powf(share))
         }
         // Small ones matter too.
         Parameter::Coulomb | Parameter::BrushDrop | Parameter::Deadband => {
-            (0..=GRID).map(|n| axis.min + range * share(n, GRID).powi(2)).collect()
+            points(&|share| axis.min + range * share.powi(2))
         }
-        _ => (0..=GRID).map(|n| axis.min + range * share(n, GRID)).collect(),
+        _ => points(&|share| axis.min + range * share),
     }
 }
 
@@ -42,16 +43,17 @@ fn neutral(axis: &Axis) -> f64 {
     axis.parameter.neutral().clamp(axis.min, axis.max)
 }
 
-/// Lowers the cost along one axis after the other, all points of an axis at once.
-fn descend(problem: &Arc<Problem>, start: &mut [f64], order: &[usize]) -> Result<f64> {
+/// Lowers the cost of a start along one axis after the other, all points of an axis at once, in some rounds over them;
+/// returns the cost and the start.
+fn descended(problem: &Arc<Problem>, mut start: Vec<f64>, order: &[usize], rounds: usize) -> Result<(f64, Vec<f64>)> {
     let axes = problem.space().free();
     let mut lowest = f64::INFINITY;
-    for &place in order {
+    for &place in std::iter::repeat_n(order, rounds).flatten() {
         let mut points = grid(&axes[place]);
         points.push(start[place]);
         let mut values = Vec::with_capacity(points.len() * start.len());
         for point in &points {
-            values.extend_from_slice(start);
+            values.extend_from_slice(&start);
             let last = values.len() - start.len();
             values[last + place] = *point;
         }
@@ -69,7 +71,7 @@ fn descend(problem: &Arc<Problem>, start: &mut [f64], order: &[usize]) -> Result
         start[place] = points[best];
         lowest = cost;
     }
-    Ok(lowest)
+    Ok((lowest, start))
 }
 
 /// The orders in which axes of extensions are gone along: each that is late as the first explanation.
@@ -91,7 +93,7 @@ fn orders(axes: &[Axis]) -> Vec<Vec<usize>> {
 /// Where values lead along the axes of extensions, in each order.
 pub(crate) fn led(problem: &Arc<Problem>, values: &[f64]) -> Result<Vec<Vec<f64>>> {
     let all = orders(problem.space().free());
-    all.iter().map(|order| Ok(descended(problem, values.to_vec(), order)?.1)).collect()
+    all.iter().map(|order| Ok(descended(problem, values.to_vec(), order, ROUNDS)?.1)).collect()
 }
 
 /// Starts in the space of a problem: for each motor (R, L, K, B, J), each way to explain what is late, the rest after it.
@@ -101,7 +103,7 @@ pub(crate) fn explained(problem: &Arc<Problem>, motors: &[[f64; 5]]) -> Result<V
     let mut starts: Vec<(f64, Vec<f64>)> = Vec::new();
     for motor in motors {
         for order in &orders {
-            let start = descended(problem, neutral_start(axes, motor), order)?;
+            let start = descended(problem, neutral_start(axes, motor), order, ROUNDS)?;
             if !starts.iter().any(|(_, other)| *other == start.1) {
                 starts.push(start);
             }
@@ -134,21 +136,10 @@ pub(crate) fn carried(problem: &Arc<Problem>, (space, values): (&Space, &[f64]))
 
 /// The same, lowered along what was not there.
 pub(crate) fn warmed(problem: &Arc<Problem>, from: (&Space, &[f64])) -> Result<Vec<f64>> {
-    let mut start = carried(problem, from);
     let has = |axis: &Axis| from.0.free().iter().any(|other| other.parameter == axis.parameter);
     let axes = problem.space().free();
     let order: Vec<usize> = (0..axes.len()).filter(|n| !has(&axes[*n])).collect();
-    descend(problem, &mut start, &order)?;
-    Ok(start)
-}
-
-/// A start after some rounds over its axes, with its cost.
-fn descended(problem: &Arc<Problem>, mut start: Vec<f64>, order: &[usize]) -> Result<(f64, Vec<f64>)> {
-    let mut cost = f64::INFINITY;
-    for _ in 0..ROUNDS {
-        cost = descend(problem, &mut start, order)?;
-    }
-    Ok((cost, start))
+    Ok(descended(problem, carried(problem, from), &order, 1)?.1)
 }
 
 /// Parts of the largest voltage at which a drive may saturate.
@@ -166,7 +157,7 @@ fn limited(problem: &Arc<Problem>, motors: &[[f64; 5]], order: &[usize]) -> Resu
     let limited = LIMITS.map(|limit| {
         let mut start = neutral_start(axes, motor);
         start[place] = (limit * axes[place].max).max(axes[place].min);
-        descended(problem, start, &others)
+        descended(problem, start, &others, ROUNDS)
     });
     limited.into_iter().collect()
 }
@@ -174,7 +165,18 @@ fn limited(problem: &Arc<Problem>, motors: &[[f64; 5]], order: &[usize]) -> Resu
 /// Explanations that are refined at most.
 const EXPLANATIONS: usize = 6;
 
-/// The best of the rough refinements of some starts, each channel divided by its standard deviation.
+/// Returns the standard deviation of current \[A\] and speed \[rad/s\] of each recording; the root mean square of a
+/// constant channel, and 1 for a channel that was not measured or is zero.
+#[must_use]
+pub fn signal_deviations(records: &[Record]) -> Vec<[f64; 2]> {
+    let of = |signal: Option<&[f64]>| {
+        let Some(signal) = signal else { return 1.0 };
+        [standard_deviation(signal), rms(signal), 1.0].into_iter().find(|v| *v > 0.0).unwrap_or(1.0)
+    };
+    records.iter().map(|record| record.measured().map(of)).collect()
+}
+
+/// Returns the best of the rough refinements of some starts, each channel divided by its `sigma`.
 pub(crate) fn best_start(plain: &Problem, starts: &[Vec<f64>], sigma: &[[f64; 2]]) -> Option<Refined> {
     use rayon::prelude::*;
     let refined = starts.par_iter().map(|start| refine_roughly(plain, start, sigma));
@@ -185,11 +187,10 @@ pub(crate) fn best_start(plain: &Problem, starts: &[Vec<f64>], sigma: &[[f64; 2]
 /// Motors that Steiglitz–McBride finds when the voltage comes later by some samples, the earliest first: with a dead time
 /// of about that, the right one is among them.
 pub(crate) fn lagged(records: &[Record], model: Model) -> Vec<[f64; 5]> {
-    let options = SmOptions { model, sigma: None };
     let longest = records.iter().max_by_key(|record| record.len());
     let of = |record: &Record, lag: &usize| {
         let late = record.with_late_input(*lag);
-        Some(try_steiglitz_mcbride(&late, &options).ok()?.ok()?.parameters.to_array())
+        Some(steiglitz_mcbride(&late, model).ok()?.ok()?.parameters.to_array())
     };
     longest.map_or_else(Vec::new, |record| LAGS.iter().filter_map(|lag| of(record, lag)).collect())
 }

@@ -9,7 +9,7 @@
 use super::failure::SmFailure;
 use super::recover::{Sampled, recover};
 use super::refine::{check_plain, first_sigma, plain};
-use super::triangle::{BLOCK, Triangle, solve};
+use super::triangle::{BLOCK, Triangle, Upper, solve};
 use crate::evaluate::{Model, Problem, Signals};
 use crate::motor::{Discretization, Parameters};
 use crate::numeric::count;
@@ -17,62 +17,37 @@ use crate::record::Record;
 use crate::{Error, Result};
 use std::ops::Range;
 
-/// How Steiglitz–McBride works.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct SmOptions {
-    /// How the voltage goes on between samples, and the state at the start.
-    pub model: Model,
-    /// σ of the noise of current \[A\] and speed \[rad/s\]; `None` estimates it from the signals.
-    pub sigma: Option<[f64; 2]>,
-}
-
 /// What Steiglitz–McBride found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// The motor.
     pub parameters: Parameters,
-    /// Poles of the sampled motor: `z² + a₁ z + a₂`.
-    pub denominator: [f64; 2],
     /// Prefilters tried.
     pub iterations: usize,
     /// Whether the last step was far below its standard error.
     pub converged: bool,
 }
 
-/// Estimates the motor of one recording.
+/// Estimates the motor of one recording, or returns the reason why there is no estimate.
 ///
 /// # Errors
-/// `NotIdentified` with the reason of [`try_steiglitz_mcbride`]; `Usage` as for a problem.
-pub fn steiglitz_mcbride(record: &Record, options: &SmOptions) -> Result<Estimate> {
-    Ok(try_steiglitz_mcbride(record, options)??)
+/// As [`Signals::new`].
+pub fn steiglitz_mcbride(record: &Record, model: Model) -> Result<std::result::Result<Estimate, SmFailure>> {
+    let Model { discretization, initial } = model;
+    Ok(estimate(&Signals::new(record, &plain(), initial, discretization)?, discretization))
 }
 
-/// Like [`steiglitz_mcbride`], with the reason why there is no estimate as a value.
-///
-/// # Errors
-/// As for preparing a recording.
-pub fn try_steiglitz_mcbride(record: &Record, options: &SmOptions) -> Result<std::result::Result<Estimate, SmFailure>> {
-    let criterion = plain();
-    let Model { discretization, initial } = options.model;
-    let signals = Signals::new(record, &criterion, initial, discretization)?;
-    Ok(estimate(&signals, discretization, options.sigma))
-}
-
-/// Like [`try_steiglitz_mcbride`], on a recording of a problem that [`super::fit_problem`] has made, whatever its space.
+/// Like [`steiglitz_mcbride`], on a recording of a problem that [`super::fit_problem`] has made, whatever its space.
 ///
 /// # Errors
 /// `Usage` when the problem has another criterion or not so many recordings.
-pub fn try_steiglitz_mcbride_on(
-    problem: &Problem,
-    recording: usize,
-    sigma: Option<[f64; 2]>,
-) -> Result<std::result::Result<Estimate, SmFailure>> {
+pub fn steiglitz_mcbride_on(problem: &Problem, recording: usize) -> Result<std::result::Result<Estimate, SmFailure>> {
     check_plain(problem)?;
     let Some(signals) = problem.signals().get(recording) else {
         let message = format!("recording {recording} of {}", problem.signals().len());
         return Err(Error::usage(message, "Count recordings from 0."));
     };
-    Ok(estimate(signals, problem.model().discretization, sigma))
+    Ok(estimate(signals, problem.model().discretization))
 }
 
 /// Prefilters at most.
@@ -98,18 +73,12 @@ struct Columns<'a> {
 
 /// One solution of the least squares.
 struct Solution {
-    denominator: [f64; 2],
-    /// Taps of the voltage of current and speed, from `first_tap` on.
-    numerators: [Vec<f64>; 2],
+    sampled: Sampled,
     /// The triangle of the denominator, and the sum of squares that it leaves.
-    triangle: [[f64; 3]; 3],
+    triangle: Upper,
 }
 
-pub(super) fn estimate(
-    signals: &Signals,
-    method: Discretization,
-    sigma: Option<[f64; 2]>,
-) -> std::result::Result<Estimate, SmFailure> {
+fn estimate(signals: &Signals, method: Discretization) -> std::result::Result<Estimate, SmFailure> {
     if !(signals.has(0) && signals.has(1)) {
         return Err(SmFailure::ChannelMissing);
     }
@@ -122,37 +91,32 @@ pub(super) fn estimate(
         first_tap: usize::from(!foh),
         torque: signals.torque.iter().any(|t| *t != 0.0),
         moving: !signals.starts_at_rest() || (foh && signals.voltage[0] != 0.0),
-        sigma: sigma.unwrap_or_else(|| first_sigma(signals)),
+        sigma: first_sigma(signals),
     };
-    let mut filter = [0.0; 2];
     let mut last: Option<([f64; 2], f64)> = None;
-    let (mut solution, mut converged, mut iterations) = (columns.solve(filter)?, false, 1);
+    let (mut solution, mut converged, mut iterations) = (columns.solve([0.0; 2])?, false, 1);
     while iterations < ITERATIONS_MAX {
-        let mut moved = f64::INFINITY;
+        let (denominator, mut moved) = (solution.sampled.denominator, f64::INFINITY);
         if let Some((before, moved_before)) = last {
-            moved = f64::max((solution.denominator[0] - before[0]).abs(), (solution.denominator[1] - before[1]).abs());
+            let step = [denominator[0] - before[0], denominator[1] - before[1]];
+            moved = f64::max(step[0].abs(), step[1].abs());
             // Without noise a step shrinks to rounding, and its standard error with it.
-            if is_short(&solution, before, signals.len()) || (moved < 1e-9 && moved > 0.3 * moved_before) {
+            if is_short(step, &solution.triangle, signals.len()) || (moved < 1e-9 && moved > 0.3 * moved_before) {
                 converged = true;
                 break;
             }
         }
-        last = Some((solution.denominator, moved));
-        filter = reflected(solution.denominator);
-        solution = columns.solve(filter)?;
+        last = Some((denominator, moved));
+        solution = columns.solve(reflected(denominator))?;
         iterations += 1;
     }
-    let sampled = Sampled { denominator: solution.denominator, numerators: &solution.numerators, foh };
-    let parameters = recover(&sampled, signals.step_s[0], method)?;
-    Ok(Estimate { parameters, denominator: solution.denominator, iterations, converged })
+    Ok(Estimate { parameters: recover(&solution.sampled, signals.step_s[0], method)?, iterations, converged })
 }
 
-/// Whether the denominator moved by less than [`STEP_MAX`] standard errors.
-fn is_short(solution: &Solution, before: [f64; 2], samples: usize) -> bool {
-    let step = [solution.denominator[0] - before[0], solution.denominator[1] - before[1]];
-    let [[r00, r01, _], [_, r11, _], [_, _, rest]] = solution.triangle;
-    let length = (r00 * step[0] + r01 * step[1]).powi(2) + (r11 * step[1]).powi(2);
-    let variance = rest * rest / count(2 * samples);
+/// Returns whether a step of the denominator is shorter than [`STEP_MAX`] standard errors.
+fn is_short(step: [f64; 2], r: &Upper, samples: usize) -> bool {
+    let length = (r[0][0] * step[0] + r[0][1] * step[1]).powi(2) + (r[1][1] * step[1]).powi(2);
+    let variance = r[2][2] * r[2][2] / count(2 * samples);
     length <= STEP_MAX * STEP_MAX * variance
 }
 
@@ -198,11 +162,8 @@ impl Columns<'_> {
             solve(&all, common, &right).map(|all: Vec<f64>| all[..taps].to_vec())
         };
         let [Some(of_current), Some(of_speed)] = own.map(numerator) else { return Err(SmFailure::RankDeficient) };
-        Ok(Solution {
-            denominator: [-lags[0], -lags[1]],
-            numerators: [of_current, of_speed],
-            triangle: [0, 1, 2].map(|row| [r[row][0], r[row][1], r[row][2]]),
-        })
+        let denominator = [-lags[0], -lags[1]];
+        Ok(Solution { sampled: Sampled { denominator, numerators: [of_current, of_speed] }, triangle: r })
     }
 
     /// Filters all samples and adds the rows of both channels.

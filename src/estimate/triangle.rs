@@ -5,9 +5,9 @@
 //!
 //! Limit: two passes over two columns for each pair of columns.
 
-use crate::evaluate::Level;
 use crate::motor::multiply_add;
 use multiversion::multiversion;
+use multiversion::target::target_cfg_f;
 
 /// Columns at most.
 pub(super) const COLUMNS_MAX: usize = 13;
@@ -55,11 +55,7 @@ impl Triangle {
                 block[..count].copy_from_slice(&column[start..start + count]);
                 block[count..].fill(0.0);
             }
-            match Level::best() {
-                Level::Avx512 => avx512(self),
-                Level::Avx2 => avx2(self),
-                Level::Portable => fold::<false>(self),
-            }
+            fold_in(self);
         }
     }
 
@@ -71,13 +67,8 @@ impl Triangle {
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
-fn avx512(triangle: &mut Triangle) {
-    fold::<true>(triangle);
-}
-
-#[multiversion(targets("x86_64+avx2+fma"))]
-fn avx2(triangle: &mut Triangle) {
-    fold::<true>(triangle);
+fn fold_in(triangle: &mut Triangle) {
+    fold::<{ target_cfg_f!(target_feature = "fma") }>(triangle);
 }
 
 /// Folds the block in.

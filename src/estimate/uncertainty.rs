@@ -6,10 +6,11 @@
 
 use super::normal::Fit;
 use super::triangle::dot;
-use crate::evaluate::{Level, Problem};
+use crate::evaluate::Problem;
 use crate::motor::Axis;
 use crate::numeric::{count, peak};
 use multiversion::multiversion;
+use multiversion::target::target_cfg_f;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// How sure an estimate is; one entry for each free parameter of the space, in its order.
@@ -48,7 +49,20 @@ impl Whiteness {
     /// Tests residuals of a channel whose root mean square is `size`; `None` for too few of them, or for rounding.
     #[must_use]
     pub fn of(residuals: &[f64], size: f64) -> Option<Self> {
-        ljung_box(residuals, size)
+        let n = count(residuals.len());
+        if residuals.len() <= 2 * LAGS {
+            return None;
+        }
+        let products = products(residuals);
+        // Rounding is not white, and says nothing.
+        if (products[0] / n).sqrt() < ROUNDING * size {
+            return None;
+        }
+        let correlations = products.map(|product| product / products[0]);
+        let correlations = &correlations[1..];
+        let sum: f64 = correlations.iter().enumerate().map(|(k, r)| r * r / (n - count(k + 1))).sum();
+        let statistic = n * (n + 2.0) * sum;
+        statistic.is_finite().then_some(Self { statistic, lag1: correlations[0], is_white: statistic <= CHI2 })
     }
 }
 
@@ -166,7 +180,7 @@ fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> [Option<Whi
         }
         let residuals = residuals(fit.problem, recording, values, initial[recording]);
         for channel in (0..2).filter(|&channel| signals.has(channel)) {
-            let found = ljung_box(&residuals[channel], signals.rms(channel));
+            let found = Whiteness::of(&residuals[channel], signals.rms(channel));
             let is_worse = |w: &Whiteness| worst[channel].is_none_or(|of| w.statistic > of.statistic);
             if let Some(found) = found.filter(is_worse) {
                 worst[channel] = Some(found);
@@ -179,59 +193,19 @@ fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> [Option<Whi
 /// Residuals of current and speed, those left out that do not count.
 fn residuals(problem: &Problem, recording: usize, values: &[f64], initial: [f64; 2]) -> [Vec<f64>; 2] {
     let signals = &problem.signals()[recording];
-    let mut residuals = [0, 1].map(|_| Vec::with_capacity(signals.len()));
-    let mut measured = signals.measured.iter();
-    problem.walk(values, recording, initial, |x| {
-        if let Some(y) = measured.next() {
-            residuals.iter_mut().zip(y).zip(x).for_each(|((residuals, y), x)| residuals.push(y - x));
-        }
-    });
-    for (channel, residuals) in
-        residuals.iter_mut().enumerate().filter(|(channel, _)| signals.count(*channel) < signals.len())
-    {
-        let mut sample = 0..;
-        residuals.retain(|_| sample.next().is_some_and(|n| signals.counts(channel, n)));
-    }
-    residuals
+    let model = problem.simulate(values, recording, initial);
+    [0, 1].map(|channel| {
+        let residuals = signals.measured(channel).zip(&model[channel]).enumerate();
+        residuals.filter(|(n, _)| signals.counts(channel, *n)).map(|(_, (y, x))| y - x).collect()
+    })
 }
 
-fn ljung_box(residuals: &[f64], size: f64) -> Option<Whiteness> {
-    let n = count(residuals.len());
-    if residuals.len() <= 2 * LAGS {
-        return None;
-    }
-    let products = match Level::best() {
-        Level::Avx512 => avx512(residuals),
-        Level::Avx2 => avx2(residuals),
-        Level::Portable => products::<false>(residuals),
-    };
-    // Rounding is not white, and says nothing.
-    if (products[0] / n).sqrt() < ROUNDING * size {
-        return None;
-    }
-    let correlations = products.map(|product| product / products[0]);
-    let correlations = &correlations[1..];
-    let sum: f64 = correlations.iter().enumerate().map(|(k, r)| r * r / (n - count(k + 1))).sum();
-    let statistic = n * (n + 2.0) * sum;
-    statistic.is_finite().then_some(Whiteness { statistic, lag1: correlations[0], is_white: statistic <= CHI2 })
-}
-
+/// Returns the sums of products with the residual that comes so many samples later.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
-fn avx512(residuals: &[f64]) -> [f64; LAGS + 1] {
-    products::<true>(residuals)
-}
-
-#[multiversion(targets("x86_64+avx2+fma"))]
-fn avx2(residuals: &[f64]) -> [f64; LAGS + 1] {
-    products::<true>(residuals)
-}
-
-/// Sums of products with what comes so many samples later.
-#[inline(always)]
-fn products<const FMA: bool>(residuals: &[f64]) -> [f64; LAGS + 1] {
+fn products(residuals: &[f64]) -> [f64; LAGS + 1] {
     let mut sums = [0.0; LAGS + 1];
     for (lag, sum) in sums.iter_mut().enumerate() {
-        *sum = dot::<FMA>(&residuals[..residuals.len() - lag], &residuals[lag..]);
+        *sum = dot::<{ target_cfg_f!(target_feature = "fma") }>(&residuals[..residuals.len() - lag], &residuals[lag..]);
     }
     sums
 }
@@ -240,12 +214,8 @@ fn products<const FMA: bool>(residuals: &[f64]) -> [f64; LAGS + 1] {
 #[must_use]
 pub fn describe(direction: &[f64], axes: &[Axis]) -> String {
     let largest = peak(direction);
-    let mut parts: Vec<(&str, f64)> = Vec::new();
-    for (axis, step) in axes.iter().zip(direction) {
-        if step.abs() > 0.05 * largest {
-            parts.push((axis.parameter.symbol(), *step));
-        }
-    }
+    let steps = axes.iter().map(|axis| axis.parameter.symbol()).zip(direction.iter().copied());
+    let parts: Vec<(&str, f64)> = steps.filter(|(_, step)| step.abs() > 0.05 * largest).collect();
     let smallest = parts.iter().map(|(_, step)| step.abs()).fold(f64::INFINITY, f64::min);
     let sign = parts.first().map_or(1.0, |(_, step)| step.signum());
     let symbols: Vec<&str> = parts.iter().map(|(symbol, _)| *symbol).collect();

@@ -35,8 +35,7 @@ fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
     for (recording, signals) in problem.signals().iter().enumerate() {
         let motors: [Extended; L] = std::array::from_fn(|lane| {
             let row = lane.min(costs.len() - 1) * width;
-            let values = &candidates[row..row + width];
-            Extended::new(&problem.parameters(values, recording), &problem.extensions(values, recording))
+            problem.motor(&candidates[row..row + width], recording)
         });
         let motors = Extended::side_by_side(&motors);
         let sums = Simulation::<L>::new(problem, signals, &motors).sums::<FMA>(&motors);

@@ -12,7 +12,6 @@ mod extended;
 pub mod gpu;
 mod input;
 mod kernel;
-mod peak;
 mod problem;
 mod scalar;
 mod segment;
@@ -20,9 +19,8 @@ mod signals;
 mod simd;
 mod step;
 
-pub use cpu::{Level, cpu_name};
+pub use cpu::{Level, cpu_name, fma_loop};
 pub use evaluator::{Batch, Evaluator, Group, Pending};
-pub use peak::fma_loop;
 pub use problem::{Model, Problem};
 pub use scalar::Scalar;
 pub use segment::Run;

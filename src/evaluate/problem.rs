@@ -7,8 +7,7 @@ use super::signals::{Initial, Signals};
 use crate::Result;
 use crate::criterion::Criterion;
 use crate::motor::{
-    Discretization, Extended, ExtendedWalk, Extensions, Input, Method, ModelFeatures, Parameters, SimulationSettings,
-    Space, walk,
+    Discretization, Extended, ExtendedWalk, Input, Method, ModelFeatures, Parameters, SimulationSettings, Space, walk,
 };
 use crate::record::{Quantity, Record};
 use crate::setting::text;
@@ -156,26 +155,25 @@ impl Problem {
         self.signals.iter().any(|s| weighs(s))
     }
 
-    /// What a candidate means for one recording.
+    /// The parameters that a candidate means for one recording.
     #[must_use]
     pub fn parameters(&self, candidate: &[f64], recording: usize) -> Parameters {
         self.space.parameters(candidate, u32::try_from(recording).unwrap_or(u32::MAX))
     }
 
-    /// What a candidate means for one recording's extensions.
+    /// The motor with its extensions that a candidate means for one recording.
     #[must_use]
-    pub fn extensions(&self, candidate: &[f64], recording: usize) -> Extensions {
-        self.space.extensions(candidate, u32::try_from(recording).unwrap_or(u32::MAX))
+    pub fn motor(&self, candidate: &[f64], recording: usize) -> Extended {
+        self.space.motor(candidate, u32::try_from(recording).unwrap_or(u32::MAX))
     }
 
     /// Simulates one recording from the state `initial` by the oracle, handing what the sensors show to `visit`.
     pub fn walk(&self, candidate: &[f64], recording: usize, initial: [f64; 2], visit: impl FnMut([f64; 2])) {
         let signals = &self.signals[recording];
-        let motor = self.parameters(candidate, recording);
         if self.features.is_linear() {
-            return walk(&motor, &signals.drive(), initial, self.method(), visit);
+            return walk(&self.parameters(candidate, recording), &signals.drive(), initial, self.method(), visit);
         }
-        let motor = Extended::new(&motor, &self.extensions(candidate, recording));
+        let motor = self.motor(candidate, recording);
         ExtendedWalk::new(&motor, &signals.drive(), self.settings(signals), initial).for_each(visit);
     }
 

@@ -50,9 +50,10 @@ pub struct Signals {
     /// What each channel's sum is multiplied by: its scale and, where weights are empty, the step; 0 for a channel that
     /// was not measured.
     pub(crate) factor: [f64; 2],
-    pub(crate) initial: [f64; 2],
+    /// The state `[i, ω]` at the first sample.
+    pub initial: [f64; 2],
     /// Whether a refinement estimates it.
-    pub(crate) initial_is_free: bool,
+    pub initial_is_free: bool,
     /// Samples before this one find the motor at rest without voltage or torque: their state is zero.
     pub(crate) first_active: usize,
     /// The weighted sums over those samples.
@@ -129,18 +130,6 @@ impl Signals {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.voltage.is_empty()
-    }
-
-    /// The state `[i, ω]` at the first sample.
-    #[must_use]
-    pub fn initial(&self) -> [f64; 2] {
-        self.initial
-    }
-
-    /// Whether a refinement estimates the state at the first sample.
-    #[must_use]
-    pub fn is_initial_free(&self) -> bool {
-        self.initial_is_free
     }
 
     /// Whether the motor is known to begin at rest.
@@ -242,7 +231,7 @@ impl Signals {
 
     fn set_weights(&mut self, record: &Record, criterion: &Criterion) {
         let regular = self.step_index.is_empty();
-        if criterion.is_time_weighted() || (criterion.is_integral() && !regular) {
+        if criterion.norm.is_time_weighted() || (criterion.is_integral() && !regular) {
             let time_s = &record.samples().time_s;
             let weight = |n: usize| criterion.weight(time_s[n] - time_s[0], record.steps().step(n));
             self.weight = (0..self.len()).map(|n| [weight(n); 2]).collect();
@@ -340,26 +329,17 @@ fn lines(record: &Record, method: Discretization) -> [Vec<f64>; 2] {
 fn filled(record: &Record, counting: &[[bool; 2]]) -> [Option<Vec<f64>>; 2] {
     [0, 1].map(|channel| {
         let signal = record.measured()[channel].filter(|_| counting.iter().any(|c| !c[channel]))?;
-        let mut filled = signal.to_vec();
-        let mut last: Option<usize> = None;
-        for n in 0..=signal.len() {
-            let good = counting.get(n).is_none_or(|c| c[channel]);
-            if !good {
-                continue;
+        let counting: Vec<usize> = (0..signal.len()).filter(|n| counting[*n][channel]).collect();
+        let between = |n: usize| {
+            let next = counting.partition_point(|other| *other < n);
+            match (next.checked_sub(1).map(|last| counting[last]), counting.get(next).copied()) {
+                (Some(a), Some(b)) => signal[a] + count(n - a) / count(b - a) * (signal[b] - signal[a]),
+                (Some(one), None) | (None, Some(one)) => signal[one],
+                (None, None) => 0.0,
             }
-            let after = signal.get(n).copied();
-            let from = last.map_or(0, |l| l + 1);
-            let before = last.map(|l| signal[l]);
-            for (k, value) in filled[from..n].iter_mut().enumerate() {
-                let part = count(k + 1) / count(n - from + 1);
-                *value = match (before, after) {
-                    (Some(before), Some(after)) => before + part * (after - before),
-                    (Some(one), None) | (None, Some(one)) => one,
-                    (None, None) => 0.0,
-                };
-            }
-            last = Some(n);
-        }
+        };
+        let mut filled: Vec<f64> = (0..signal.len()).map(between).collect();
+        counting.iter().for_each(|&n| filled[n] = signal[n]);
         Some(filled)
     })
 }

@@ -59,12 +59,6 @@ impl Simd {
         if self.alone { 1 } else { rayon::current_num_threads() }
     }
 
-    /// The feature level.
-    #[must_use]
-    pub fn level(&self) -> Level {
-        self.level
-    }
-
     /// Candidates of a block.
     fn lanes(self, problem: &Problem) -> usize {
         match (self.level, problem.features().is_linear()) {
@@ -78,17 +72,13 @@ impl Simd {
         let width = group.candidates.width();
         let candidates = &group.candidates.values()[first * width..(first + costs.len()) * width];
         let block = Block { problem: group.problem, candidates, width };
-        if !group.problem.features().is_linear() {
-            return match self.level {
-                Level::Avx512 => extended::avx512(&block, costs),
-                Level::Avx2 => extended::avx2(&block, costs),
-                Level::Portable => extended::portable(&block, costs),
-            };
-        }
-        match self.level {
-            Level::Avx512 => kernel::avx512(&block, costs),
-            Level::Avx2 => kernel::avx2(&block, costs),
-            Level::Portable => kernel::portable(&block, costs),
+        match (self.level, group.problem.features().is_linear()) {
+            (Level::Avx512, true) => kernel::avx512(&block, costs),
+            (Level::Avx2, true) => kernel::avx2(&block, costs),
+            (Level::Portable, true) => kernel::portable(&block, costs),
+            (Level::Avx512, false) => extended::avx512(&block, costs),
+            (Level::Avx2, false) => extended::avx2(&block, costs),
+            (Level::Portable, false) => extended::portable(&block, costs),
         }
     }
 }

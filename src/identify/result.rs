@@ -111,7 +111,7 @@ impl Identification {
             values,
             searched,
             space: problem.space().clone(),
-            initial: problem.signals().iter().map(|signals| signals.initial()).collect(),
+            initial: problem.signals().iter().map(|signals| signals.initial).collect(),
             uncertainty,
             residual_sigma,
             converged,

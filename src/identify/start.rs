@@ -8,7 +8,7 @@ use super::missing_channel::guess;
 use super::prepare::Prepared;
 use super::spec::IdentifySpec;
 use crate::estimate::{
-    Estimate, SmFailure, SmOptions, global_reference_on, lagged, try_steiglitz_mcbride, try_steiglitz_mcbride_on,
+    Estimate, SmFailure, global_reference, lagged, steiglitz_mcbride as estimated, steiglitz_mcbride_on,
 };
 use crate::evaluate::{Problem, Scalar};
 use crate::motor::{Axis, Parameter, Space, With};
@@ -49,12 +49,11 @@ pub(super) fn steiglitz_mcbride(
     spec: &IdentifySpec,
     plain: &Problem,
 ) -> Result<std::result::Result<Estimate, SmFailure>> {
-    let options = SmOptions { model: spec.model, sigma: None };
     // Where the voltage is a line over each step the fit has another method than this one.
     let is_same = *plain.model() == spec.model;
     let one = |(n, record): (usize, &Record)| match is_same {
-        true => try_steiglitz_mcbride_on(plain, n, None),
-        false => try_steiglitz_mcbride(record, &options),
+        true => steiglitz_mcbride_on(plain, n),
+        false => estimated(record, spec.model),
     };
     if let [record] = records {
         return one((0, record));
@@ -103,7 +102,7 @@ fn near(prepared: &Prepared<'_>) -> Result<(Vec<[f64; 5]>, Space)> {
     motors.extend(guess(records, spec));
     if motors.is_empty() {
         let linear = linear(&spec.space)?;
-        let found = global_reference_on(&prepared.fitted(&linear), prepared.deviations())?;
+        let found = global_reference(&prepared.fitted(&linear), prepared.deviations())?;
         motors.push(found.refined.parameters.to_array());
     }
     let space = around(spec, &motors)?;

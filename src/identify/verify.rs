@@ -6,7 +6,7 @@ use super::refine::{Fit, refine_widening};
 use super::spec::IdentifySpec;
 use super::start::steiglitz_mcbride;
 use crate::Result;
-use crate::estimate::{Estimate, Reference, ReferenceKind, Refined, global_reference_on, refine_on, squares_on};
+use crate::estimate::{Estimate, Reference, ReferenceKind, Refined, global_reference, refine_on, squares_on};
 use crate::motor::{Axis, Parameters, Space};
 use crate::numeric::{count, rms};
 use crate::record::Record;
@@ -160,7 +160,7 @@ fn judged(prepared: &Prepared<'_>, claim: &Claim<'_>) -> Verified {
         Some(start) => refine_on(&plain, start, Some(&sigma)).ok(),
         None => None,
     };
-    let (reference, from_sm) = rayon::join(|| global_reference_on(&plain, &sigma).ok(), from_sm);
+    let (reference, from_sm) = rayon::join(|| global_reference(&plain, &sigma).ok(), from_sm);
     let kind = reference.as_ref().map(|reference: &Reference| reference.kind);
     let fits = reference.map(|reference| reference.refined).into_iter().chain(from_sm);
     let best = fits.min_by(|a, b| a.weighted(&sigma).total_cmp(&b.weighted(&sigma)));

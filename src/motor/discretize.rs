@@ -53,24 +53,14 @@ impl Discretization {
     }
 }
 
-/// What drives a motor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum Input {
-    /// Its voltage \[V\].
-    #[default]
-    Voltage,
-    /// Its current \[A\]: of the motor the mechanical side is left, and R and L change nothing.
-    Current,
-}
-
-impl Input {
-    /// Its name in results.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Voltage => "voltage",
-            Self::Current => "current",
-        }
+named! {
+    /// What drives a motor.
+    #[derive(Hash)]
+    pub enum Input (default Voltage) {
+        /// Its voltage \[V\].
+        Voltage = "voltage",
+        /// Its current \[A\]: of the motor the mechanical side is left, and R and L change nothing.
+        Current = "current",
     }
 }
 

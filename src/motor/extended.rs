@@ -1,7 +1,7 @@
 //! The values of a motor with its extensions, of one number type or of several motors side by side.
 
 use super::linear::Parameters;
-use super::parameter::{Extensions, Parameter};
+use super::parameter::Parameter;
 
 /// A motor with its extensions. With arrays as values it is several motors side by side, a lane each.
 #[derive(Debug, Clone, Copy)]
@@ -12,11 +12,25 @@ pub struct Extended<T = f64> {
     pub extensions: [T; Parameter::EXTENSIONS.len()],
 }
 
+/// A motor without extensions: their values change nothing.
+impl From<&Parameters> for Extended {
+    fn from(parameters: &Parameters) -> Self {
+        Self { motor: parameters.to_array(), extensions: Parameter::EXTENSIONS.map(Parameter::neutral) }
+    }
+}
+
 impl Extended {
-    /// Makes a motor of values.
+    /// Returns the motor with another value for one parameter.
     #[must_use]
-    pub fn new(parameters: &Parameters, extensions: &Extensions) -> Self {
-        Self { motor: parameters.to_array(), extensions: extensions.to_array() }
+    pub fn with(mut self, parameter: Parameter, value: f64) -> Self {
+        self.set(parameter, value);
+        self
+    }
+
+    /// Returns the parameters of the linear motor.
+    #[must_use]
+    pub fn parameters(&self) -> Parameters {
+        Parameters::from_array(self.motor)
     }
 }
 

@@ -6,13 +6,6 @@ use crate::setting::text;
 use crate::text::{excerpt, nearest};
 use crate::{Error, Result};
 
-/// The row of an extension.
-struct Facts {
-    parameters: &'static [Parameter],
-    kind: Kind,
-    needs: Needs,
-}
-
 /// The place where an extension acts.
 #[derive(PartialEq)]
 enum Kind {
@@ -35,35 +28,35 @@ pub enum Needs {
     BothSigns,
 }
 
-const fn facts(parameters: &'static [Parameter], kind: Kind, needs: Needs) -> Facts {
-    Facts { parameters, kind, needs }
-}
+use Kind::{Electrical, Late, Mechanical};
+use Needs::{BothSigns, Current, Nothing};
 
 named! {
     /// Something that real motors, drives and sensors add to the linear motor.
-    #[derive(Hash)]
-    pub enum Extension: Facts {
+    #[derive(Hash, serde::Serialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Extension: (&'static [Parameter], Kind, Needs) {
         /// Coulomb friction, which sticks.
-        Coulomb = "coulomb" => facts(&[Parameter::Coulomb], Kind::Mechanical, Needs::Nothing),
+        Coulomb = "coulomb" => (&[Parameter::Coulomb], Mechanical, Nothing),
         /// A constant load torque.
-        Load = "load" => facts(&[Parameter::Load], Kind::Mechanical, Needs::Nothing),
+        Load = "load" => (&[Parameter::Load], Mechanical, Nothing),
         /// A dead time of the input.
-        DeadTime = "dead-time" => facts(&[Parameter::DeadTime], Kind::Late, Needs::Nothing),
+        DeadTime = "dead-time" => (&[Parameter::DeadTime], Late, Nothing),
         /// A first movement that comes late, in each recording by its own time.
-        Latency = "latency" => facts(&[Parameter::Latency], Kind::Late, Needs::Nothing),
+        Latency = "latency" => (&[Parameter::Latency], Late, Nothing),
         /// An offset of the voltage.
-        Offset = "offset" => facts(&[Parameter::Offset], Kind::Electrical, Needs::Nothing),
+        Offset = "offset" => (&[Parameter::Offset], Electrical, Nothing),
         /// The voltage drop of the brushes; without a current it is that of a deadband or of friction.
-        BrushDrop = "brush-drop" => facts(&[Parameter::BrushDrop], Kind::Electrical, Needs::Current),
+        BrushDrop = "brush-drop" => (&[Parameter::BrushDrop], Electrical, Current),
         /// A deadband of the drive.
-        Deadband = "deadband" => facts(&[Parameter::Deadband], Kind::Electrical, Needs::Nothing),
+        Deadband = "deadband" => (&[Parameter::Deadband], Electrical, Nothing),
         /// A drive that gives no more beyond some input.
-        Saturation = "saturation" => facts(&[Parameter::Saturation], Kind::Electrical, Needs::Nothing),
+        Saturation = "saturation" => (&[Parameter::Saturation], Electrical, Nothing),
         /// A drive with another gain for negative inputs.
-        DirectionGain = "direction-gain" => facts(&[Parameter::NegativeGain], Kind::Electrical, Needs::BothSigns),
+        DirectionGain = "direction-gain" => (&[Parameter::NegativeGain], Electrical, BothSigns),
         /// Sensors that average over samples.
         SensorAverage = "sensor-average" =>
-            facts(&[Parameter::CurrentAverage, Parameter::SpeedAverage], Kind::Late, Needs::Nothing),
+            (&[Parameter::CurrentAverage, Parameter::SpeedAverage], Late, Nothing),
     }
 }
 
@@ -71,7 +64,7 @@ impl Extension {
     /// Returns its parameters.
     #[must_use]
     pub fn parameters(self) -> &'static [Parameter] {
-        self.row().parameters
+        self.row().0
     }
 
     /// Returns the extension that a parameter belongs to; none for the five of the motor.
@@ -83,19 +76,19 @@ impl Extension {
     /// Returns whether it delays, as others do that imitate it.
     #[must_use]
     pub fn is_late(self) -> bool {
-        self.row().kind == Kind::Late
+        self.row().1 == Late
     }
 
     /// Returns whether it acts where the current is the input, and not a voltage.
     #[must_use]
     pub fn acts_on_current(self) -> bool {
-        self.row().kind != Kind::Electrical
+        self.row().1 != Electrical
     }
 
     /// Returns what recordings must hold so that it may be chosen for them.
     #[must_use]
     pub fn needs(self) -> Needs {
-        self.row().needs
+        self.row().2
     }
 }
 
@@ -149,12 +142,6 @@ impl std::str::FromStr for With {
             "none" => Ok(Self::default()),
             names => Self::parse(&names.split(',').map(str::to_owned).collect::<Vec<_>>()),
         }
-    }
-}
-
-impl serde::Serialize for Extension {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name())
     }
 }
 

@@ -1,7 +1,8 @@
 //! The extensions that a model has, as a set of flags.
 
 use super::discretize::{Discretization, Method};
-use super::parameter::{Extensions, Parameter};
+use super::extended::Extended;
+use super::parameter::Parameter;
 use super::space::Space;
 
 /// The set of extensions that a model has.
@@ -69,7 +70,7 @@ impl FromIterator<Parameter> for ModelFeatures {
     }
 }
 
-impl Extensions {
+impl Extended {
     /// Returns the extensions whose values change anything.
     #[must_use]
     pub fn features(&self) -> ModelFeatures {

@@ -21,3 +21,35 @@ pub fn inverse([a, b, c, d]: Matrix2) -> Matrix2 {
 pub fn times(m: Matrix2, v: [f64; 2]) -> [f64; 2] {
     [m[0] * v[0] + m[1] * v[1], m[2] * v[0] + m[3] * v[1]]
 }
+
+/// Returns the generator `A` \[1/s\] of the transition matrix `phi` over `h` seconds, `A = ln(Φ)/h`; `None` where no real
+/// principal logarithm exists: for a determinant or a real eigenvalue of zero or less, and for what is not finite.
+///
+/// With `σ = tr Φ / 2`, `M = Φ − σI`, `Δ = σ² − det Φ`: `A = [½ ln(det Φ) I + f M]/h`, where `f = atan2(w, σ)/w`,
+/// `w = √−Δ` for complex eigenvalues and `f = atanh(w/σ)/w`, `w = √Δ` for real ones. Reference: N. J. Higham,
+/// Functions of Matrices (2008), ch. 11.
+#[must_use]
+pub fn matrix_logarithm(phi: Matrix2, h: f64) -> Option<Matrix2> {
+    let sigma = 0.5 * (phi[0] + phi[3]);
+    let determinant = phi[0] * phi[3] - phi[1] * phi[2];
+    if phi.iter().any(|v| !v.is_finite()) || !(h.is_finite() && h > 0.0) || determinant <= 0.0 {
+        return None;
+    }
+    let half_difference = 0.5 * (phi[0] - phi[3]);
+    // σ² − det Φ without its cancellation.
+    let delta = half_difference * half_difference + phi[1] * phi[2];
+    let w = delta.abs().sqrt();
+    if delta >= 0.0 && sigma <= w {
+        return None;
+    }
+    let f = if w < 1e-8 * sigma.abs() {
+        1.0 / sigma // both branches tend to it; the next term is relatively (w/σ)²/3 < 1e-16
+    } else if delta < 0.0 {
+        w.atan2(sigma) / w
+    } else {
+        (w / sigma).atanh() / w
+    };
+    let mean = 0.5 * determinant.ln();
+    let m = [half_difference, phi[1], phi[2], -half_difference];
+    Some([(mean + f * m[0]) / h, f * m[1] / h, f * m[2] / h, (mean + f * m[3]) / h])
+}

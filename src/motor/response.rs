@@ -1,4 +1,4 @@
-//! Figures of a response: peak and its time, overshoot, settling time, steady state and its error.
+//! Figures of a response: peak and its time, overshoot, settling time, steady state.
 //!
 //! Definitions: the steady state is the mean of the last tenth of the samples; the peak is the value of largest
 //! magnitude in the direction of the response; overshoot is (peak − steady)/|steady| in the steady value's
@@ -17,14 +17,6 @@ pub struct Response {
     pub overshoot_percent: Option<f64>,
     /// When the signal has entered the band around the steady state for good \[s\]; `None` if it never does.
     pub settling_time_s: Option<f64>,
-}
-
-impl Response {
-    /// Steady-state error of `self` (a model) against `reference` (a measurement), in the unit of the signal.
-    #[must_use]
-    pub fn steady_state_error(&self, reference: &Self) -> f64 {
-        self.steady_state - reference.steady_state
-    }
 }
 
 /// The figures of `signal` sampled at `time_s`; `band` is relative to the steady state (0.02 for 2 %).

@@ -40,16 +40,8 @@ impl Drive<'_> {
     }
 }
 
-/// Simulated current and speed, one value a sample.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Trajectory {
-    /// Current \[A\].
-    pub current: Vec<f64>,
-    /// Speed \[rad/s\].
-    pub speed: Vec<f64>,
-}
-
-/// Simulates the motor over all samples from the state `initial` = `[i, ω]`.
+/// Simulates the motor over all samples from the state `initial` = `[i, ω]`: current \[A\] and speed \[rad/s\], one value a
+/// sample.
 ///
 /// A motor that diverges gives values that are not finite; that is not an error.
 #[must_use]
@@ -58,14 +50,12 @@ pub fn simulate(
     drive: &Drive<'_>,
     initial: [f64; 2],
     method: impl Into<Method>,
-) -> Trajectory {
-    let samples = drive.voltage.len();
-    let mut trajectory = Trajectory { current: Vec::with_capacity(samples), speed: Vec::with_capacity(samples) };
-    walk(parameters, drive, initial, method, |[current, speed]| {
-        trajectory.current.push(current);
-        trajectory.speed.push(speed);
+) -> [Vec<f64>; 2] {
+    let mut signals = [0, 1].map(|_| Vec::with_capacity(drive.voltage.len()));
+    walk(parameters, drive, initial, method, |x| {
+        signals.iter_mut().zip(x).for_each(|(signal, value)| signal.push(value));
     });
-    trajectory
+    signals
 }
 
 /// Like [`simulate`], handing the state of each sample to `visit`.

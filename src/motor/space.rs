@@ -1,7 +1,8 @@
 //! The search space: which parameters are free within which bounds, and which are held.
 
+use super::extended::Extended;
 use super::linear::Parameters;
-use super::parameter::{Extensions, Parameter};
+use super::parameter::Parameter;
 use crate::{Error, Result};
 
 /// Which recordings of a joint fit a parameter belongs to.
@@ -204,34 +205,34 @@ impl Space {
     #[must_use]
     pub fn parameters(&self, candidate: &[f64], recording: u32) -> Parameters {
         let mut values = [f64::NAN; 5];
-        for &(parameter, scope, value) in &self.fixed {
-            if let Some(own) = values.get_mut(parameter as usize).filter(|_| scope.covers(recording)) {
+        self.each(candidate, recording, |parameter, value| {
+            if let Some(own) = values.get_mut(parameter as usize) {
                 *own = value;
             }
-        }
-        for (axis, &value) in self.free.iter().zip(candidate) {
-            if let Some(own) = values.get_mut(axis.parameter as usize).filter(|_| axis.scope.covers(recording)) {
-                *own = value;
-            }
-        }
+        });
         Parameters::from_array(values)
     }
 
-    /// What a candidate means for the extensions of one recording.
+    /// The motor with its extensions that a candidate means for one recording.
     #[must_use]
-    pub fn extensions(&self, candidate: &[f64], recording: u32) -> Extensions {
-        let mut extensions = Extensions::NONE;
+    pub fn motor(&self, candidate: &[f64], recording: u32) -> Extended {
+        let mut motor = Extended::from(&Parameters::from_array([f64::NAN; 5]));
+        self.each(candidate, recording, |parameter, value| motor.set(parameter, value));
+        motor
+    }
+
+    /// Hands the parameters of one recording to `set`, the held ones first.
+    fn each(&self, candidate: &[f64], recording: u32, mut set: impl FnMut(Parameter, f64)) {
         for &(parameter, scope, value) in &self.fixed {
             if scope.covers(recording) {
-                extensions.set(parameter, value);
+                set(parameter, value);
             }
         }
         for (axis, &value) in self.free.iter().zip(candidate) {
             if axis.scope.covers(recording) {
-                extensions.set(axis.parameter, value);
+                set(axis.parameter, value);
             }
         }
-        extensions
     }
 
     /// The same with a value of its own for each of `recordings` where these parameters are free.

@@ -112,14 +112,10 @@ impl EvaluateDocument {
 fn meant(problem: &Problem, candidate: &[f64]) -> Value {
     let space = problem.space();
     let extensions = space.free().iter().map(|axis| axis.parameter).chain(space.fixed().iter().map(|(p, _, _)| *p));
-    let value = |p: Parameter, recording: usize| {
-        let own = problem.extensions(candidate, recording);
-        if p.is_extension() { own.get(p) } else { problem.parameters(candidate, recording).get(p) }
-    };
     let all = Parameter::ALL.into_iter().chain(extensions.filter(|p| p.is_extension()));
     let entry = |p: Parameter| {
         let is_own = space.free().iter().any(|axis| axis.parameter == p && matches!(axis.scope, Scope::Recording(_)));
-        let of = |n| Value::from(value(p, n));
+        let of = |n| Value::from(problem.motor(candidate, n).get(p));
         let value = if is_own { (0..problem.signals().len()).map(of).collect() } else { of(0) };
         (p.symbol().to_owned(), value)
     };

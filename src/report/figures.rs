@@ -20,8 +20,7 @@ pub fn model(record: &Record, parameters: &Parameters, initial: [f64; 2], how: D
     let Ok(problem) = Problem::new(std::slice::from_ref(record), model, Space::table2(), criterion) else {
         return Default::default();
     };
-    let trajectory = simulate(parameters, &problem.signals()[0].drive(), initial, problem.model().discretization);
-    [trajectory.current, trajectory.speed]
+    simulate(parameters, &problem.signals()[0].drive(), initial, problem.model().discretization)
 }
 
 const CHANNELS: [(&str, &str); 2] = [("Current", "current [A]"), ("Speed", "speed [rad/s]")];

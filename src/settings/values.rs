@@ -1,7 +1,7 @@
 //! Values of settings that are small languages of their own: parameters, bounds, noise. `of` is the setting that errors name.
 
 use crate::criterion::Noise;
-use crate::motor::{Extensions, Parameter, Parameters};
+use crate::motor::{Extended, Parameter, Parameters};
 use crate::setting::{Setting, text};
 use crate::text::excerpt;
 use crate::{Error, Result};
@@ -52,25 +52,17 @@ pub fn parameters(items: &[String], of: Setting) -> Result<Vec<(Parameter, f64)>
 ///
 /// # Errors
 /// `Usage` when it is not.
-pub fn motor(text: &str) -> Result<(Parameters, Extensions)> {
+pub fn motor(text: &str) -> Result<Extended> {
     let is_m2 = |item: &str| item.trim().eq_ignore_ascii_case("m2");
     let named: Vec<String> = text.split(',').filter(|item| !is_m2(item)).map(str::to_owned).collect();
     let list = parameters(&named, Setting::Parameters)?;
-    let extensions = list.iter().fold(Extensions::NONE, |all, (parameter, value)| all.with(*parameter, *value));
-    let has_m2 = text.split(',').any(is_m2);
-    let mut values = Parameters::M2.to_array();
-    for (parameter, own) in Parameter::ALL.into_iter().zip(&mut values) {
-        match list.iter().find(|(p, _)| *p == parameter) {
-            Some((_, value)) => *own = *value,
-            None if has_m2 => {}
-            None => {
-                let message = text!([Parameters](" lacks {}, the {}", parameter.symbol(), parameter.name()));
-                let hint = "Give all five: R=0.921042,L=0.007759,K=0.073472,B=0.000678,J=0.000136.";
-                return Err(Error::usage(message, hint));
-            }
-        }
+    let is_given = |parameter: &Parameter| list.iter().any(|(given, _)| given == parameter);
+    if let Some(lacking) = Parameter::ALL.into_iter().find(|p| !text.split(',').any(is_m2) && !is_given(p)) {
+        let message = text!([Parameters](" lacks {}, the {}", lacking.symbol(), lacking.name()));
+        let remedy = "Give all five: R=0.921042,L=0.007759,K=0.073472,B=0.000678,J=0.000136.";
+        return Err(Error::usage(message, remedy));
     }
-    Ok((Parameters::from_array(values), extensions))
+    Ok(list.iter().fold(Extended::from(&Parameters::M2), |motor, (parameter, value)| motor.with(*parameter, *value)))
 }
 
 /// The parameters without bounds of their own that follow the estimate: all such, or none under `table2`.

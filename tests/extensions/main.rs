@@ -15,8 +15,8 @@ mod gpu;
 mod meaning;
 mod recovery;
 
-use motorfit::experiment::{Excitation, simulated_with};
-use motorfit::motor::{Discretization, Extensions, Parameter, Parameters};
+use motorfit::experiment::{Excitation, simulated};
+use motorfit::motor::{Discretization, Extended, Parameter, Parameters};
 use motorfit::record::Record;
 
 /// Voltages `volts(n)` in steps of `h` seconds.
@@ -26,10 +26,10 @@ fn excitation(count: u32, h: f64, volts: impl FnMut(u32) -> f64) -> Excitation {
 }
 
 /// What the motor of the paper does with these extensions.
-fn driven(extensions: &Extensions, excitation: &Excitation) -> Record {
-    simulated_with(&Parameters::M2, extensions, excitation, Discretization::Zoh).unwrap()
+fn driven(motor: &Extended, excitation: &Excitation) -> Record {
+    simulated(*motor, excitation, Discretization::Zoh).unwrap()
 }
 
-fn with(values: &[(Parameter, f64)]) -> Extensions {
-    values.iter().fold(Extensions::NONE, |all, (parameter, value)| all.with(*parameter, *value))
+fn with(values: &[(Parameter, f64)]) -> Extended {
+    values.iter().fold(Extended::from(&Parameters::M2), |all, (parameter, value)| all.with(*parameter, *value))
 }

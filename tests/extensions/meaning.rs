@@ -1,7 +1,7 @@
 //! What the oracle means by each extension.
 
 use super::{driven, excitation, with};
-use motorfit::experiment::{Excitation, simulated_with};
+use motorfit::experiment::{Excitation, simulated};
 use motorfit::motor::{Discretization, Parameter, Parameters};
 
 const M2: Parameters = Parameters::M2;
@@ -132,8 +132,8 @@ fn lines_come_late_as_lines() {
         torque: None,
     };
     let late = with(&[(Parameter::DeadTime, 0.0274)]);
-    let ours = simulated_with(&M2, &late, &ramp(0.0), Discretization::Foh).unwrap();
-    let exact = simulated_with(&M2, &with(&[]), &ramp(27.4), Discretization::Foh).unwrap();
+    let ours = simulated(late, &ramp(0.0), Discretization::Foh).unwrap();
+    let exact = simulated(&M2, &ramp(27.4), Discretization::Foh).unwrap();
     for (a, b) in signals(&ours).iter().zip(signals(&exact)) {
         // Where the ramp begins, within a step, lines between samples cannot follow it.
         assert!(apart(a, &b, 0) < 2e-3 && apart(a, &b, 200) < 1e-7, "{:e} {:e}", apart(a, &b, 0), apart(a, &b, 200));
@@ -188,17 +188,16 @@ fn a_jump_at_the_first_sample_comes_late_whole() {
     // A motor at rest whose first sample has a voltage: before it there was none, and the jump comes late as a jump, not as
     // a ramp over the step before. What a constant voltage does is then what it does on time, so much later.
     let constant = lined(900, 1e-3, |_| 6.0);
-    let on_time =
-        |h: f64, count| simulated_with(&M2, &with(&[]), &lined(count, h, |_| 6.0), Discretization::Foh).unwrap();
+    let on_time = |h: f64, count| simulated(&M2, &lined(count, h, |_| 6.0), Discretization::Foh).unwrap();
     let exact = signals(&on_time(1e-3, 900));
-    let late = simulated_with(&M2, &with(&[(Parameter::DeadTime, 7e-3)]), &constant, Discretization::Foh).unwrap();
+    let late = simulated(with(&[(Parameter::DeadTime, 7e-3)]), &constant, Discretization::Foh).unwrap();
     for (late, exact) in signals(&late).iter().zip(&exact) {
         assert!(late[..=7].iter().all(|v| *v == 0.0) && late[8] != 0.0, "{:?}", &late[..10]);
         assert!(apart(&late[7..], exact, 0) < 1e-9, "{:e}", apart(&late[7..], exact, 0));
     }
     // By parts of a step: the same at a tenth of the period, where 2.4 ms are whole steps. The line within the step of the
     // jump leaves (h R/L)²/200 of what 6 V move.
-    let late = simulated_with(&M2, &with(&[(Parameter::DeadTime, 2.4e-3)]), &constant, Discretization::Foh).unwrap();
+    let late = simulated(with(&[(Parameter::DeadTime, 2.4e-3)]), &constant, Discretization::Foh).unwrap();
     let fine = signals(&on_time(1e-4, 9000));
     let off: Vec<f64> = signals(&late)
         .iter()
@@ -220,8 +219,8 @@ fn latency_of_lines_ends_in_a_jump() {
     const FINE: u32 = 50;
     let ramp = |t: f64| (43.0 * (t - 0.1)).clamp(0.0, 8.0);
     for (latency, dead_time) in [(0.055, 0.0), (0.0323, 0.0), (0.04, 0.0125)] {
-        let extensions = with(&[(Parameter::Latency, latency), (Parameter::DeadTime, dead_time)]);
-        let late = simulated_with(&M2, &extensions, &lined(600, 1e-3, ramp), Discretization::Foh).unwrap();
+        let motor = with(&[(Parameter::Latency, latency), (Parameter::DeadTime, dead_time)]);
+        let late = simulated(motor, &lined(600, 1e-3, ramp), Discretization::Foh).unwrap();
         // The first movement is the piece from the sample on that is more than a twentieth of the way: 0.43 V at 110 ms.
         let moves = 0.11;
         let acts = |t: f64| {

@@ -5,9 +5,9 @@ use super::contract::RANGES;
 use super::{excitation, with};
 use motorfit::estimate::{fit_problem, refine_on};
 use motorfit::evaluate::Model;
-use motorfit::experiment::{Excitation, noise_of, simulated_with, with_noise};
+use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
 use motorfit::identify::{Identification, IdentifySpec, Method, identify, validate};
-use motorfit::motor::{Axis, Discretization, Extensions, Parameter, Parameters, Scope, Space};
+use motorfit::motor::{Axis, Discretization, Extended, Parameter, Parameters, Scope, Space};
 use motorfit::motor::{Extension, With};
 use motorfit::optimize::GwoOptions;
 use motorfit::record::Record;
@@ -56,13 +56,13 @@ fn lively(seed: u32) -> Excitation {
     })
 }
 
-fn truth(set: &[Parameter]) -> Extensions {
+fn truth(set: &[Parameter]) -> Extended {
     with(&TRUTH.into_iter().filter(|(p, _)| set.contains(p)).collect::<Vec<_>>())
 }
 
 /// A recording at 40 dB.
 fn recording(set: &[Parameter], seed: u32) -> Record {
-    let clean = simulated_with(&Parameters::M2, &truth(set), &lively(seed), Discretization::Zoh).unwrap();
+    let clean = simulated(truth(set), &lively(seed), Discretization::Zoh).unwrap();
     let sigma = noise_of(&clean, motorfit::criterion::Noise::Decibels(40.0));
     with_noise(&clean, sigma, u64::from(seed) + 1000).unwrap()
 }
@@ -84,11 +84,8 @@ fn wide(set: &[Parameter]) -> Space {
 }
 
 fn true_values(space: &Space, set: &[Parameter]) -> Vec<f64> {
-    let extensions = truth(set);
-    let of = |axis: &Axis| {
-        if axis.parameter.is_extension() { extensions.get(axis.parameter) } else { Parameters::M2.get(axis.parameter) }
-    };
-    space.free().iter().map(of).collect()
+    let motor = truth(set);
+    space.free().iter().map(|axis| motor.get(axis.parameter)).collect()
 }
 
 /// Alone, and together as they occur.
@@ -193,8 +190,8 @@ fn a_population_and_the_polish_find_it_from_wide_bounds() {
 
 /// A recording at 40 dB whose first movement is late by its own time, and whose load is its own.
 fn own(seed: u32, latency: f64, load: f64) -> Record {
-    let extensions = with(&[(Parameter::Latency, latency), (Parameter::Load, load)]);
-    let clean = simulated_with(&Parameters::M2, &extensions, &lively(seed), Discretization::Zoh).unwrap();
+    let motor = with(&[(Parameter::Latency, latency), (Parameter::Load, load)]);
+    let clean = simulated(motor, &lively(seed), Discretization::Zoh).unwrap();
     let sigma = noise_of(&clean, motorfit::criterion::Noise::Decibels(40.0));
     with_noise(&clean, sigma, u64::from(seed)).unwrap()
 }
@@ -233,7 +230,7 @@ fn a_dead_time_that_no_motor_has_is_pointed_out() {
     // Three time constants are 65 ms.
     let warned = |dead_time: f64| {
         let late = with(&[(Parameter::DeadTime, dead_time)]);
-        let clean = simulated_with(&Parameters::M2, &late, &lively(7), Discretization::Zoh).unwrap();
+        let clean = simulated(late, &lively(7), Discretization::Zoh).unwrap();
         let spec = IdentifySpec { with: With::These(vec![Extension::DeadTime]), ..IdentifySpec::default() };
         let found = identify(&[with_noise(&clean, [0.02, 0.5], 7).unwrap()], &spec).unwrap();
         found.warnings.iter().any(|warning| warning.code == "dead_time_long")

@@ -5,9 +5,9 @@ use crate::errors::Raise as _;
 use crate::pool::on_all;
 use crate::record::{Record, several, single};
 use crate::spec::{self, Keywords};
-use motorfit::estimate::{RefineOptions, SmOptions};
+use motorfit::estimate::RefineOptions;
 use motorfit::evaluate::Model;
-use motorfit::experiment::{Excitation, noise_of, simulated_with, with_noise};
+use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
 use motorfit::motor::{Discretization, Parameters};
 use motorfit::named::Named as _;
 use motorfit::report::{devices_document, json};
@@ -47,7 +47,7 @@ pub fn simulate(
     noise: Option<&Bound<'_, PyAny>>,
     seed: u64,
 ) -> PyResult<Record> {
-    let (motor, extensions) = values::motor(&spec::items(parameters, "parameters")?.join(",")).raise(py)?;
+    let motor = values::motor(&spec::items(parameters, "parameters")?.join(",")).raise(py)?;
     let excitation = Excitation {
         time_s: signal(time, "time")?,
         voltage: signal(voltage, "voltage")?,
@@ -56,7 +56,7 @@ pub fn simulate(
     let noise = noise.map(|noise| spec::items(noise, "noise")).transpose()?.map(|items| items.join(","));
     let noise = noise.as_deref().map(values::noise).transpose().raise(py)?;
     let record = on_all(py, || {
-        let clean = simulated_with(&motor, &extensions, &excitation, Discretization::Zoh)?;
+        let clean = simulated(motor, &excitation, Discretization::Zoh)?;
         noise.map_or(Ok(clean.clone()), |noise| with_noise(&clean, noise_of(&clean, noise), seed))
     })?;
     record.map(Record).raise(py)
@@ -79,9 +79,9 @@ pub fn steiglitz_mcbride<'py>(
     discretization: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
     let discretization = Discretization::named("discretization", discretization).raise(py)?;
-    let options = SmOptions { model: Model { discretization, ..Model::default() }, sigma: None };
+    let model = Model { discretization, ..Model::default() };
     let record = single(record)?;
-    let estimate = on_all(py, || motorfit::estimate::steiglitz_mcbride(&record, &options))?.raise(py)?;
+    let estimate = on_all(py, || Ok(motorfit::estimate::steiglitz_mcbride(&record, model)??))?.raise(py)?;
     named(py, &estimate.parameters)
 }
 

@@ -1,43 +1,34 @@
 //! The buffers that a shader sees: the one place for their numbers and kinds. Shaders name them by constants that the
 //! prelude makes of this list.
 
-/// A buffer that a shader sees; its number is that of the binding.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Binding {
-    /// Which round of how many jobs.
-    Round,
-    /// What the workgroups work on.
-    Jobs,
-    /// Runs of constant inputs.
-    Segments,
-    /// Inputs and initial states.
-    Inputs,
-    /// Measured samples.
-    Samples,
-    /// Weights of samples.
-    Weights,
-    /// Step maps and constants of candidates.
-    Maps,
-    /// States between rounds.
-    States,
-    /// Weighted sums of errors.
-    Sums,
+use crate::named::named;
+use wgpu::BufferUsages as U;
+
+named! {
+    /// A buffer that a shader sees, by the name of its constant there; its number is that of the binding.
+    pub(super) enum Binding: U {
+        /// Which round of how many jobs.
+        Round = "ROUND_BINDING" => U::UNIFORM.union(U::COPY_DST),
+        /// What the workgroups work on.
+        Jobs = "JOBS_BINDING" => U::STORAGE.union(U::COPY_DST),
+        /// Runs of constant inputs.
+        Segments = "SEGMENTS_BINDING" => U::STORAGE.union(U::COPY_DST),
+        /// Inputs and initial states.
+        Inputs = "INPUTS_BINDING" => U::STORAGE.union(U::COPY_DST),
+        /// Measured samples.
+        Samples = "SAMPLES_BINDING" => U::UNIFORM.union(U::STORAGE).union(U::COPY_DST),
+        /// Weights of samples.
+        Weights = "WEIGHTS_BINDING" => U::STORAGE.union(U::COPY_DST),
+        /// Step maps and constants of candidates.
+        Maps = "MAPS_BINDING" => U::STORAGE.union(U::COPY_DST),
+        /// States between rounds.
+        States = "STATES_BINDING" => U::STORAGE,
+        /// Weighted sums of errors.
+        Sums = "SUMS_BINDING" => U::STORAGE.union(U::COPY_SRC),
+    }
 }
 
 impl Binding {
-    /// All of them, in the order of their numbers.
-    pub(super) const ALL: [Self; 9] = [
-        Self::Round,
-        Self::Jobs,
-        Self::Segments,
-        Self::Inputs,
-        Self::Samples,
-        Self::Weights,
-        Self::Maps,
-        Self::States,
-        Self::Sums,
-    ];
-
     /// Returns the number as the shader and the device take it.
     pub(super) const fn number(self) -> u32 {
         self as u32
@@ -45,10 +36,7 @@ impl Binding {
 
     /// Returns the constants that shaders name bindings by.
     pub(super) fn constants() -> String {
-        let constant = |binding: Self| {
-            format!("const {}_BINDING: u32 = {}u;\n", format!("{binding:?}").to_uppercase(), binding.number())
-        };
-        Self::ALL.into_iter().map(constant).collect()
+        Self::ALL.map(|binding| format!("const {}: u32 = {}u;\n", binding.name(), binding.number())).concat()
     }
 
     /// Returns the type in the layout of a pipeline; samples lie in a uniform buffer where they fit.
@@ -61,14 +49,7 @@ impl Binding {
     }
 
     /// Returns the usage of the buffer.
-    pub(super) fn usage(self) -> wgpu::BufferUsages {
-        use wgpu::BufferUsages as U;
-        match self {
-            Self::Round => U::UNIFORM | U::COPY_DST,
-            Self::Samples => U::UNIFORM | U::STORAGE | U::COPY_DST,
-            Self::States => U::STORAGE,
-            Self::Sums => U::STORAGE | U::COPY_SRC,
-            _ => U::STORAGE | U::COPY_DST,
-        }
+    pub(super) fn usage(self) -> U {
+        self.row()
     }
 }

@@ -1,15 +1,15 @@
 //! The self-check: the compilers of some driver versions are known to be wrong, so every shader is compared with the
 //! oracle before its first use.
 
-use super::device::AdapterFacts;
+use super::device::{self, AdapterFacts};
 use super::features::ShaderFeatures;
 use super::variant::{Precision, Variant};
+use crate::Result;
 use crate::criterion::{Criterion, Norm};
 use crate::evaluate::{Model, Problem, Scalar};
-use crate::motor::{Discretization, Drive, Parameter, Parameters, Space, Trajectory, simulate};
+use crate::motor::{Discretization, Drive, Parameter, Parameters, Space, simulate};
 use crate::record::{Record, Samples};
 use crate::setting::text;
-use crate::{Error, ErrorKind, Result};
 use std::sync::Arc;
 
 /// Samples of the experiment: more than a block of the shader, and no multiple of anything.
@@ -25,7 +25,7 @@ pub(super) fn specimen(variant: Variant) -> Result<(Arc<Problem>, Vec<f64>)> {
     };
     let voltage: Vec<f64> = (0..SAMPLES).map(volts).collect();
     let drive = Drive { step_s: &[0.001], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &[] };
-    let Trajectory { current, speed } = simulate(&Parameters::M2, &drive, [0.0; 2], Discretization::Zoh);
+    let [current, speed] = simulate(&Parameters::M2, &drive, [0.0; 2], Discretization::Zoh);
     let time_s = (0..SAMPLES).map(|n| f64::from(n) * 0.001).collect();
     let record = Record::new(Samples { time_s, voltage, torque: None, current: Some(current), speed: Some(speed) })?;
     let norm = match (variant.absolute, variant.weighted) {
@@ -87,14 +87,11 @@ pub(super) fn compare(
         if error.is_nan() || error > allowed {
             let AdapterFacts { name, driver, .. } = facts;
             let precision = precision.name();
-            return Err(Error::new(
-                ErrorKind::Device,
-                format!(
-                    "{name} ({driver}) computes wrongly in {precision}: {cost:e} where {oracle:e} is right, off by \
-                     {error:.1e}"
-                ),
-                text!("Update its driver, choose another adapter, or use " [Device = "cpu"] "."),
-            ));
+            let message = format!(
+                "{name} ({driver}) computes wrongly in {precision}: {cost:e} where {oracle:e} is right, off by {error:.1e}"
+            );
+            let remedy = text!("Update its driver, choose another adapter, or use " [Device = "cpu"] ".");
+            return Err(device::error(message, remedy));
         }
     }
     Ok(())

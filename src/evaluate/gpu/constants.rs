@@ -4,6 +4,7 @@ use super::features::{FIELDS, SLOTS, STATES, ShaderFeatures, Slot, WINDOWS};
 use super::variant::LANES;
 use crate::evaluate::{Problem, Signals};
 use crate::motor::{DelayTaps, Extended, MovingAverage, Parameter, WINDOW_MAX};
+use crate::numeric::count;
 use std::sync::Arc;
 
 /// Samples up to which f32 counts.
@@ -29,31 +30,25 @@ pub(super) fn constants(
         let own = &mut constants[features.slot(Slot::Averages)];
         for (own, window) in own.chunks_exact_mut(3).zip(WINDOWS.map(|of| motor.get(of))) {
             let (whole, MovingAverage { part, share }) = MovingAverage::new(window);
-            own.copy_from_slice(&[number(whole), part, share]);
+            own.copy_from_slice(&[count(whole), part, share]);
         }
     }
     if features.delayed {
         let taps = DelayTaps::new(motor, signals.drive(), problem.settings(signals), time.clone());
-        // Steps count from the first that is simulated; of `count` samples none has the number `count + 1`.
-        let (first, count) = (problem.first_active(signals), signals.len());
+        // Steps count from the first that is simulated; of `samples` none has the number `samples + 1`.
+        let (first, samples) = (problem.first_active(signals), signals.len());
         let own = &mut constants[features.slot(Slot::Taps)];
-        own[0] = number(taps.whole.min(count + 1));
-        own[1] = number(taps.movement.unwrap_or(0).min(count + 1).saturating_sub(first));
+        own[0] = count(taps.whole.min(samples + 1));
+        own[1] = count(taps.movement.unwrap_or(0).min(samples + 1).saturating_sub(first));
         own[2..8].copy_from_slice(taps.gains.as_flattened());
         let own = &mut constants[features.slot(Slot::Special)];
         // The shaders know the steps before the first movement by themselves.
         for (own, (at, gains)) in own.chunks_exact_mut(3).zip(&taps.special[2..]) {
-            let at = at.min(&(count + 1)).checked_sub(first).unwrap_or(count + 1);
-            own.copy_from_slice(&[number(at), gains[0], gains[1]]);
+            let at = at.min(&(samples + 1)).checked_sub(first).unwrap_or(samples + 1);
+            own.copy_from_slice(&[count(at), gains[0], gains[1]]);
         }
     }
     constants
-}
-
-fn number(n: usize) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "at most SAMPLES_MAX")]
-    let number = n as f64;
-    number
 }
 
 /// Returns the number of past values that a sensor of a candidate keeps of one recording: a power of two, more than the
@@ -76,9 +71,8 @@ fn longest(problem: &Problem, parameter: Parameter) -> f64 {
 
 /// Returns the bytes of the past values and the states of a candidate, over all recordings.
 pub(super) fn kept_bytes(problem: &Problem, features: ShaderFeatures, number_bytes: usize) -> usize {
-    let channels = features.channels();
-    let ring = |signals: &Signals| if channels == 0 { 0 } else { channels * ring(problem, signals) };
-    problem.signals().iter().map(|signals| number_bytes * (STATES + ring(signals))).sum()
+    let kept = |signals: &Arc<Signals>| STATES + features.channels() * ring(problem, signals);
+    problem.signals().iter().map(|signals| number_bytes * kept(signals)).sum()
 }
 
 /// Returns whether the device takes a problem: not with delayed inputs on an uneven clock or with voltages that are lines of

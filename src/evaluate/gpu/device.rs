@@ -1,10 +1,10 @@
 //! Adapters and devices: what is there, opening one, and turning what goes wrong into errors.
 
-use super::variant::Fetch;
+use super::variant::{Fetch, UNIFORM_BYTES};
 use crate::setting::{Text, text};
 use crate::text::printable;
 use crate::{Error, ErrorKind, Result};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -49,7 +49,8 @@ const SLOWEST_STEPS_PER_SECOND: u64 = 20_000_000;
 const SPIN_STEPS: u64 = 1_000_000;
 const SPIN: Duration = Duration::from_micros(300);
 
-fn error(message: impl Into<Text>, remedy: impl Into<Text>) -> Error {
+/// Makes the error of a device.
+pub(super) fn error(message: impl Into<Text>, remedy: impl Into<Text>) -> Error {
     Error::new(ErrorKind::Device, message, remedy)
 }
 
@@ -78,7 +79,7 @@ fn rank(kind: wgpu::DeviceType) -> u8 {
     }
 }
 
-fn facts(index: usize, adapter: &wgpu::Adapter) -> AdapterFacts {
+fn facts((index, adapter): (usize, &wgpu::Adapter)) -> AdapterFacts {
     let (info, limits) = (adapter.get_info(), adapter.limits());
     AdapterFacts {
         index,
@@ -95,7 +96,7 @@ fn facts(index: usize, adapter: &wgpu::Adapter) -> AdapterFacts {
 /// Every adapter of this machine, the best first.
 #[must_use]
 pub fn list() -> Vec<AdapterFacts> {
-    adapters().iter().enumerate().map(|(index, adapter)| facts(index, adapter)).collect()
+    adapters().iter().enumerate().map(facts).collect()
 }
 
 /// An open device. Errors that nobody waits for are kept and reported with the next result.
@@ -103,24 +104,23 @@ pub(super) struct Device {
     pub facts: AdapterFacts,
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
-    /// Fewest invocations of a subgroup.
-    subgroup: u32,
+    /// How samples reach the invocations: software adapters share them in subgroups, if these are of at least eight.
+    pub fetch: Fetch,
+    /// Whether samples may lie in a uniform buffer of [`UNIFORM_BYTES`].
+    pub uniform: bool,
     fault: Arc<Mutex<Option<String>>>,
     /// How long any submission may take.
     pub patience: Duration,
     /// Whether submissions are timed by the device's clock.
     pub timed: bool,
-    /// Buffers made so far.
-    pub buffers_made: AtomicUsize,
 }
 
 impl Device {
     pub(super) fn open(selector: &Selector, f64: bool) -> Result<Self> {
         let mut adapters = adapters();
-        let list: Vec<AdapterFacts> = adapters.iter().enumerate().map(|(n, a)| facts(n, a)).collect();
+        let list: Vec<AdapterFacts> = adapters.iter().enumerate().map(facts).collect();
         let index = choose(&list, selector, f64)?;
         let (adapter, facts) = (adapters.swap_remove(index), list[index].clone());
-        let subgroup = adapter.get_info().subgroup_min_size;
         let wanted = wgpu::Features::SHADER_F64 | wgpu::Features::SUBGROUP | wgpu::Features::TIMESTAMP_QUERY;
         let features = adapter.features() & wanted;
         let descriptor = wgpu::DeviceDescriptor {
@@ -144,18 +144,20 @@ impl Device {
                 keep(&lost, format!("the device was lost: {text}"));
             }
         });
-        let (patience, buffers_made) = (PATIENCE, AtomicUsize::new(0));
-        Ok(Self { facts, device, queue, subgroup, fault, patience, timed: false, buffers_made })
+        let shares = facts.kind == "software"
+            && device.features().contains(wgpu::Features::SUBGROUP)
+            && adapter.get_info().subgroup_min_size >= 8;
+        let fetch = if shares { Fetch::Subgroup } else { Fetch::Direct };
+        let uniform = device.limits().max_uniform_buffer_binding_size >= UNIFORM_BYTES as u64;
+        Ok(Self { facts, device, queue, fetch, uniform, fault, patience: PATIENCE, timed: false })
     }
 
     /// The first error since the last check, if any.
     pub(super) fn check(&self) -> Result<()> {
-        match self.fault.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            None => Ok(()),
-            Some(text) => {
-                Err(error(format!("{}: {}", self.facts.name, text.lines().collect::<Vec<_>>().join(" ")), again()))
-            }
-        }
+        let fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner).take();
+        fault.map_or(Ok(()), |text| {
+            Err(error(format!("{}: {}", self.facts.name, text.lines().collect::<Vec<_>>().join(" ")), again()))
+        })
     }
 
     /// Waits until a submission of so many candidate-steps is done and its results have `arrived`.
@@ -183,27 +185,6 @@ impl Device {
             )
         })
     }
-
-    pub(super) fn count_buffer(&self) {
-        self.buffers_made.fetch_add(1, Ordering::Relaxed);
-    }
-
-    /// Software adapters share samples in subgroups, if they have subgroups of at least eight.
-    pub(super) fn fetch(&self) -> Fetch {
-        if self.facts.kind == "software"
-            && self.device.features().contains(wgpu::Features::SUBGROUP)
-            && self.subgroup >= 8
-        {
-            Fetch::Subgroup
-        } else {
-            Fetch::Direct
-        }
-    }
-
-    /// Whether samples may lie in a uniform buffer of `bytes`.
-    pub(super) fn has_uniform(&self, bytes: usize) -> bool {
-        self.device.limits().max_uniform_buffer_binding_size >= bytes as u64
-    }
 }
 
 /// The adapter that is asked for; the best there is in f64 where that is asked for too.
@@ -217,20 +198,16 @@ fn choose(list: &[AdapterFacts], selector: &Selector, f64: bool) -> Result<usize
             ),
         ));
     }
-    let found = match selector {
-        Selector::Best => list.iter().position(|a| a.f64 || !f64).or(Some(0)),
-        Selector::Index(index) => (*index < list.len()).then_some(*index),
+    let (found, wanted) = match selector {
+        Selector::Best => (list.iter().position(|a| a.f64 || !f64).or(Some(0)), "at all".to_owned()),
+        Selector::Index(index) => ((*index < list.len()).then_some(*index), format!("number {index}")),
         Selector::Name(name) => {
-            let name = name.to_lowercase();
-            list.iter().position(|a| a.name.to_lowercase().contains(&name))
+            let part = name.to_lowercase();
+            let found = list.iter().position(|a| a.name.to_lowercase().contains(&part));
+            (found, format!("named \"{}\"", crate::text::excerpt(name)))
         }
     };
     found.ok_or_else(|| {
-        let wanted = match selector {
-            Selector::Index(index) => format!("number {index}"),
-            Selector::Name(name) => format!("named \"{}\"", crate::text::excerpt(name)),
-            Selector::Best => "at all".to_owned(),
-        };
         let known: Vec<String> = list.iter().map(|a| format!("gpu:{} {}", a.index, a.name)).collect();
         let hint = text!([Command::Devices] " lists what is there.");
         error(format!("no adapter {wanted}; there is {}", known.join(", ")), hint)

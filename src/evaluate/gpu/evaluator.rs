@@ -3,13 +3,13 @@
 use super::check;
 use super::clock::Kernel;
 use super::constants::{is_beyond, is_served};
-use super::device::{AdapterFacts, Device, Selector, again};
+use super::device::{AdapterFacts, Device, Selector, again, error};
 use super::features::ShaderFeatures;
-use super::layout::{BatchLayout, Unit};
+use super::layout::Unit;
 use super::parts::{Part, split};
 use super::pipelines::Pipelines;
-use super::set::{Set, Sums, Ticket};
-use super::variant::{LANES, Precision, UNIFORM_BYTES, Variant};
+use super::set::{Set, Sums};
+use super::variant::{LANES, Precision, Variant};
 use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Evaluator, Group, Pending, Problem, Simd};
 use crate::setting::text;
@@ -44,7 +44,6 @@ pub struct Gpu {
 /// A part of the batch in flight.
 struct Flight {
     parts: Vec<Part>,
-    ticket: Ticket,
     set: usize,
 }
 
@@ -52,10 +51,6 @@ struct Flight {
 struct Begun {
     flights: VecDeque<Flight>,
     waiting: VecDeque<Vec<Part>>,
-    /// Where the costs of each group begin.
-    offsets: Vec<usize>,
-    /// Which groups the device takes; the CPU takes the others.
-    served: Vec<bool>,
     /// The losses before it: after another one its sets are no longer its own.
     losses: usize,
 }
@@ -69,28 +64,23 @@ impl Gpu {
         let device = Device::open(selector, precision == Some(Precision::F64))?;
         let has_f64 = device.facts.f64;
         if precision == Some(Precision::F64) && !has_f64 {
-            return Err(Error::new(
-                ErrorKind::Device,
-                format!("{} does not compute in f64", device.facts.name),
-                text!("Use " [Precision = "f32"] ", or " [Device = "cpu"] "."),
-            ));
+            let message = format!("{} does not compute in f64", device.facts.name);
+            return Err(error(message, text!("Use " [Precision = "f32"] ", or " [Device = "cpu"] ".")));
         }
         let precision = precision.unwrap_or(if has_f64 { Precision::F64 } else { Precision::F32 });
         let budget = usize::try_from(BUDGET.min(device.facts.binding_bytes_max)).unwrap_or(usize::MAX);
-        let (pipelines, checked) = (Pipelines::default(), HashSet::new());
+        let (uniform, fetch) = (device.uniform, device.fetch);
         let mut gpu = Self {
             device,
             precision,
             budget,
-            pipelines,
-            checked,
+            pipelines: Pipelines::default(),
+            checked: HashSet::new(),
             sets: Vec::new(),
             next: 0,
             losses: 0,
             kernel: Kernel::default(),
         };
-        let uniform = gpu.device.has_uniform(UNIFORM_BYTES);
-        let fetch = gpu.device.fetch();
         let usual = Variant { precision, absolute: false, weighted: false, uniform, fetch, features: None };
         gpu.guard(|gpu| gpu.check_shader(usual))?;
         Ok(gpu)
@@ -117,14 +107,9 @@ impl Gpu {
         let candidates = Candidates::new(&values, problem.space().free().len());
         let groups = [Group { problem: &problem, candidates, reference: None }];
         let mut set = Set::default();
-        let ticket = set.submit(&self.device, &mut self.pipelines, &groups, variant)?;
-        let units = set.batch.take();
+        set.submit(&self.device, &mut self.pipelines, &groups, variant)?;
         let mut costs = vec![0.0; groups[0].candidates.count()];
-        set.collect(&self.device, ticket, &mut |sums| {
-            for unit in units.iter().flat_map(|layout| &layout.units) {
-                add(unit, &problem, sums, &mut costs);
-            }
-        })?;
+        set.collect(&self.device, &mut |unit, sums| add(unit, &problem, sums, &mut costs))?;
         costs.iter_mut().for_each(|cost| *cost = problem.cost(*cost));
         check::compare(&self.device.facts, variant.precision, &problem, &values, &costs)?;
         self.checked.insert(variant);
@@ -133,10 +118,8 @@ impl Gpu {
 
     /// wgpu panics where a driver reports a loss while it is waited for. After a failure nothing in flight is trusted.
     fn guard<T>(&mut self, work: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
-        let done = catch_unwind(AssertUnwindSafe(|| work(self))).unwrap_or_else(|_| {
-            let message = format!("{} was lost while it computed", self.device.facts.name);
-            Err(Error::new(ErrorKind::Device, message, again()))
-        });
+        let done = catch_unwind(AssertUnwindSafe(|| work(self)))
+            .unwrap_or_else(|_| Err(error(format!("{} was lost while it computed", self.device.facts.name), again())));
         if done.as_ref().is_err_and(|e| e.kind() == ErrorKind::Device) {
             self.sets.clear();
             self.losses += 1;
@@ -144,15 +127,15 @@ impl Gpu {
         done
     }
 
-    /// The shader that a group needs, if its samples lie in a uniform buffer or not.
-    fn variant(&self, group: &Group<'_>, uniform: bool) -> Variant {
+    /// Returns the shader that a group needs; its samples lie in a uniform buffer if they fit.
+    fn variant(&self, group: &Group<'_>) -> Variant {
         let features = ShaderFeatures::of(group.problem.features());
         Variant {
             precision: if features.is_some() { self.precision.plain() } else { self.precision },
             absolute: group.problem.criterion().is_absolute(),
             weighted: group.problem.signals().iter().any(|s| !s.weight.is_empty()),
-            uniform,
-            fetch: self.device.fetch(),
+            uniform: self.device.uniform,
+            fetch: self.device.fetch,
             features,
         }
     }
@@ -165,7 +148,7 @@ impl Gpu {
     /// An idle set: the one that holds these groups' scene if there is one, else a new one, else the next in turn.
     fn idle_set(&mut self, groups: &[Group<'_>], variant: Variant) -> Result<usize> {
         let serves = |set: &Set| set.batch.as_ref().is_some_and(|batch| batch.serves(groups, variant));
-        if let Some(found) = self.sets.iter().position(|set| !set.busy && serves(set)) {
+        if let Some(found) = self.sets.iter().position(|set| set.flight.is_none() && serves(set)) {
             return Ok(found);
         }
         if self.sets.len() < SETS {
@@ -174,7 +157,7 @@ impl Gpu {
         }
         for _ in 0..SETS {
             self.next = (self.next + 1) % SETS;
-            if !self.sets[self.next].busy {
+            if self.sets[self.next].flight.is_none() {
                 return Ok(self.next);
             }
         }
@@ -187,56 +170,44 @@ impl Gpu {
             && let Some(parts) = pending.waiting.front()
         {
             let groups: Vec<Group<'_>> = parts.iter().map(|part| part.of(batch)).collect();
-            let uniform = self.device.has_uniform(UNIFORM_BYTES);
-            let variant = self.variant(&groups[0], uniform);
+            let variant = self.variant(&groups[0]);
             let set = match self.idle_set(&groups, variant) {
                 // What is in flight already frees a set when it lands.
                 Err(_) if !pending.flights.is_empty() => return Ok(()),
                 found => found?,
             };
-            let ticket = self.sets[set].submit(&self.device, &mut self.pipelines, &groups, variant)?;
+            self.sets[set].submit(&self.device, &mut self.pipelines, &groups, variant)?;
             let used = self.sets[set].batch.as_ref().map_or(variant, |batch| batch.variant);
             if let Some(parts) = pending.waiting.pop_front() {
-                pending.flights.push_back(Flight { parts, ticket, set });
+                pending.flights.push_back(Flight { parts, set });
             }
             self.check_shader(used)?;
         }
         Ok(())
     }
 
-    /// Waits for all parts and adds their sums to the totals of their candidates. Returns where groups begin.
-    fn land(&mut self, batch: &Batch<'_>, mut pending: Begun, totals: &mut [f64]) -> Result<Vec<usize>> {
+    /// Waits for all parts and adds their sums to the totals of their candidates.
+    fn land(&mut self, batch: &Batch<'_>, mut pending: Begun, totals: &mut [f64]) -> Result<()> {
         loop {
             self.launch(batch, &mut pending)?;
-            let Some(Flight { parts, ticket, set }) = pending.flights.pop_front() else { break };
+            let Some(Flight { parts, set }) = pending.flights.pop_front() else { return Ok(()) };
             let Some(set) = self.sets.get_mut(set).filter(|_| pending.losses == self.losses) else {
-                return Err(Error::new(
-                    ErrorKind::Device,
-                    "the device failed while this batch was pending",
-                    "Run again.",
-                ));
+                return Err(error("the device failed while this batch was pending", "Run again."));
             };
-            let layout = set.batch.take();
-            let units = layout.as_ref().map_or(&[][..], |layout: &BatchLayout| &layout.units);
-            let collected = set.collect(&self.device, ticket, &mut |sums| {
-                for unit in units {
-                    let part = parts[unit.place.group];
-                    let from = pending.offsets[part.group] + part.first;
-                    add(unit, batch.groups[part.group].problem, sums, &mut totals[from..from + part.count]);
-                }
-            });
-            set.batch = layout;
-            if let Some(stamps) = collected? {
+            let stamps = set.collect(&self.device, &mut |unit, sums| {
+                let Part { group, count, at, .. } = parts[unit.group];
+                add(unit, batch.groups[group].problem, sums, &mut totals[at..at + count]);
+            })?;
+            if let Some(stamps) = stamps {
                 self.kernel.add(stamps);
             }
         }
-        Ok(pending.offsets)
     }
 }
 
 /// Adds the sums of a (group, recording) to the totals of the group's candidates.
 fn add(unit: &Unit, problem: &Problem, sums: &Sums<'_>, totals: &mut [f64]) {
-    let signals = &problem.signals()[unit.place.recording];
+    let signals = &problem.signals()[unit.recording];
     for (n, total) in totals.iter_mut().enumerate() {
         let at = 2 * LANES * (unit.first + n / LANES) + n % LANES;
         *total += problem.scaled(signals, [sums.get(at), sums.get(at + LANES)]);
@@ -269,17 +240,9 @@ impl Evaluator for Gpu {
     fn begin(&mut self, batch: &Batch<'_>) -> Result<Pending> {
         batch.check_candidates()?;
         self.guard(|gpu| {
-            let mut at = 0;
-            let first = |group: &Group<'_>| {
-                at += group.candidates.count();
-                at - group.candidates.count()
-            };
-            let offsets = batch.groups.iter().map(first).collect();
-            let uniform = gpu.device.has_uniform(UNIFORM_BYTES);
-            let served: Vec<bool> = batch.groups.iter().map(|group| gpu.serves(group)).collect();
-            let shader = |n: usize, group: &Group<'_>| served[n].then(|| gpu.variant(group, uniform));
+            let shader = |group: &Group<'_>| gpu.serves(group).then(|| gpu.variant(group));
             let waiting = split(batch, gpu.budget, shader).into();
-            let mut begun = Begun { flights: VecDeque::new(), waiting, offsets, served, losses: gpu.losses };
+            let mut begun = Begun { flights: VecDeque::new(), waiting, losses: gpu.losses };
             gpu.launch(batch, &mut begun)?;
             Ok(Pending::of(begun))
         })
@@ -291,11 +254,16 @@ impl Evaluator for Gpu {
             return Err(Error::usage("this batch was begun by another evaluator", "Finish it where it was begun."));
         };
         costs.fill(0.0);
-        let served = begun.served.clone();
-        let offsets = self.guard(|gpu| gpu.land(batch, begun, costs))?;
-        for ((group, from), served) in batch.groups.iter().zip(offsets).zip(served) {
-            let costs = &mut costs[from..from + group.candidates.count()];
-            if served { form(group, costs)? } else { Simd::default().evaluate(&Batch { groups: &[*group] }, costs)? }
+        self.guard(|gpu| gpu.land(batch, begun, costs))?;
+        let mut rest = costs;
+        for group in batch.groups {
+            let (own, others) = rest.split_at_mut(group.candidates.count());
+            if self.serves(group) {
+                form(group, own)?;
+            } else {
+                Simd::default().evaluate(&Batch { groups: &[*group] }, own)?;
+            }
+            rest = others;
         }
         Ok(())
     }

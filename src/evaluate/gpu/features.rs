@@ -49,15 +49,6 @@ impl ShaderFeatures {
         })
     }
 
-    /// Returns all combinations.
-    pub fn all() -> impl Iterator<Item = Self> {
-        (0..16_u8).map(|bits| Self {
-            brushes: bits & 1 != 0,
-            delayed: bits & 2 != 0,
-            averages: [bits & 4 != 0, bits & 8 != 0],
-        })
-    }
-
     /// Returns the slots that a block has behind its step maps.
     pub(super) fn slots(self) -> usize {
         self.slot(Slot::Taps) + if self.delayed { 2 } else { 0 }

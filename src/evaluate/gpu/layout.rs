@@ -1,8 +1,7 @@
 //! A batch as the words of buffers. Offsets are those of `shaders/input.wgsl`.
 
 use super::constants::ring;
-use super::features::ShaderFeatures;
-use super::reference::{Reference, ReferenceStep, reference_values};
+use super::reference::{Reference, ReferenceStep};
 use super::variant::{BLOCK, LANES, Precision, UNIFORM_BYTES, Variant, WORKGROUP};
 use crate::evaluate::{Group, Problem, Run, Signals};
 use crate::motor::tap_times;
@@ -19,33 +18,26 @@ const OVERHEAD: usize = 5;
 /// Where a job of motors with extensions says where what its sensors keep begins.
 const RING: usize = 13;
 
-/// Numbers in the precision of the device, as bytes are uploaded.
-pub(super) struct Numbers {
-    precision: Precision,
-    pub bytes: Vec<u8>,
-}
-
-impl Numbers {
-    fn new(precision: Precision) -> Self {
-        Self { precision, bytes: Vec::new() }
-    }
-
-    fn push(&mut self, values: &[f64]) {
-        if self.precision.bytes() == 8 {
-            values.iter().for_each(|v| self.bytes.extend_from_slice(&v.to_ne_bytes()));
+/// Numbers as bytes are uploaded.
+impl Precision {
+    fn push(self, bytes: &mut Vec<u8>, values: &[f64]) {
+        if self.bytes() == 8 {
+            values.iter().for_each(|v| bytes.extend_from_slice(&v.to_ne_bytes()));
         } else {
-            values.iter().for_each(|&v| self.bytes.extend_from_slice(&single(v).to_ne_bytes()));
+            values.iter().for_each(|&v| bytes.extend_from_slice(&single(v).to_ne_bytes()));
         }
     }
 
-    fn count(&self, width: usize) -> usize {
-        self.bytes.len() / (width * self.precision.bytes())
+    fn count(self, bytes: &[u8], width: usize) -> usize {
+        bytes.len() / (width * self.bytes())
     }
 }
 
 /// One (group, recording): its blocks of candidates from `first` on.
 pub(super) struct Unit {
-    pub place: Place,
+    /// The group of the batch, and the recording of its problem.
+    pub group: usize,
+    pub recording: usize,
     pub first: usize,
     pub blocks: usize,
     /// Its first map, counted over all units: blocks times distinct steps and slots of constants.
@@ -56,14 +48,7 @@ pub(super) struct Unit {
     pub time: Arc<[f64]>,
 }
 
-/// A group of the batch and a recording of its problem.
-#[derive(Clone, Copy)]
-pub(super) struct Place {
-    pub group: usize,
-    pub recording: usize,
-}
-
-/// What a group of a scene was made of.
+/// A group that the layout was made of.
 struct Key {
     problem: Arc<Problem>,
     reference: Option<Vec<f64>>,
@@ -80,9 +65,9 @@ pub(super) struct BatchLayout {
     pub job_count: u32,
     pub rounds: u32,
     pub segments: Vec<[u32; 4]>,
-    pub inputs: Numbers,
-    pub samples: Numbers,
-    pub weights: Numbers,
+    pub inputs: Vec<u8>,
+    pub samples: Vec<u8>,
+    pub weights: Vec<u8>,
     pub blocks: usize,
     /// Candidate-steps.
     pub steps: u64,
@@ -96,18 +81,23 @@ pub(super) struct BatchLayout {
 impl BatchLayout {
     /// Packs groups that need the same shader.
     pub(super) fn new(groups: &[Group<'_>], variant: Variant) -> Self {
-        let numbers = || Numbers::new(variant.precision);
+        let precision = variant.precision;
+        let key = |group: &Group<'_>| Key {
+            problem: group.problem.clone(),
+            reference: group.reference.map(<[f64]>::to_vec),
+            count: group.candidates.count(),
+        };
         let mut layout = Self {
-            key: groups.iter().map(|group| key(group, variant.precision)).collect(),
+            key: groups.iter().map(key).collect(),
             variant,
             jobs: Vec::new(),
             bounds: Vec::new(),
             job_count: 0,
             rounds: 0,
             segments: Vec::new(),
-            inputs: numbers(),
-            samples: numbers(),
-            weights: numbers(),
+            inputs: Vec::new(),
+            samples: Vec::new(),
+            weights: Vec::new(),
             blocks: 0,
             steps: 0,
             maps: 0,
@@ -115,14 +105,16 @@ impl BatchLayout {
             units: Vec::new(),
         };
         for (index, group) in groups.iter().enumerate() {
-            let values = reference_values(group);
+            // The geometric middle of its box, where a group has no reference of its own.
+            let middle = || group.problem.space().free().iter().map(|axis| (axis.min * axis.max).sqrt()).collect();
+            let values: Vec<f64> = group.reference.map_or_else(middle, <[f64]>::to_vec);
             for (recording, signals) in group.problem.signals().iter().enumerate() {
-                let reference = if variant.precision.is_deviation() {
+                let reference = if precision.is_deviation() {
                     Reference::new(group.problem, signals, &group.problem.parameters(&values, recording))
                 } else {
                     Reference::none(signals)
                 };
-                layout.add(Place { group: index, recording }, group, reference);
+                layout.add([index, recording], group, reference);
             }
         }
         let words = variant.job();
@@ -136,14 +128,19 @@ impl BatchLayout {
         }
         layout.states += layout.blocks * variant.states();
         layout.jobs.append(&mut layout.bounds);
-        if layout.weights.bytes.is_empty() {
-            layout.weights.push(&[0.0; 2]);
+        if layout.weights.is_empty() {
+            precision.push(&mut layout.weights, &[0.0; 2]);
         }
-        layout.variant.uniform &= layout.samples.bytes.len() <= UNIFORM_BYTES;
+        layout.variant.uniform &= layout.samples.len() <= UNIFORM_BYTES;
         layout
     }
 
-    /// Whether these groups differ from the scene's in their candidates alone.
+    /// Returns the bytes of the sums.
+    pub(super) fn sums_bytes(&self) -> usize {
+        self.blocks * 2 * LANES * self.variant.precision.bytes()
+    }
+
+    /// Returns whether these groups differ from those of the layout in their candidates alone.
     pub(super) fn serves(&self, groups: &[Group<'_>], variant: Variant) -> bool {
         let same = |key: &Key, group: &Group<'_>| {
             Arc::ptr_eq(&key.problem, group.problem)
@@ -156,29 +153,25 @@ impl BatchLayout {
     }
 }
 
-fn key(group: &Group<'_>, precision: Precision) -> Key {
-    let reference = group.reference.filter(|_| precision.is_deviation()).map(<[f64]>::to_vec);
-    Key { problem: group.problem.clone(), reference, count: group.candidates.count() }
-}
-
 fn word(n: usize) -> u32 {
     // Buffers are limited to 4 GiB long before a count reaches this.
     u32::try_from(n).unwrap_or(u32::MAX)
 }
 
 impl BatchLayout {
-    fn add(&mut self, place: Place, group: &Group<'_>, reference: Reference) {
-        let (problem, variant) = (group.problem, self.variant);
-        let signals = &problem.signals()[place.recording];
+    /// Adds a recording of a group, by their indices.
+    fn add(&mut self, [index, recording]: [usize; 2], group: &Group<'_>, reference: Reference) {
+        let (problem, variant, precision) = (group.problem, self.variant, self.variant.precision);
+        let signals = &problem.signals()[recording];
         let blocks = group.candidates.count().div_ceil(LANES);
         if blocks == 0 {
             return;
         }
         let first_active = problem.first_active(signals);
-        let sample_first = self.samples.count(variant.precision.sample());
-        let weight_first = self.weights.count(2);
+        let sample_first = precision.count(&self.samples, precision.sample());
+        let weight_first = precision.count(&self.weights, 2);
         self.add_samples(signals, first_active, &reference);
-        let initial = self.inputs.count(4);
+        let initial = precision.count(&self.inputs, 4);
         let rounds_first = self.bounds.len();
         let delayed = variant.is_delayed();
         self.add_initial(signals, delayed);
@@ -190,7 +183,8 @@ impl BatchLayout {
         let map_first = self.maps;
         let steps = signals.step_s.len();
         let each = steps + variant.slots();
-        let kept = variant.features.map(|features| self.add_kept(problem, signals, features, blocks));
+        let kept = variant.features.map(|features| [self.states, ring(problem, signals), features.channels()]);
+        self.states += kept.map_or(0, |[_, ring, channels]| blocks * ring * channels);
         for first in (0..blocks).step_by(WORKGROUP) {
             let count = WORKGROUP.min(blocks - first);
             self.jobs.extend([
@@ -204,6 +198,7 @@ impl BatchLayout {
                 word(rounds),
                 word(initial),
             ]);
+            // Where what the sensors keep begins, past values of each, sensors.
             if let Some([ring_first, ring, channels]) = kept {
                 let known = signals.history.first_movement;
                 let ring_at = ring_first + first * ring * channels;
@@ -211,55 +206,44 @@ impl BatchLayout {
             }
         }
         let time = if delayed { tap_times(&signals.drive(), problem.settings(signals)) } else { Arc::default() };
-        self.units.push(Unit { place, first: self.blocks, blocks, map_first, reference: reference.steps, time });
+        let (first, reference) = (self.blocks, reference.steps);
+        self.units.push(Unit { group: index, recording, first, blocks, map_first, reference, time });
         self.maps += blocks * each;
         self.steps += (blocks * LANES * (signals.len() - first_active)) as u64;
         self.blocks += blocks;
         self.rounds = self.rounds.max(word(rounds));
     }
 
-    /// Makes room for what the sensors keep: where it begins, past values of each, sensors.
-    fn add_kept(
-        &mut self,
-        problem: &Problem,
-        signals: &Signals,
-        features: ShaderFeatures,
-        blocks: usize,
-    ) -> [usize; 3] {
-        let (first, channels) = (self.states, features.channels());
-        let ring = if channels == 0 { 1 } else { ring(problem, signals) };
-        self.states += blocks * ring * channels;
-        [first, ring, channels]
-    }
-
     /// Samples from the first active one on: measured, or what the reference leaves and what drives deviations.
     fn add_samples(&mut self, signals: &Signals, active: usize, reference: &Reference) {
+        let precision = self.variant.precision;
         for n in active..signals.len() {
             let y = signals.measured[n];
-            match self.samples.precision {
+            match precision {
                 Precision::F32 => {
                     let (x, drive) = (reference.trajectory[n], reference.drive[n]);
-                    self.samples.push(&[y[0] - x[0], y[1] - x[1], drive[0], drive[1]]);
+                    precision.push(&mut self.samples, &[y[0] - x[0], y[1] - x[1], drive[0], drive[1]]);
                 }
-                Precision::F32Plain => self.samples.push(&[y[0], y[1], 0.0, 0.0]),
-                Precision::F64 => self.samples.push(&y),
+                Precision::F32Plain => precision.push(&mut self.samples, &[y[0], y[1], 0.0, 0.0]),
+                Precision::F64 => precision.push(&mut self.samples, &y),
             }
         }
         if self.variant.weighted {
             for n in active..signals.len() {
-                self.weights.push(&signals.weight.get(n).copied().unwrap_or([1.0; 2]));
+                precision.push(&mut self.weights, &signals.weight.get(n).copied().unwrap_or([1.0; 2]));
             }
         }
     }
 
     /// The initial state; where inputs are delayed, all voltages too, that before the first sample first.
     fn add_initial(&mut self, signals: &Signals, delayed: bool) {
-        let initial = if self.inputs.precision.is_deviation() { [0.0; 2] } else { signals.initial };
+        let precision = self.variant.precision;
+        let initial = if precision.is_deviation() { [0.0; 2] } else { signals.initial };
         self.segments.push([0; 4]);
-        self.inputs.push(&[initial[0], initial[1], 0.0, 0.0]);
+        precision.push(&mut self.inputs, &[initial[0], initial[1], 0.0, 0.0]);
         if delayed {
             let commanded = [&[signals.history.voltage], &signals.voltage[..]];
-            commanded.into_iter().flatten().for_each(|v| self.inputs.push(&[*v, 0.0, 0.0, 0.0]));
+            commanded.into_iter().flatten().for_each(|v| precision.push(&mut self.inputs, &[*v, 0.0, 0.0, 0.0]));
         }
     }
 
@@ -288,9 +272,10 @@ impl BatchLayout {
     }
 
     fn add_segment(&mut self, from: usize, [start, end]: [usize; 2], run: &Run) {
-        let at = word(self.inputs.count(4));
+        let precision = self.variant.precision;
+        let at = word(precision.count(&self.inputs, 4));
         self.segments.push([word(start - from), word(end - from), u32::from(run.step), at]);
-        self.inputs.push(&[run.voltage[0], run.voltage[1], run.torque, 0.0]);
+        precision.push(&mut self.inputs, &[run.voltage[0], run.voltage[1], run.torque, 0.0]);
     }
 }
 

@@ -52,14 +52,14 @@ fn write_from(groups: &[Group<'_>], units: &[Unit], variant: Variant, mut map: u
     let Some(mut unit) = units.partition_point(|unit| unit.map_first <= map).checked_sub(1) else { return };
     let mut made: Option<([usize; 2], [Constants; LANES])> = None;
     while !bytes.is_empty() {
-        let Unit { map_first, blocks, reference, place, .. } = &units[unit];
+        let Unit { map_first, blocks, reference, group, .. } = &units[unit];
         let each = reference.len() + variant.slots();
         if map == map_first + blocks * each {
             unit += 1;
             continue;
         }
         let (number, at) = ((map - map_first) / each, (map - map_first) % each);
-        let block = Block { group: &groups[place.group], unit: &units[unit], number };
+        let block = Block { group: &groups[*group], unit: &units[unit], number };
         let mut put = |values: &[f64; LANES]| match variant.precision {
             Precision::F32 | Precision::F32Plain => push(&mut bytes, bytemuck::cast_slice(&values.map(single))),
             Precision::F64 => push(&mut bytes, bytemuck::cast_slice(values)),
@@ -91,18 +91,17 @@ impl Block<'_> {
     fn each<T>(&self, of: impl Fn(&[f64], usize) -> T) -> [T; LANES] {
         std::array::from_fn(|lane| {
             let row = (self.number * LANES + lane).min(self.group.candidates.count() - 1);
-            of(self.group.candidates.row(row), self.unit.place.recording)
+            of(self.group.candidates.row(row), self.unit.recording)
         })
     }
 
     /// Returns the motors of the candidates.
     fn motors(&self) -> [Extended; LANES] {
-        let problem = self.group.problem;
-        self.each(|values, n| Extended::new(&problem.parameters(values, n), &problem.extensions(values, n)))
+        self.each(|values, n| self.group.problem.motor(values, n))
     }
 
     fn signals(&self) -> &Signals {
-        &self.group.problem.signals()[self.unit.place.recording]
+        &self.group.problem.signals()[self.unit.recording]
     }
 
     /// Returns the constants of the candidates.

@@ -2,23 +2,21 @@
 
 use super::constants::kept_bytes;
 use super::variant::{LANES, Variant};
-use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Group, Problem, Signals};
 
-/// Candidates `first..first + count` of a group.
+/// Candidates `first..first + count` of a group, whose costs begin at `at` among those of the batch.
 #[derive(Clone, Copy)]
 pub(super) struct Part {
     pub group: usize,
     pub first: usize,
     pub count: usize,
+    pub at: usize,
 }
 
 impl Part {
     pub(super) fn of<'a>(&self, batch: &Batch<'a>) -> Group<'a> {
         let group = batch.groups[self.group];
-        let width = group.candidates.width();
-        let values = &group.candidates.values()[self.first * width..(self.first + self.count) * width];
-        Group { candidates: Candidates::new(values, width), ..group }
+        Group { candidates: group.candidates.rows(self.first, self.first + self.count), ..group }
     }
 }
 
@@ -27,14 +25,15 @@ impl Part {
 pub(super) fn split(
     batch: &Batch<'_>,
     budget: usize,
-    variant: impl Fn(usize, &Group<'_>) -> Option<Variant>,
+    variant: impl Fn(&Group<'_>) -> Option<Variant>,
 ) -> Vec<Vec<Part>> {
     let mut pieces: Vec<Vec<Part>> = Vec::new();
-    let (mut maps_room, mut samples_room, mut shader) = (0, 0, None);
+    let (mut maps_room, mut samples_room, mut shader, mut next) = (0, 0, None, 0);
     for (group, of) in batch.groups.iter().enumerate() {
-        let Some(variant) = variant(group, of) else { continue };
-        let (each, samples) = bytes(of.problem, variant);
         let (mut first, count) = (0, of.candidates.count());
+        next += count;
+        let Some(variant) = variant(of) else { continue };
+        let (each, samples) = bytes(of.problem, variant);
         while first < count {
             if shader != Some(variant) || maps_room < each * LANES || samples_room < samples {
                 pieces.push(Vec::new());
@@ -45,7 +44,7 @@ pub(super) fn split(
             maps_room = maps_room.saturating_sub(fits.next_multiple_of(LANES) * each);
             samples_room -= samples;
             if let Some(piece) = pieces.last_mut() {
-                piece.push(Part { group, first, count: fits });
+                piece.push(Part { group, first, count: fits, at: next - count + first });
             }
             first += fits;
         }

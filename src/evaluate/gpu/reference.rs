@@ -1,6 +1,6 @@
 //! What deviations are taken from in f32.
 
-use crate::evaluate::{Group, Problem, Signals};
+use crate::evaluate::{Problem, Signals};
 use crate::motor::{Parameters, StepMap, inverse, walk};
 
 /// D_r⁻¹ and the maps of one step of the reference; `None` for a reference that stays where it starts.
@@ -46,12 +46,4 @@ impl Reference {
 fn inverted(map: StepMap) -> ReferenceStep {
     let inverse = inverse(map.d);
     inverse.iter().all(|v| v.is_finite()).then_some((inverse, map))
-}
-
-/// The group's own reference, or the geometric middle of its box.
-pub(super) fn reference_values(group: &Group<'_>) -> Vec<f64> {
-    match group.reference {
-        Some(values) => values.to_vec(),
-        None => group.problem.space().free().iter().map(|axis| (axis.min * axis.max).sqrt()).collect(),
-    }
 }

@@ -3,14 +3,14 @@
 
 use super::binding::Binding;
 use super::clock::{BYTES as STAMPS, Clock};
-use super::device::Device;
-use super::layout::BatchLayout;
+use super::device::{Device, again, error};
+use super::layout::{BatchLayout, Unit};
 use super::maps::write_maps;
 use super::pipelines::Pipelines;
 use super::variant::{LANES, Precision, UNIFORM_BYTES, Variant};
 use crate::evaluate::Group;
 use crate::setting::text;
-use crate::{Error, ErrorKind, Result};
+use crate::{Error, Result};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -23,26 +23,17 @@ const ROUND_BYTES: usize = 256;
 #[derive(Default)]
 pub(super) struct Set {
     pub batch: Option<BatchLayout>,
-    /// Submitted and not collected.
-    pub busy: bool,
-    buffers: [Option<wgpu::Buffer>; Binding::ALL.len()],
-    /// Step maps on their way to the device; mapped whenever the set is not busy.
-    upload: Option<wgpu::Buffer>,
-    read_back: Option<wgpu::Buffer>,
+    /// The submission that is not collected.
+    pub flight: Option<wgpu::SubmissionIndex>,
+    pub buffers: [Option<wgpu::Buffer>; Binding::ALL.len()],
+    /// Step maps on their way to the device; mapped whenever nothing is in flight.
+    pub upload: Option<wgpu::Buffer>,
+    pub read_back: Option<wgpu::Buffer>,
     bind_group: Option<(Variant, wgpu::BindGroup)>,
     /// Made when a submission is first timed.
     clock: Option<Clock>,
     /// Whether the sums can be read.
     arrived: Arc<AtomicBool>,
-}
-
-/// A submission that has not been collected.
-pub(super) struct Ticket {
-    submission: wgpu::SubmissionIndex,
-    bytes: u64,
-    precision: Precision,
-    steps: u64,
-    timed: bool,
 }
 
 /// The sums that came back.
@@ -72,7 +63,7 @@ impl Set {
         pipelines: &mut Pipelines,
         groups: &[Group<'_>],
         variant: Variant,
-    ) -> Result<Ticket> {
+    ) -> Result<()> {
         let batch = match self.batch.take() {
             Some(batch) if batch.serves(groups, variant) => batch,
             _ => {
@@ -81,10 +72,9 @@ impl Set {
                 batch
             }
         };
-        let precision = batch.variant.precision;
         let maps = self.put_maps(device, groups, &batch)?;
-        let result = batch.blocks * 2 * LANES * precision.bytes();
-        self.ensure(device, Binding::States, batch.states * LANES * precision.bytes())?;
+        let result = batch.sums_bytes();
+        self.ensure(device, Binding::States, batch.states * LANES * batch.variant.precision.bytes())?;
         self.ensure(device, Binding::Sums, result)?;
         if self.read_back.as_ref().is_none_or(|b| b.size() < (result + STAMPS) as u64) {
             let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
@@ -93,14 +83,12 @@ impl Set {
         if device.timed && self.clock.is_none() {
             self.clock = Clock::of(device);
         }
-        let timed = device.timed && self.clock.is_some();
         let (layout, pipeline) = pipelines.get(device, batch.variant)?;
         self.bind(device, layout, batch.variant);
         let submission = self.start(device, pipeline, &batch, [maps as u64, result as u64])?;
         device.check()?;
-        let steps = batch.steps;
-        (self.batch, self.busy) = (Some(batch), true);
-        Ok(Ticket { submission, bytes: result as u64, precision, steps, timed })
+        (self.batch, self.flight) = (Some(batch), Some(submission));
+        Ok(())
     }
 
     fn put_batch(&mut self, device: &Device, batch: &BatchLayout) -> Result<()> {
@@ -114,9 +102,9 @@ impl Set {
         self.write(device, Binding::Round, &rounds)?;
         self.write(device, Binding::Jobs, bytemuck::cast_slice(&batch.jobs))?;
         self.write(device, Binding::Segments, bytemuck::cast_slice(&batch.segments))?;
-        self.write(device, Binding::Inputs, &batch.inputs.bytes)?;
-        self.write(device, Binding::Samples, &batch.samples.bytes)?;
-        self.write(device, Binding::Weights, &batch.weights.bytes)
+        self.write(device, Binding::Inputs, &batch.inputs)?;
+        self.write(device, Binding::Samples, &batch.samples)?;
+        self.write(device, Binding::Weights, &batch.weights)
     }
 
     /// Puts bytes into a buffer; a uniform one of samples has its full size.
@@ -185,23 +173,25 @@ impl Set {
         Ok(submission)
     }
 
-    /// Waits for a submission and hands its sums to `read`: per block those of current, then those of speed. Returns
-    /// when it began and ended by the device's clock, where that was asked for.
+    /// Waits for the submission and hands its sums to `read` for each unit: per block those of current, then those of
+    /// speed. Returns when it began and ended by the device's clock, where that was asked for.
     pub(super) fn collect(
         &mut self,
         device: &Device,
-        ticket: Ticket,
-        read: &mut dyn FnMut(&Sums<'_>),
+        read: &mut dyn FnMut(&Unit, &Sums<'_>),
     ) -> Result<Option<[u64; 2]>> {
-        device.wait(ticket.submission, ticket.steps, &self.arrived)?;
-        let buffer = self.read_back.as_ref().ok_or_else(lost)?;
-        let view = buffer.slice(..ticket.bytes + STAMPS as u64).get_mapped_range().map_err(|e| unmapped(device, &e))?;
-        read(&Sums { precision: ticket.precision, bytes: &view });
-        let behind = view.len() - STAMPS;
-        let stamps = ticket.timed.then(|| bytemuck::pod_read_unaligned(&view[behind..]));
+        let (Some(submission), Some(batch), Some(buffer)) = (self.flight.take(), &self.batch, &self.read_back) else {
+            return Err(lost());
+        };
+        device.wait(submission, batch.steps, &self.arrived)?;
+        let bytes = batch.sums_bytes();
+        let view = buffer.slice(..(bytes + STAMPS) as u64).get_mapped_range().map_err(|e| unmapped(device, &e))?;
+        let sums = Sums { precision: batch.variant.precision, bytes: &view };
+        batch.units.iter().for_each(|unit| read(unit, &sums));
+        let stamps = self.clock.as_ref().filter(|_| device.timed);
+        let stamps = stamps.map(|_| bytemuck::pod_read_unaligned(&view[bytes..]));
         drop(view);
         buffer.unmap();
-        self.busy = false;
         Ok(stamps)
     }
 
@@ -236,12 +226,11 @@ impl Set {
 }
 
 fn lost() -> Error {
-    Error::new(ErrorKind::Device, "the device has lost its buffers", "Run again.")
+    error("the device has lost its buffers", "Run again.")
 }
 
-fn unmapped(device: &Device, error: &dyn std::fmt::Display) -> Error {
-    let message = format!("{}: a buffer cannot be mapped: {error}", device.facts.name);
-    Error::new(ErrorKind::Device, message, super::device::again())
+fn unmapped(device: &Device, reason: &dyn std::fmt::Display) -> Error {
+    error(format!("{}: a buffer cannot be mapped: {reason}", device.facts.name), again())
 }
 
 /// Buffers grow by half, so that a slowly growing batch does not make a new one each time. Those for writing begin
@@ -250,17 +239,13 @@ fn buffer(device: &Device, size: usize, usage: wgpu::BufferUsages) -> Result<wgp
     let limits = device.device.limits();
     let limit = usize::try_from(limits.max_buffer_size.min(device.facts.binding_bytes_max)).unwrap_or(usize::MAX);
     if size > limit {
-        return Err(Error::new(
-            ErrorKind::Device,
-            format!("a recording needs a buffer of {size} bytes; {} has {limit}", device.facts.name),
-            text!("Use " [Device = "cpu"] ", or cut the recording."),
-        ));
+        let message = format!("a recording needs a buffer of {size} bytes; {} has {limit}", device.facts.name);
+        return Err(error(message, text!("Use " [Device = "cpu"] ", or cut the recording.")));
     }
     let size = (size + size / 2).next_multiple_of(ROUND_BYTES).max(UNIFORM_BYTES).min(limit) & !3;
     let mapped_at_creation = usage.contains(wgpu::BufferUsages::MAP_WRITE);
     let descriptor = wgpu::BufferDescriptor { label: None, size: size as u64, usage, mapped_at_creation };
     let buffer = device.device.create_buffer(&descriptor);
-    device.count_buffer();
     device.check()?;
     Ok(buffer)
 }

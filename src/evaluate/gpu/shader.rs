@@ -43,11 +43,6 @@ pub fn assemble(variant: Variant) -> String {
     parts.join("\n")
 }
 
-/// Returns a type of the candidates of an invocation side by side.
-fn lanes(of: &str) -> String {
-    if LANES == 1 { of.to_owned() } else { format!("vec{LANES}<{of}>") }
-}
-
 /// Returns the types, the constants and the place of the samples of a variant.
 fn prelude(variant: Variant) -> String {
     let Variant { precision, absolute, weighted, uniform, .. } = variant;
@@ -57,10 +52,10 @@ fn prelude(variant: Variant) -> String {
     } else {
         "var<storage, read> samples: array<Sample>".to_owned()
     };
-    let (lanes, bindings) = (lanes(scalar), Binding::constants());
+    let bindings = Binding::constants();
     format!(
         "alias Scalar = {scalar};\nalias Pair = vec2<{scalar}>;\nalias Sample = vec{sample}<{scalar}>;\n\
-         alias Lanes = {lanes};\nconst WORKGROUP: u32 = {WORKGROUP}u;\nconst FIELDS: u32 = {fields}u;\nconst BLOCK: u32 = {BLOCK}u;\n\
+         alias Lanes = vec{LANES}<{scalar}>;\nconst WORKGROUP: u32 = {WORKGROUP}u;\nconst FIELDS: u32 = {fields}u;\nconst BLOCK: u32 = {BLOCK}u;\n\
          const JOB: u32 = {job}u;\nconst ABSOLUTE: bool = {absolute};\nconst WEIGHTED: bool = {weighted};\n{bindings}\
          @group(0) @binding(SAMPLES_BINDING) {samples};\n"
     )
@@ -75,17 +70,13 @@ fn extended_prelude(features: ShaderFeatures) -> String {
     let values: String = (Parameter::EXTENSIONS.iter().enumerate())
         .map(|(n, parameter)| format!("const AT_{}: u32 = {n}u;\n", parameter.symbol()))
         .collect();
-    let (counts, choice) = (lanes("i32"), lanes("bool"));
     let axes = &["x", "y", "z", "w"][..LANES];
     let each = |read: &dyn Fn(&str) -> String| axes.iter().map(|axis| read(axis)).collect::<Vec<_>>().join(", ");
-    let (commanded, past) = if LANES == 1 {
-        ("inputs[at].x".to_owned(), "states[at]".to_owned())
-    } else {
-        (each(&|axis| format!("inputs[at.{axis}].x")), each(&|axis| format!("states[at.{axis}].{axis}")))
-    };
+    let commanded = each(&|axis| format!("inputs[at.{axis}].x"));
+    let past = each(&|axis| format!("states[at.{axis}].{axis}"));
     let (states, channels) = (features::STATES, features.channels());
     format!(
-        "alias Counts = {counts};\nalias Choice = {choice};\nconst STATES: u32 = {states}u;\nconst CHANNELS: i32 = {channels};\n\
+        "alias Counts = vec{LANES}<i32>;\nalias Choice = vec{LANES}<bool>;\nconst STATES: u32 = {states}u;\nconst CHANNELS: i32 = {channels};\n\
          const BRUSHES: bool = {brushes};\nconst DELAYED: bool = {delayed};\n\
          const AVERAGE_I: bool = {current};\nconst AVERAGE_W: bool = {speed};\n{values}\
          const AVERAGES: u32 = {averages}u;\nconst TAPS: u32 = {taps}u;\nconst SPECIAL: u32 = {special}u;\n\

@@ -1,29 +1,32 @@
 //! The variants of a shader: its numbers, its criterion, how it reads samples, its extensions.
 
 use super::features::{self, ShaderFeatures};
+use crate::named::named;
 
-/// Numbers of a GPU evaluation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Precision {
-    /// f32 in deviations from a reference.
-    F32,
-    /// f32 as it comes: faster, and within some 1e-3 of the optimum mostly rounding. For benches.
-    F32Plain,
-    /// f64, where the device has it.
-    F64,
+named! {
+    /// Numbers of a GPU evaluation.
+    #[derive(Hash)]
+    pub enum Precision: Sizes {
+        /// f32 in deviations from a reference.
+        F32 = "f32" => Sizes { bytes: 4, sample: 4, fields: 14 },
+        /// f32 as it comes: faster, and within some 1e-3 of the optimum mostly rounding. For benches.
+        F32Plain = "f32-plain" => Sizes { bytes: 4, sample: 4, fields: 10 },
+        /// f64, where the device has it.
+        F64 = "f64" => Sizes { bytes: 8, sample: 2, fields: 10 },
+    }
+}
+
+/// The sizes that follow from a precision.
+struct Sizes {
+    /// Bytes of a number.
+    bytes: usize,
+    /// Numbers of a sample: what is measured, and for deviations the reference's increment. Uniform buffers want 16 bytes.
+    sample: usize,
+    /// Entries of a step map.
+    fields: usize,
 }
 
 impl Precision {
-    /// Its name in flags and results.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::F32 => "f32",
-            Self::F32Plain => "f32-plain",
-            Self::F64 => "f64",
-        }
-    }
-
     /// Operations (additions, multiplications or both in one) that a shader needs for a candidate-step: for the states
     /// 4 multiply–adds and 2 additions, for the errors 2 subtractions and 2 multiply–adds; deviations add 4 for the force
     /// and 2 to be observed.
@@ -42,28 +45,14 @@ impl Precision {
         if self.bytes() == 8 { "f64" } else { "f32" }
     }
 
-    /// Bytes of a number.
+    /// Returns the bytes of a number.
     pub(super) const fn bytes(self) -> usize {
-        match self {
-            Self::F32 | Self::F32Plain => 4,
-            Self::F64 => 8,
-        }
+        self.row().bytes
     }
 
-    /// Numbers of a sample: what is measured, and for deviations the reference's increment. Uniform buffers want 16 bytes.
+    /// Returns the numbers of a sample.
     pub(super) fn sample(self) -> usize {
-        match self {
-            Self::F32 | Self::F32Plain => 4,
-            Self::F64 => 2,
-        }
-    }
-
-    /// Entries of a step map.
-    const fn fields(self) -> usize {
-        match self {
-            Self::F32 => 14,
-            Self::F32Plain | Self::F64 => 10,
-        }
+        self.row().sample
     }
 
     /// The same without deviations: those of a linear motor alone are linear themselves.
@@ -99,26 +88,9 @@ pub struct Variant {
 }
 
 impl Variant {
-    /// All of them.
-    pub fn all() -> impl Iterator<Item = Self> {
-        let linear = [Precision::F32, Precision::F32Plain, Precision::F64].map(|precision| (precision, None));
-        let extended = [Precision::F32Plain, Precision::F64];
-        let with = move |features| extended.map(|precision| (precision, Some(features)));
-        linear.into_iter().chain(ShaderFeatures::all().flat_map(with)).flat_map(|(precision, features)| {
-            (0..16_u8).map(move |bits| Self {
-                precision,
-                absolute: bits & 1 != 0,
-                weighted: bits & 2 != 0,
-                uniform: bits & 4 != 0,
-                fetch: if bits & 8 == 0 { Fetch::Direct } else { Fetch::Subgroup },
-                features,
-            })
-        })
-    }
-
     /// Entries of a step map.
     pub(super) const fn fields(self) -> usize {
-        if self.features.is_some() { features::FIELDS } else { self.precision.fields() }
+        if self.features.is_some() { features::FIELDS } else { self.precision.row().fields }
     }
 
     /// Words of a job.
@@ -146,7 +118,7 @@ impl Variant {
 const JOB: usize = 9;
 /// Invocations of a workgroup; each runs [`LANES`] candidates.
 pub const WORKGROUP: usize = 32;
-/// Candidates of an invocation: 1, 2 or 4.
+/// Candidates of an invocation: 2 or 4.
 pub const LANES: usize = 2;
 /// Samples whose errors are summed before they go to the total.
 pub const BLOCK: usize = 64;

@@ -105,7 +105,7 @@ fn mean_squares(comparison: &Comparison, motor: &Parameters) -> Option<[f64; 2]>
         let squares: Vec<f64> = measured?.iter().zip(model).map(|(a, b)| (a - b).powi(2)).collect();
         Some(crate::numeric::mean(&squares))
     };
-    Some([of(current, &model.current)?, of(speed, &model.speed)?])
+    Some([of(current, &model[0])?, of(speed, &model[1])?])
 }
 
 /// The averages over the parameters, as the text gives them.

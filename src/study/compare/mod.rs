@@ -202,7 +202,7 @@ pub fn compare(
         blocks,
         steiglitz: steiglitz.transpose()?,
         reference,
-        initial: problems[0].signals().iter().map(|signals| signals.initial()).collect(),
+        initial: problems[0].signals().iter().map(|signals| signals.initial).collect(),
         device: searches.device(),
         warnings,
         interrupted,

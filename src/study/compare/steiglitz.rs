@@ -3,7 +3,7 @@
 use super::{CompareSpec, MethodEstimates, Subject};
 use crate::Result;
 use crate::criterion::Noise;
-use crate::estimate::{SmOptions, try_steiglitz_mcbride};
+use crate::estimate::steiglitz_mcbride;
 use crate::experiment::{Excitation, noise_of, simulated, with_noise};
 use crate::identify::Identification;
 use crate::motor::Parameters;
@@ -28,9 +28,8 @@ pub struct Steiglitz {
 
 impl Steiglitz {
     pub(super) fn of(subject: &Subject, spec: &CompareSpec, reference: Option<&Identification>) -> Result<Self> {
-        let options = SmOptions { model: spec.model, sigma: None };
         let attempt = |record: &Record| -> Result<std::result::Result<Parameters, String>> {
-            let found = try_steiglitz_mcbride(record, &options)?;
+            let found = steiglitz_mcbride(record, spec.model)?;
             Ok(found.map(|estimate| estimate.parameters).map_err(|failure| failure.message().to_owned()))
         };
         let first = &subject.records[0];
