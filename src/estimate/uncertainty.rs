@@ -6,7 +6,6 @@
 
 use super::normal::Fit;
 use super::triangle::dot;
-use crate::evaluate::Problem;
 use crate::motor::Axis;
 use crate::numeric::{count, peak};
 use multiversion::multiversion;
@@ -178,9 +177,12 @@ fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> [Option<Whi
         if signals.independent < INDEPENDENT_MIN {
             continue;
         }
-        let residuals = residuals(fit.problem, recording, values, initial[recording]);
+        let model = fit.problem.simulate(values, recording, initial[recording]);
         for channel in (0..2).filter(|&channel| signals.has(channel)) {
-            let found = Whiteness::of(&residuals[channel], signals.rms(channel));
+            let residuals = signals.measured(channel).zip(&model[channel]).enumerate();
+            let counting = residuals.filter(|(n, _)| signals.counts(channel, *n));
+            let residuals: Vec<f64> = counting.map(|(_, (y, x))| y - x).collect();
+            let found = Whiteness::of(&residuals, signals.rms(channel));
             let is_worse = |w: &Whiteness| worst[channel].is_none_or(|of| w.statistic > of.statistic);
             if let Some(found) = found.filter(is_worse) {
                 worst[channel] = Some(found);
@@ -188,16 +190,6 @@ fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> [Option<Whi
         }
     }
     worst
-}
-
-/// Residuals of current and speed, those left out that do not count.
-fn residuals(problem: &Problem, recording: usize, values: &[f64], initial: [f64; 2]) -> [Vec<f64>; 2] {
-    let signals = &problem.signals()[recording];
-    let model = problem.simulate(values, recording, initial);
-    [0, 1].map(|channel| {
-        let residuals = signals.measured(channel).zip(&model[channel]).enumerate();
-        residuals.filter(|(n, _)| signals.counts(channel, *n)).map(|(_, (y, x))| y - x).collect()
-    })
 }
 
 /// Returns the sums of products with the residual that comes so many samples later.

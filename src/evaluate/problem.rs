@@ -9,7 +9,7 @@ use crate::criterion::Criterion;
 use crate::motor::{
     Discretization, Extended, ExtendedWalk, Input, Method, ModelFeatures, Parameters, SimulationSettings, Space, walk,
 };
-use crate::record::{Quantity, Record};
+use crate::record::{Quantity, Record, is_driven_by_current};
 use crate::setting::text;
 use std::sync::Arc;
 
@@ -211,18 +211,17 @@ impl Problem {
 
 /// What drives the motor in all recordings.
 fn input(records: &[Record]) -> Result<Input> {
-    let without = |record: &&Record| record.driver() == Quantity::Current;
-    match (records.iter().find(without), records.iter().find(|record| !without(record))) {
-        (Some(_), None) => Ok(Input::Current),
-        (None, _) => Ok(Input::Voltage),
-        (Some(record), Some(_)) => {
-            let message = "has no voltage, while other recordings of this fit have one";
-            let hint = text!(
-                "Fit the recordings without a voltage by themselves, or name the column: "
-                [Columns = "voltage=HEADING:V"] "."
-            );
-            let error = crate::Error::data(message, hint);
-            Err(record.source().path.iter().fold(error, |error, path| error.in_file(path)))
-        }
+    if is_driven_by_current(records) {
+        return Ok(Input::Current);
     }
+    let Some(without) = records.iter().find(|record| record.driver() == Quantity::Current) else {
+        return Ok(Input::Voltage);
+    };
+    let message = "has no voltage, while other recordings of this fit have one";
+    let hint = text!(
+        "Fit the recordings without a voltage by themselves, or name the column: "
+        [Columns = "voltage=HEADING:V"] "."
+    );
+    let error = crate::Error::data(message, hint);
+    Err(without.source().path.iter().fold(error, |error, path| error.in_file(path)))
 }

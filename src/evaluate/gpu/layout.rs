@@ -281,13 +281,7 @@ impl BatchLayout {
 
 /// Returns runs of constant torque from a sample on, of a recording whose steps are even.
 fn torques(signals: &Signals, from: usize) -> Vec<Run> {
-    let mut runs: Vec<Run> = Vec::new();
-    for start in from..signals.len() {
-        let torque = signals.torque.get(start).copied().unwrap_or(0.0);
-        match runs.last_mut().filter(|last| last.torque.to_bits() == torque.to_bits()) {
-            Some(last) => last.end = start + 1,
-            None => runs.push(Run { start, end: start + 1, step: 0, voltage: [0.0; 2], torque }),
-        }
-    }
-    runs
+    let torque = |n: usize| signals.torque.get(n).copied().unwrap_or(0.0);
+    let run = |n| Run { start: n, end: n + 1, step: 0, voltage: [0.0; 2], torque: torque(n) };
+    Run::joined((from..signals.len()).map(run))
 }

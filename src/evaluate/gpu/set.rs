@@ -76,10 +76,8 @@ impl Set {
         let result = batch.sums_bytes();
         self.ensure(device, Binding::States, batch.states * LANES * batch.variant.precision.bytes())?;
         self.ensure(device, Binding::Sums, result)?;
-        if self.read_back.as_ref().is_none_or(|b| b.size() < (result + STAMPS) as u64) {
-            let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-            self.read_back = Some(buffer(device, result + STAMPS, usage)?);
-        }
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        grow(&mut self.read_back, device, result + STAMPS, usage)?;
         if device.timed && self.clock.is_none() {
             self.clock = Clock::of(device);
         }
@@ -122,10 +120,8 @@ impl Set {
         let variant = batch.variant;
         let bytes = batch.maps * variant.fields() * LANES * variant.precision.bytes();
         self.ensure(device, Binding::Maps, bytes)?;
-        if self.upload.as_ref().is_none_or(|b| b.size() < bytes as u64) {
-            let made = buffer(device, bytes, wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC)?;
-            self.upload = Some(made);
-        }
+        let usage = wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC;
+        grow(&mut self.upload, device, bytes, usage)?;
         let upload = self.upload.as_ref().ok_or_else(lost)?;
         let mut view = (upload.slice(..bytes as u64).get_mapped_range_mut()).map_err(|e| unmapped(device, &e))?;
         write_maps(groups, &batch.units, variant, view.slice(..));
@@ -197,9 +193,7 @@ impl Set {
 
     /// A buffer of at least `size` bytes; a new one ends the bind group.
     fn ensure(&mut self, device: &Device, binding: Binding, size: usize) -> Result<()> {
-        let own = &mut self.buffers[binding as usize];
-        if own.as_ref().is_none_or(|b| b.size() < size as u64) {
-            *own = Some(buffer(device, size, binding.usage())?);
+        if grow(&mut self.buffers[binding as usize], device, size, binding.usage())? {
             self.bind_group = None;
         }
         Ok(())
@@ -233,9 +227,12 @@ fn unmapped(device: &Device, reason: &dyn std::fmt::Display) -> Error {
     error(format!("{}: a buffer cannot be mapped: {reason}", device.facts.name), again())
 }
 
-/// Buffers grow by half, so that a slowly growing batch does not make a new one each time. Those for writing begin
-/// mapped.
-fn buffer(device: &Device, size: usize, usage: wgpu::BufferUsages) -> Result<wgpu::Buffer> {
+/// Makes a new buffer where the one there is has less than `size` bytes; returns whether it did. Buffers grow by half, so
+/// that a slowly growing batch does not make a new one each time. Those for writing begin mapped.
+fn grow(buffer: &mut Option<wgpu::Buffer>, device: &Device, size: usize, usage: wgpu::BufferUsages) -> Result<bool> {
+    if buffer.as_ref().is_some_and(|buffer| buffer.size() >= size as u64) {
+        return Ok(false);
+    }
     let limits = device.device.limits();
     let limit = usize::try_from(limits.max_buffer_size.min(device.facts.binding_bytes_max)).unwrap_or(usize::MAX);
     if size > limit {
@@ -245,7 +242,8 @@ fn buffer(device: &Device, size: usize, usage: wgpu::BufferUsages) -> Result<wgp
     let size = (size + size / 2).next_multiple_of(ROUND_BYTES).max(UNIFORM_BYTES).min(limit) & !3;
     let mapped_at_creation = usage.contains(wgpu::BufferUsages::MAP_WRITE);
     let descriptor = wgpu::BufferDescriptor { label: None, size: size as u64, usage, mapped_at_creation };
-    let buffer = device.device.create_buffer(&descriptor);
+    let made = device.device.create_buffer(&descriptor);
     device.check()?;
-    Ok(buffer)
+    *buffer = Some(made);
+    Ok(true)
 }
