@@ -122,14 +122,12 @@ fn check_input(record: &Record, found: &FittedMotor<'_>) -> Result<()> {
     Err(record.source().path.iter().fold(Error::data(message, remedy), |error, path| error.in_file(path)))
 }
 
+/// A problem, the values of its candidate, and parameters with their values.
+type Settled = (Problem, Vec<f64>, Vec<(Parameter, f64)>);
+
 /// What belongs to one recording alone: its problem from its state at the start, where what all recordings share is free, the
 /// values of that, and the parameters that it has for itself.
-fn settle(
-    record: &Record,
-    found: &FittedMotor<'_>,
-    model: Model,
-    criterion: Criterion,
-) -> Result<(Problem, Vec<f64>, Vec<(Parameter, f64)>)> {
+fn settle(record: &Record, found: &FittedMotor<'_>, model: Model, criterion: Criterion) -> Result<Settled> {
     let alone = std::slice::from_ref(record);
     let (mut free, mut values, mut own): (Vec<Axis>, Vec<f64>, Vec<Axis>) = Default::default();
     for (axis, value) in found.space.free().iter().zip(found.values) {

@@ -3,7 +3,7 @@
 
 use super::normal::{Fit, Normal, Sigma};
 use super::refined::{EVALUATIONS_MAX, Refined, SMALLEST, STEP_MAX};
-use super::uncertainty::uncertainty;
+use super::uncertainty::{uncertainty, whiteness};
 use crate::evaluate::Signals;
 use crate::numeric;
 use crate::setting::text;
@@ -203,13 +203,17 @@ impl<'a> Search<'a> {
             (false, false) => Some("max"),
         });
         let (values, initial) = (fit.values(at), fit.initial(at));
+        let mut uncertainty = uncertainty(fit, &values, &matrix, &free);
+        if is_tested {
+            uncertainty.whiteness = whiteness(fit, &values, &initial);
+        }
         Refined {
             parameters: fit.problem.parameters(&values, 0),
             sigma: self.pooled_sigma(),
             sigmas: self.residual_sigma(),
             squares: normal.all_squares(),
             at_bound: at_bound.collect(),
-            uncertainty: uncertainty(fit, &values, &initial, &matrix, &free, is_tested),
+            uncertainty,
             values,
             initial,
             converged,

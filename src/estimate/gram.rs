@@ -3,8 +3,6 @@
 //! Limit: a pair of panels takes 64 multiplications and additions a row, eight instructions of AVX-512; half the pairs are
 //! left to symmetry.
 
-#![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
-
 use crate::evaluate::Level;
 use crate::motor::multiply_add;
 use crate::numeric::count;

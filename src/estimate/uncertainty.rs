@@ -79,14 +79,8 @@ pub(crate) const INDEPENDENT_MIN: f64 = 0.9;
 /// Quantile of the normal distribution for 95 %.
 const Z95: f64 = 1.959_963_984_540_054;
 
-pub(super) fn uncertainty(
-    fit: &Fit<'_>,
-    values: &[f64],
-    initial: &[[f64; 2]],
-    matrix: &DMatrix<f64>,
-    free: &[usize],
-    is_tested: bool,
-) -> Uncertainty {
+/// Returns how sure estimates are; their residuals are not tested.
+pub(super) fn uncertainty(fit: &Fit<'_>, values: &[f64], matrix: &DMatrix<f64>, free: &[usize]) -> Uncertainty {
     let space = fit.problem.space().free();
     let axes = space.len();
     let quantile = student95(fit.count().saturating_sub(free.len()));
@@ -109,7 +103,7 @@ pub(super) fn uncertainty(
         condition,
         rank: moving.len() - unknown.len(),
         unknown: unknown.iter().map(spread).collect(),
-        whiteness: if is_tested { whiteness(fit, values, initial) } else { [None; 2] },
+        whiteness: [None; 2],
     }
 }
 
@@ -170,7 +164,7 @@ fn student95(freedom: usize) -> f64 {
 }
 
 /// Tests the residuals of every recording and keeps the least white.
-fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> [Option<Whiteness>; 2] {
+pub(super) fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> [Option<Whiteness>; 2] {
     let mut worst: [Option<Whiteness>; 2] = [None; 2];
     for (recording, signals) in fit.problem.signals().iter().enumerate() {
         // What a filter has passed is correlated, whatever the model misses.

@@ -175,11 +175,14 @@ pub fn errors(id: &str, comparison: &Comparison, block: &Block) -> Option<Figure
     })
 }
 
+/// The points of the line of a method.
+type Points<'a> = dyn Fn(&MethodResult, &Reached) -> Vec<(f64, f64)> + 'a;
+
 /// Distributions: final costs, targets reached by evaluations and by time.
 #[must_use]
 pub fn distributions(id: &str, comparison: &Comparison, block: &Block) -> Figure {
     let (_, reached) = reached(block, comparison.spec.target);
-    let chart = |title: &str, labels: [&str; 2], points: &dyn Fn(&MethodResult, &Reached) -> Vec<(f64, f64)>| {
+    let chart = |title: &str, labels: [&str; 2], points: &Points<'_>| {
         let line = |(result, reached): (&MethodResult, &Reached)| {
             let name = result.method.name().to_owned();
             Line { name, points: points(result, reached), steps: true, ..Line::default() }

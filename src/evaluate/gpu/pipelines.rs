@@ -6,6 +6,7 @@ use super::shader::assemble;
 use super::variant::Variant;
 use crate::Result;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 /// Pipelines of one device by variant.
 #[derive(Default)]
@@ -17,12 +18,14 @@ impl Pipelines {
         device: &Device,
         variant: Variant,
     ) -> Result<&(wgpu::BindGroupLayout, wgpu::ComputePipeline)> {
-        if !self.0.contains_key(&variant) {
-            let made = make(device, variant);
-            device.check()?;
-            self.0.insert(variant, made);
-        }
-        Ok(&self.0[&variant])
+        Ok(match self.0.entry(variant) {
+            Entry::Occupied(made) => made.into_mut(),
+            Entry::Vacant(place) => {
+                let made = make(device, variant);
+                device.check()?;
+                place.insert(made)
+            }
+        })
     }
 }
 

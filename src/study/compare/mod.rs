@@ -114,8 +114,8 @@ impl Comparison {
     fn add_costs(&mut self) -> Result<()> {
         let steiglitz = self.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok());
         // The refinement may have estimated another initial state than the searches take.
-        let same = |found: &&Box<Identification>| found.initial.iter().flatten().eq(self.initial.iter().flatten());
-        let refined = self.reference.as_ref().ok().filter(same).map(|found| &found.parameters);
+        let same = |found: &&Identification| found.initial.iter().flatten().eq(self.initial.iter().flatten());
+        let refined = self.reference.as_deref().ok().filter(same).map(|found| &found.parameters);
         for block in &mut self.blocks {
             // Of all five parameters: what is held in the searches is not held in these.
             let (records, criterion) = (&self.subject.records, block.setting.criterion);
