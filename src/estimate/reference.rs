@@ -101,7 +101,7 @@ fn scattered(problem: &Problem) -> Vec<Vec<f64>> {
 }
 
 /// Returns the sums of squared residuals \[A², rad²/s²\] of each recording at `values`, initial states as the problem, one
-/// that [`fit_problem`] has made, has them.
+/// that [`super::fit_problem`] has made, has them.
 #[must_use]
 pub fn squares_on(problem: &Problem, values: &[f64]) -> Vec<[f64; 2]> {
     let fit = Fit::new(problem);
