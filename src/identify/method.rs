@@ -1,8 +1,9 @@
 //! How the optimum is found and refined.
 
 use crate::named::{Named, named};
-use crate::optimize::{Optimizer, SEARCHES, SearchOptions, SearchSettings, Tuned, unknown_setting};
-use crate::text::alternatives;
+use crate::optimize::{Hyperparameter, Optimizer, SEARCHES, Search, SearchOptions, SearchSettings, Tuned};
+use crate::setting::text;
+use crate::text::{alternatives, excerpt, listed};
 use crate::{Error, Result};
 use std::fmt;
 
@@ -70,10 +71,11 @@ impl Method {
     /// # Errors
     /// `Usage` when the method has no such setting, or it cannot be this.
     pub fn set(&mut self, key: &str, value: &str) -> Result<()> {
-        match self {
-            Self::Search(tuned) => tuned.set(key, value),
-            Self::Auto | Self::SteiglitzMcBride => Err(unknown_setting(key, value)),
-        }
+        let is_known = match self {
+            Self::Search(tuned) => tuned.set(key, value)?,
+            Self::Auto | Self::SteiglitzMcBride => false,
+        };
+        if is_known { Ok(()) } else { Err(unknown_setting(key, value)) }
     }
 
     /// Returns whether it always searches with a population.
@@ -113,4 +115,17 @@ named! {
         /// No refinement.
         None = "none",
     }
+}
+
+/// Returns the error of a setting that a method has not; its hint lists those of all searches.
+fn unknown_setting(name: &str, value: &str) -> Error {
+    let with_settings = SEARCHES.into_iter().filter(|search| !search.settings.is_empty());
+    let one = |(n, search): (usize, &Search)| {
+        let settings: Vec<String> = search.settings.iter().map(Hyperparameter::form).collect();
+        let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
+        format!("{} {}{}", search.name, if n == 0 { "has " } else { "" }, listed(&settings, "and"))
+    };
+    let all = with_settings.enumerate().map(one).collect::<Vec<_>>().join("; ");
+    let message = text!([Set](" \"{}={}\" is no setting of this method", excerpt(name), excerpt(value)));
+    Error::usage(message, format!("{all}."))
 }

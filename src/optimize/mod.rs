@@ -12,8 +12,8 @@ mod pso;
 mod random;
 mod run;
 mod sample;
-mod searches;
 mod table;
+mod tuned;
 
 pub use genetic::GeneticOptions;
 pub use gwo::GwoOptions;
@@ -23,5 +23,8 @@ pub use population::SearchSettings;
 pub use pso::{PsoOptions, Wall};
 pub use run::{Best, Optimizer, Progress, Run, Stop};
 pub use sample::{Sample, Sampling};
-pub use searches::{SEARCHES, Tuned, unknown_setting};
 pub use table::{Hyperparameter, Range, Search, SearchOptions, Values};
+pub use tuned::Tuned;
+
+/// The table of population searches, in the order in which they are listed. The first one serves where none is asked for.
+pub const SEARCHES: [&Search; 5] = [&gwo::SEARCH, &jaya::SEARCH, &genetic::SEARCH, &pso::SEARCH, &random::SEARCH];

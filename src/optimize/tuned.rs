@@ -1,16 +1,10 @@
-//! The table of population searches, and a search with the values of its settings.
+//! A population search with the values of its settings.
 
 use super::population::SearchSettings;
 use super::run::Optimizer;
-use super::table::{Hyperparameter, Search, SearchOptions, Values};
-use super::{genetic, gwo, jaya, pso, random};
-use crate::setting::text;
-use crate::text::{excerpt, listed};
-use crate::{Error, Result};
+use super::table::{Search, SearchOptions, Values};
+use crate::Result;
 use std::fmt;
-
-/// The table of population searches, in the order in which they are listed. The first one serves where none is asked for.
-pub const SEARCHES: [&Search; 5] = [&gwo::SEARCH, &jaya::SEARCH, &genetic::SEARCH, &pso::SEARCH, &random::SEARCH];
 
 /// A search with the values of its settings.
 #[derive(Clone, Copy)]
@@ -46,16 +40,16 @@ impl<O: SearchOptions> From<O> for Tuned {
 }
 
 impl Tuned {
-    /// Changes a setting.
+    /// Changes a setting; false where the search has none of this name.
     ///
     /// # Errors
-    /// `Usage` when the search has no such setting, or it cannot be this.
-    pub fn set(&mut self, name: &str, value: &str) -> Result<()> {
+    /// `Usage` when the setting cannot have this value.
+    pub fn set(&mut self, name: &str, value: &str) -> Result<bool> {
         let settings = self.search.settings;
-        let place = settings.iter().position(|setting| setting.name == name);
-        let place = place.ok_or_else(|| unknown_setting(name, value))?;
+        let Some(place) = settings.iter().position(|setting| setting.name == name) else { return Ok(false) };
         self.values.0[place] = settings[place].read(value)?;
-        settings[place].check(self.search, self.values.0[place])
+        settings[place].check(self.search, self.values.0[place])?;
+        Ok(true)
     }
 
     /// Returns the value of the setting at a place of the row, as it is written.
@@ -82,18 +76,4 @@ impl Tuned {
         settings.try_for_each(|(setting, value)| setting.check(self.search, value))?;
         (self.search.begin)(setup, &self.values)
     }
-}
-
-/// Returns the error of a setting that a method has not; its hint lists those of all searches.
-#[must_use]
-pub fn unknown_setting(name: &str, value: &str) -> Error {
-    let with_settings = SEARCHES.into_iter().filter(|search| !search.settings.is_empty());
-    let one = |(n, search): (usize, &Search)| {
-        let settings: Vec<String> = search.settings.iter().map(Hyperparameter::form).collect();
-        let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
-        format!("{} {}{}", search.name, if n == 0 { "has " } else { "" }, listed(&settings, "and"))
-    };
-    let all = with_settings.enumerate().map(one).collect::<Vec<_>>().join("; ");
-    let message = text!([Set](" \"{}={}\" is no setting of this method", excerpt(name), excerpt(value)));
-    Error::usage(message, format!("{all}."))
 }
