@@ -12,7 +12,7 @@ use crate::{Error, Result};
 use std::str::FromStr;
 
 named! {
-    /// How errors are added up. A row holds whether |e| is added up rather than e², and the cost that the sum becomes.
+    /// A norm of errors. A row says whether |e| is summed instead of e², and which cost the sum becomes.
     #[non_exhaustive]
     pub enum Norm: (bool, Total) {
         /// Square root of the sum of squares.

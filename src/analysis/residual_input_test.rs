@@ -9,7 +9,7 @@
 //! how the output moves with each of their principal errors.
 
 use crate::estimate::products_about_means;
-use crate::numeric::{chi_square_limit, count, dot, sum};
+use crate::numeric::{chi_square_limit, count, dot, running_sums, sum};
 use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
@@ -96,13 +96,13 @@ pub fn residual_input_test(residuals: &Residuals<'_>) -> Option<ResidualInputTes
         n >= LAGS + reach && run > reach
     });
     let rows: Vec<usize> = rows.collect();
-    // The columns of what is filtered are the filtered columns.
-    let columns = Columns::new(&filtered(voltage, &filter));
-    let mut all = columns.all();
-    let regressors = all.len();
+    let regressors = residuals.regressors.columns.all().len();
     if count(rows.len()) < SAMPLES_PER_COLUMN * count(regressors) {
         return None;
     }
+    // The columns of what is filtered are the filtered columns.
+    let columns = Columns::new(&filtered(voltage, &filter));
+    let mut all = columns.all();
     let explained = std::iter::once(values.as_slice()).chain(residuals.sensitivities.iter().map(|s| &s[..size]));
     let explained: Vec<Vec<f64>> = explained.map(|signal| centred(filtered(signal, &filter))).collect();
     all.extend(explained.iter().map(Vec::as_slice));
@@ -136,12 +136,7 @@ impl Columns {
         let mean = sum(signal) / count(size);
         let early = std::iter::repeat_n(&0.0, LAG_MAX);
         let signal: Vec<f64> = early.chain(signal).map(|value| value - mean).collect();
-        let mut sums = vec![0.0];
-        let mut sum = 0.0;
-        sums.extend(signal.iter().map(|value| {
-            sum += value;
-            sum
-        }));
+        let sums = running_sums(std::iter::once(0.0).chain(signal.iter().copied()));
         let longest = LAG_MAX.min(size / PART_MAX);
         let edges = std::iter::successors(Some(LAGS + 1), |edge| Some(edge * 5 / 4));
         let edges: Vec<usize> = edges.take_while(|edge| *edge == LAGS + 1 || *edge <= longest).collect();
@@ -194,7 +189,7 @@ struct Normal {
     scale: DVector<f64>,
     /// The inverse of the scaled matrix over its directions.
     inverse: DMatrix<f64>,
-    /// How many these are.
+    /// The number of its directions.
     rank: usize,
 }
 

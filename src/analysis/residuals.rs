@@ -100,11 +100,11 @@ pub(super) fn moved(found: &FittedMotor<'_>) -> Vec<Vec<f64>> {
     let root = root.l();
     let one = |column: usize| {
         let mut values = values.to_vec();
-        let sensitivities = |axis: &Axis, value: f64, by: f64| axis.value(axis.coordinate(value) + by);
+        let shifted = |axis: &Axis, value: f64, by: f64| axis.value(axis.coordinate(value) + by);
         known
             .iter()
             .enumerate()
-            .for_each(|(row, (n, _))| values[*n] = sensitivities(&axes[*n], values[*n], root[(row, column)]));
+            .for_each(|(row, (n, _))| values[*n] = shifted(&axes[*n], values[*n], root[(row, column)]));
         shared.iter().map(|n| values[*n]).collect()
     };
     (0..known.len()).map(one).collect()

@@ -125,8 +125,8 @@ fn check_input(record: &Record, found: &FittedMotor<'_>) -> Result<()> {
 /// A problem, the values of its candidate, and parameters with their values.
 type Settled = (Problem, Vec<f64>, Vec<(Parameter, f64)>);
 
-/// What belongs to one recording alone: its problem from its state at the start, where what all recordings share is free, the
-/// values of that, and the parameters that it has for itself.
+/// Returns the problem of one recording from its own initial state, with the shared parameters free, their values, and the
+/// parameters of this recording alone.
 fn settle(record: &Record, found: &FittedMotor<'_>, model: Model, criterion: Criterion) -> Result<Settled> {
     let alone = std::slice::from_ref(record);
     let (mut free, mut values, mut own): (Vec<Axis>, Vec<f64>, Vec<Axis>) = Default::default();

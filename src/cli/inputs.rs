@@ -1,4 +1,4 @@
-//! What commands share: recordings as they are read, and what of a spec flags give: criterion, model, space and device.
+//! The inputs that commands share: recordings, and the parts of a spec that flags give: criterion, model, space and device.
 
 use super::args::{DeviceArgs, ProblemArgs};
 use super::cache;

@@ -19,7 +19,7 @@ mod simulate;
 mod slice;
 mod sweep;
 
-/// What every command uses.
+/// Imports that every command uses.
 mod prelude {
     pub(super) use super::out::{self, Out};
     pub(super) use super::output::{DIM, STRONG, Style, data};

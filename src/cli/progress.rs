@@ -124,7 +124,7 @@ pub(crate) fn listen() -> Result<()> {
     .map_err(|error| Error::data(format!("Ctrl-C cannot be handled: {error}"), "Try again."))
 }
 
-/// What an observer answers: work ends where Ctrl-C was pressed.
+/// Returns the answer of an observer: work ends where Ctrl-C was pressed.
 pub(crate) fn interrupted() -> ControlFlow<()> {
     if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }

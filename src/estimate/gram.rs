@@ -10,8 +10,8 @@ use multiversion::multiversion;
 use nalgebra::DMatrix;
 
 /// Columns of a panel: a vector of AVX-512, two of AVX2.
-pub(super) const WIDE: usize = 8;
-/// Rows whose products are summed before they go to the total, so that rounding grows with the length of a block.
+const WIDE: usize = 8;
+/// Rows whose products are summed before they go to the total: rounding grows with a block, not with the recording.
 pub(super) const BLOCK: usize = 64;
 
 /// Some columns of a block of rows. Aligned, because a vector of AVX-512 is a cache line: else each load takes two.
@@ -26,7 +26,8 @@ impl Panel {
 /// Sums of products of the columns of two panels.
 pub(super) type Square = [[f64; WIDE]; WIDE];
 
-/// Returns the sums of products `XᵀX` of the columns, each less its mean over the rows; shape `[columns, columns]`.
+/// Returns the sums of products `XᵀX` of the columns, each less its mean over the rows, which ascend; shape
+/// `[columns, columns]`.
 pub(crate) fn products_about_means(columns: &[&[f64]], rows: &[usize]) -> DMatrix<f64> {
     products_at(Level::best(), columns, rows)
 }
@@ -59,12 +60,12 @@ fn products_at(level: Level, columns: &[&[f64]], rows: &[usize]) -> DMatrix<f64>
 }
 
 /// The sums of each pair of panels, row by row of the lower triangle; without rows.
-pub(super) fn squares(panels: usize) -> Vec<Square> {
+fn squares(panels: usize) -> Vec<Square> {
     vec![[[0.0; WIDE]; WIDE]; panels * (panels + 1) / 2]
 }
 
 /// Returns the sum of products of two columns.
-pub(super) fn product(sums: &[Square], a: usize, b: usize) -> f64 {
+fn product(sums: &[Square], a: usize, b: usize) -> f64 {
     let (a, b) = (a.max(b), a.min(b));
     let (row, column) = (a / WIDE, b / WIDE);
     let square = &sums[row * (row + 1) / 2 + column];
@@ -83,7 +84,7 @@ fn avx2(panels: &[Panel], rows: usize, sums: &mut [Square]) {
 }
 
 #[inline(always)]
-pub(super) fn panel_products<const TILE: usize, const FMA: bool>(panels: &[Panel], rows: usize, sums: &mut [Square]) {
+fn panel_products<const TILE: usize, const FMA: bool>(panels: &[Panel], rows: usize, sums: &mut [Square]) {
     let mut sums = sums.iter_mut();
     for (n, own) in panels.iter().enumerate() {
         for (other, sums) in panels[..n].iter().zip(&mut sums) {

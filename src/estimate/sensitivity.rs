@@ -1,9 +1,9 @@
 //! Output errors of a motor with extensions and their derivatives, as sums of products: what `output_error` is for the
 //! linear motor, by the oracle itself in numbers that carry derivatives.
 
-use super::gram::{BLOCK, HALF, Panel, Square, WIDE, panel_products, product, squares};
+use super::gram::BLOCK;
 use crate::evaluate::{Level, Problem};
-use crate::motor::{Dual, Extended, ExtendedWalk, Number as _, Parameter};
+use crate::motor::{Dual, Extended, ExtendedWalk, Number as _, Parameter, multiply_add};
 use multiversion::multiversion;
 use nalgebra::DMatrix;
 
@@ -22,28 +22,28 @@ pub(super) fn products(
 ) -> [Products; 2] {
     let case = Case { problem, recording, own, values, initial };
     match (Level::best(), case.unknowns()) {
-        (Level::Portable, 0..=8) => case.products::<8, 2, false>(),
-        (Level::Portable, _) => case.products::<ALL, 3, false>(),
+        (Level::Portable, 0..=8) => case.products::<8, 12, false>(),
+        (Level::Portable, _) => case.products::<ALL, 24, false>(),
         (_, 0..=8) => few(&case),
         (_, 9..=12) => some(&case),
         _ => all(&case),
     }
 }
 
-// Derivatives that are carried, and panels of a row with the error behind them.
+// Derivatives that are carried, and entries of a row with the error behind them: whole vectors.
 #[multiversion(targets("x86_64+avx2+fma"))]
 fn few(case: &Case<'_>) -> [Products; 2] {
-    case.products::<8, 2, true>()
+    case.products::<8, 12, true>()
 }
 
 #[multiversion(targets("x86_64+avx2+fma"))]
 fn some(case: &Case<'_>) -> [Products; 2] {
-    case.products::<12, 2, true>()
+    case.products::<12, 16, true>()
 }
 
 #[multiversion(targets("x86_64+avx2+fma"))]
 fn all(case: &Case<'_>) -> [Products; 2] {
-    case.products::<ALL, 3, true>()
+    case.products::<ALL, 24, true>()
 }
 
 /// Of the five parameters of the motor, those of extensions, and the two initial states.
@@ -64,14 +64,14 @@ impl Case<'_> {
     }
 
     #[inline(always)]
-    fn products<const P: usize, const PANELS: usize, const FMA: bool>(&self) -> [Products; 2] {
+    fn products<const P: usize, const ROW: usize, const FMA: bool>(&self) -> [Products; 2] {
         let Self { problem, recording, .. } = *self;
         let signals = &problem.signals()[recording];
         let (motor, initial) = self.numbers::<P>();
         let unknowns = self.unknowns();
         let first = problem.first_active(signals);
         let masked = !signals.weight.is_empty();
-        let mut sums = [0, 1].map(|_| Sums::<PANELS>::new());
+        let mut sums = [0, 1].map(|_| Sums::<ROW>::new(unknowns + 1));
         let drive = signals.drive();
         let mut walk = ExtendedWalk::new(&motor, &drive, problem.settings(signals), initial);
         // A closure, or an adapter of iterators, would not be compiled for the vectors of this function.
@@ -79,14 +79,15 @@ impl Case<'_> {
             let Some(seen) = walk.next() else { break };
             for channel in 0..2 {
                 if n >= first && (!masked || signals.weight[n][channel] != 0.0) {
-                    let mut row = [[0.0; WIDE]; PANELS];
-                    row.as_flattened_mut()[..P].copy_from_slice(&seen[channel].derivatives);
-                    row.as_flattened_mut()[unknowns] = measured[channel] - seen[channel].value;
+                    let mut row = [0.0; ROW];
+                    row[..P].copy_from_slice(&seen[channel].derivatives);
+                    row[unknowns] = measured[channel] - seen[channel].value;
                     sums[channel].add::<FMA>(&row);
                 }
             }
         }
-        sums.map(|sums| sums.total::<FMA>(unknowns + 1))
+        let [current, speed] = sums;
+        [current.total::<FMA>(), speed.total::<FMA>()]
     }
 
     /// The motor and its initial state, each with its derivatives by the unknowns.
@@ -109,22 +110,25 @@ impl Case<'_> {
 }
 
 /// Sums of the products of rows, in blocks: rounding then grows with the length of a block, and sums stay in registers.
-struct Sums<const PANELS: usize> {
-    rows: [Panel; PANELS],
+struct Sums<const ROW: usize> {
+    /// Entries of a row that are in use.
+    size: usize,
+    rows: [[f64; ROW]; BLOCK],
     waiting: usize,
-    totals: Vec<Square>,
+    whole: [[f64; ROW]; ROW],
 }
 
-impl<const PANELS: usize> Sums<PANELS> {
-    fn new() -> Self {
-        Self { rows: [Panel::EMPTY; PANELS], waiting: 0, totals: squares(PANELS) }
+/// Rows of the sums that are in registers at a time.
+const TILE: usize = 2;
+
+impl<const ROW: usize> Sums<ROW> {
+    fn new(size: usize) -> Self {
+        Self { size, rows: [[0.0; ROW]; BLOCK], waiting: 0, whole: [[0.0; ROW]; ROW] }
     }
 
     #[inline(always)]
-    fn add<const FMA: bool>(&mut self, row: &[[f64; WIDE]; PANELS]) {
-        for (panel, part) in self.rows.iter_mut().zip(row) {
-            panel.0[self.waiting] = *part;
-        }
+    fn add<const FMA: bool>(&mut self, row: &[f64; ROW]) {
+        self.rows[self.waiting] = *row;
         self.waiting += 1;
         if self.waiting == BLOCK {
             self.flush::<FMA>();
@@ -133,14 +137,26 @@ impl<const PANELS: usize> Sums<PANELS> {
 
     #[inline(always)]
     fn flush<const FMA: bool>(&mut self) {
-        panel_products::<HALF, FMA>(&self.rows, self.waiting, &mut self.totals);
+        for (tile, whole) in self.whole[..self.size.next_multiple_of(TILE)].chunks_exact_mut(TILE).enumerate() {
+            let mut sums = [[0.0; ROW]; TILE];
+            for row in &self.rows[..self.waiting] {
+                for (a, sums) in sums.iter_mut().enumerate() {
+                    let one = row[tile * TILE + a];
+                    for (sum, other) in sums.iter_mut().zip(row) {
+                        *sum = multiply_add::<FMA>(one, *other, *sum);
+                    }
+                }
+            }
+            for (whole, sum) in whole.iter_mut().flatten().zip(sums.iter().flatten()) {
+                *whole += sum;
+            }
+        }
         self.waiting = 0;
     }
 
-    /// Returns the sums of the first `size` entries of a row.
     #[inline(always)]
-    fn total<const FMA: bool>(mut self, size: usize) -> Products {
+    fn total<const FMA: bool>(mut self) -> Products {
         self.flush::<FMA>();
-        DMatrix::from_fn(size, size, |a, b| product(&self.totals, a, b))
+        DMatrix::from_fn(self.size, self.size, |a, b| self.whole[a][b])
     }
 }

@@ -1,10 +1,9 @@
-//! What the processor can do: its feature levels, its name, and its peak of multiply–adds, which the rate of an evaluator is
-//! held against.
+//! The processor: its feature levels, its name, and its peak rate of multiply–adds, with which that of an evaluator is
+//! compared.
 
 use crate::numeric::count;
 use multiversion::multiversion;
 use std::hint::black_box;
-
 use std::sync::LazyLock;
 
 /// A feature level that the kernels are compiled for.

@@ -52,7 +52,7 @@ pub struct Signals {
     pub(crate) factor: [f64; 2],
     /// The state `[i, ω]` at the first sample.
     pub initial: [f64; 2],
-    /// Whether a refinement estimates it.
+    /// True where a refinement estimates it.
     pub initial_is_free: bool,
     /// Samples before this one find the motor at rest without voltage or torque: their state is zero.
     pub(crate) first_active: usize,
@@ -332,15 +332,16 @@ fn filled(record: &Record, counting: &[[bool; 2]]) -> [Option<Vec<f64>>; 2] {
         let counting: Vec<usize> = (0..signal.len()).filter(|n| counting[*n][channel]).collect();
         let between = |n: usize| {
             let next = counting.partition_point(|other| *other < n);
+            if counting.get(next) == Some(&n) {
+                return signal[n];
+            }
             match (next.checked_sub(1).map(|last| counting[last]), counting.get(next).copied()) {
                 (Some(a), Some(b)) => signal[a] + count(n - a) / count(b - a) * (signal[b] - signal[a]),
                 (Some(one), None) | (None, Some(one)) => signal[one],
                 (None, None) => 0.0,
             }
         };
-        let mut filled: Vec<f64> = (0..signal.len()).map(between).collect();
-        counting.iter().for_each(|&n| filled[n] = signal[n]);
-        Some(filled)
+        Some((0..signal.len()).map(between).collect())
     })
 }
 

@@ -20,7 +20,7 @@ const BY_SPEED: [Parameter; 7] = {
     let [r, l, k, b, j] = Parameter::ALL;
     [r, l, k, b, j, Parameter::Coulomb, Parameter::Load]
 };
-/// What current alone does not tell.
+/// The parameters that current alone leaves open.
 const BY_CURRENT: [Parameter; 3] = [Parameter::K, Parameter::B, Parameter::J];
 
 /// Returns the normalized model of recordings with a voltage and one output; `None` where both outputs were measured,

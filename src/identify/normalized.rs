@@ -6,7 +6,7 @@ use crate::motor::{Axis, Parameter, Scope, Space};
 use crate::record::Record;
 use crate::warning::Warning;
 
-/// How far around a motor that was guessed the bounds are.
+/// The factor between a guessed motor and its bounds, to each side.
 const SPREAD: f64 = 1e3;
 
 /// A normalized representative of all motors consistent with recordings.

@@ -88,8 +88,8 @@ pub struct Identification {
 }
 
 impl Identification {
-    /// What a search and, where there was one, the refinement of its optimum leave on a problem: the problem in the space of the
-    /// refinement, from its initial states. How well it fits is still to be said.
+    /// Makes the result of a search and, where there was one, of the refinement of its optimum. The problem is in the space of
+    /// the refinement and starts from its initial states. Fit and warnings are left empty.
     pub(super) fn new(problem: &Problem, found: SearchResult, refined: Option<Refined>) -> Self {
         let searched = SearchOutcome {
             method: found.method,

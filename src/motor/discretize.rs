@@ -54,7 +54,7 @@ impl Discretization {
 }
 
 named! {
-    /// What drives a motor.
+    /// The input of a motor.
     #[derive(Hash)]
     pub enum Input (default Voltage) {
         /// Its voltage \[V\].

@@ -1,4 +1,5 @@
-//! What every search shares: the box, the random numbers, the first population, the best so far; and the run of a [`Rule`].
+//! The parts that all searches share: the box, the random numbers, the first population, the best so far, and the run of a
+//! [`Rule`].
 
 use super::run::{Best, Optimizer};
 use crate::candidates::Candidates;
@@ -154,7 +155,7 @@ impl Population {
     }
 }
 
-/// How the agents of a search move.
+/// The rule by which the agents of a search move.
 pub(super) trait Rule: Send {
     /// Checks settings that are wrong together, though each is in its range.
     fn check(&self) -> Result<()> {
@@ -168,6 +169,7 @@ pub(super) trait Rule: Send {
     fn advance(&mut self, population: &mut Population);
 }
 
+/// A run of a rule.
 pub(super) struct Moving<R> {
     pub rule: R,
     pub population: Population,

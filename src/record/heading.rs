@@ -26,7 +26,7 @@ pub enum Quantity {
 
 use Quantity::{Current, Position, Speed, Time, Torque, Voltage};
 
-/// What is known of a quantity.
+/// The names, units and headings of a quantity.
 struct Facts {
     /// Its name in requests for columns; in messages with blanks.
     key: &'static str,

@@ -50,7 +50,7 @@ fn table(found: &Identification, validation: &Validation) -> Table {
     table
 }
 
-/// What is estimated from a recording itself.
+/// Lists what is estimated from the held-out recording itself.
 fn own(held: &HeldOut) -> String {
     let initial = held.initial_is_estimated.then(|| "initial state".to_owned());
     let values = held.own.iter().map(|(p, v)| format!("{} = {} {}", p.symbol(), significant(*v, 3), p.unit()));

@@ -32,7 +32,7 @@ pub(super) fn parameters_table(found: &Identification) -> Table {
     table
 }
 
-/// How much of each channel is explained.
+/// The fit of each channel.
 pub(super) fn fit_table(found: &Identification, spec: &IdentifySpec) -> Table {
     let mut table = Table::new("fit", "Fit", &["channel", "fit [%]", "residual", "residual white"]);
     for (channel, (name, unit)) in [("current", "A"), ("speed", "rad/s")].into_iter().enumerate() {

@@ -16,7 +16,7 @@ use std::path::Path;
 
 /// Candidates that come one after the other.
 pub(super) trait Source {
-    /// How many there are, where that is known.
+    /// Returns the number of candidates, `None` where it is not known in advance.
     fn count(&self) -> Option<u64>;
 
     /// Appends the next candidates of `width` values, at most `most`; none at the end.

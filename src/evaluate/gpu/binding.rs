@@ -9,7 +9,7 @@ named! {
     pub(super) enum Binding: U {
         /// Which round of how many jobs.
         Round = "ROUND_BINDING" => U::UNIFORM.union(U::COPY_DST),
-        /// What the workgroups work on.
+        /// The jobs of the workgroups.
         Jobs = "JOBS_BINDING" => U::STORAGE.union(U::COPY_DST),
         /// Runs of constant inputs.
         Segments = "SEGMENTS_BINDING" => U::STORAGE.union(U::COPY_DST),

@@ -198,7 +198,7 @@ impl BatchLayout {
                 word(rounds),
                 word(initial),
             ]);
-            // Where what the sensors keep begins, past values of each, sensors.
+            // The offset of the past values of sensors, values of each, sensors.
             if let Some([ring_first, ring, channels]) = kept {
                 let known = signals.history.first_movement;
                 let ring_at = ring_first + first * ring * channels;

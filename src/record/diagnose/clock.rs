@@ -37,7 +37,7 @@ pub(super) fn jitter(view: &View<'_>, findings: &mut Vec<Finding>) {
     findings.push(finding.figure("spread", spread).figure("longest", longest));
 }
 
-/// Whether the steps take two values, up to a millionth of the period.
+/// Returns whether the steps take two values, up to a millionth of the period.
 fn are_two_values(steps: &[f64], period: f64) -> bool {
     let is = |value: f64, step: &&f64| (value - **step).abs() <= 1e-6 * period;
     let second = steps.iter().find(|step| !is(steps[0], step));

@@ -115,7 +115,7 @@ impl<'a> View<'a> {
         self.record.source().columns.iter().find(|column| column.quantity == quantity)
     }
 
-    /// Whether the input is the current.
+    /// Returns whether the input is the current.
     pub(super) fn by_current(&self) -> bool {
         self.record.driver() == Quantity::Current
     }

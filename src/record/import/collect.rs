@@ -77,7 +77,7 @@ struct Rows<'a> {
     blank: usize,
     cells: Vec<Range<usize>>,
     quick: Option<Quick>,
-    /// Whether numbers had a decimal point, and what is wrong with the first decimal comma where they had.
+    /// True where a number had a decimal point. Below, the error of the first decimal comma beside one.
     has_point: bool,
     comma: Option<Error>,
 }

@@ -19,12 +19,12 @@ pub(super) enum Need {
     Part,
 }
 
-/// What a reader asks of a table.
+/// The request of a reader to a table.
 #[derive(Clone, Copy)]
 pub(super) struct Wish<'a> {
     pub requests: &'a [ColumnRequest],
     pub need: Need,
-    /// Whether time comes from a rate.
+    /// True where time comes from a rate.
     pub timed: bool,
     /// The separator where it is known.
     pub separator: Option<Separator>,

@@ -4,7 +4,7 @@ use super::decimal::number;
 use crate::text::excerpt;
 use std::ops::Range;
 
-/// What stands between cells.
+/// The separator of cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Separator {
     /// A comma, a semicolon or a tab.
@@ -46,7 +46,7 @@ impl Separator {
         }
     }
 
-    /// Whether numbers may have a decimal comma.
+    /// Returns whether numbers may have a decimal comma.
     pub(super) fn allows_decimal_comma(self) -> bool {
         self != Self::Sign(b',')
     }

@@ -15,7 +15,7 @@ fn noted(table: &mut Table, marks: &str) {
     }
 }
 
-/// What the paper printed of a method, and what is found here, where it is compared.
+/// The printed figures of a method and the estimates found here, where it is compared.
 type Pair = (&'static Printed, Option<MethodEstimates>);
 
 /// Tables 4 to 8 and the figures of the discussion; the first block is the one that the paper's tables show.

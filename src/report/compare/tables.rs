@@ -260,7 +260,7 @@ fn targets(comparison: &Comparison, block: &Block) -> Table {
     table
 }
 
-/// What a motor does as the first recording drives it.
+/// Simulates a motor under the input of the first recording: current and speed.
 pub(super) fn simulated(comparison: &Comparison, motor: &Parameters) -> Option<[Vec<f64>; 2]> {
     let drive = crate::experiment::drive(comparison.subject.records.first()?);
     let initial = comparison.initial.first().copied().unwrap_or_default();

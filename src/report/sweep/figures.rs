@@ -95,7 +95,7 @@ fn single(summary: &SweepSummary, n: usize, costs: &[f64], is_log: bool) -> Opti
     })
 }
 
-/// How many values no bar shows, in words.
+/// Says how many values no bar shows.
 fn beyond(panels: &[Histogram], one: &str, more: &str) -> String {
     match panels.iter().map(Histogram::beyond).sum::<usize>() {
         0 => String::new(),

@@ -71,7 +71,7 @@ pub(super) fn excesses<'a>(summary: &'a SweepSummary, limits: &Limits) -> Vec<Ex
     all
 }
 
-/// How many motors are outside.
+/// Returns the number of motors outside the limits.
 pub(super) fn motors_outside(excesses: &[Excess<'_>]) -> u64 {
     excesses.iter().map(|excess| excess.run.job.motor).collect::<BTreeSet<_>>().len() as u64
 }

@@ -1,4 +1,4 @@
-//! How blocks, cells, units and counts of a sweep are written.
+//! The notation of blocks, cells, units and counts of a sweep.
 
 use crate::motor::Parameter;
 use crate::numeric::{quantile, sorted};

@@ -1,4 +1,4 @@
-//! What the runs of a block say: summaries, a ranking that stands up.
+//! Summaries of the runs of a block, and the ranking of methods with its significance.
 
 use super::{Block, MethodResult};
 use crate::numeric::{mean, quantile, sorted};

@@ -115,7 +115,7 @@ impl Bits {
         id < self.size && self.words[word] & bit != 0
     }
 
-    /// How many are set.
+    /// Returns the number of set bits.
     pub(super) fn count(&self) -> u64 {
         self.words.iter().map(|word| u64::from(word.count_ones())).sum()
     }

@@ -73,13 +73,13 @@ pub(super) struct Study {
     pub methods: Vec<Method>,
     pub polish: Vec<Polish>,
     pub with: Vec<Level>,
-    /// Whether the study names models, so that its lines do.
+    /// True where the study names models; its lines then name them too.
     pub names_with: bool,
     pub population: Vec<usize>,
     /// The first population included.
     pub generations: Vec<usize>,
     pub criterion: Vec<Norm>,
-    /// What each channel is divided by in the criterion.
+    /// The scale of each channel in the criterion.
     pub scale: Vec<Scale>,
     pub noise: Vec<AddedNoise>,
     /// Of searches and of added noise.

@@ -179,7 +179,7 @@ impl Contents {
     }
 }
 
-/// How many elements an array has.
+/// Returns the number of elements of an array.
 fn product(dimensions: &[usize]) -> usize {
     dimensions.iter().try_fold(1, |n: usize, &d| n.checked_mul(d)).unwrap_or(usize::MAX)
 }
