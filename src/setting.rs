@@ -113,6 +113,8 @@ impl Setting {
 pub enum Command {
     /// Identification.
     Identify,
+    /// Inspection of recordings.
+    Inspect,
     /// The list of devices.
     Devices,
     /// The planning of a sweep in a new folder.
@@ -140,6 +142,7 @@ fn neutral(reference: &Reference) -> String {
         Reference::Setting(setting, Some(value)) => format!("{} {value}", setting.name()),
         Reference::Command(command) => match command {
             Command::Identify => "identify",
+            Command::Inspect => "inspect",
             Command::Devices => "the list of devices",
             Command::PlanSweep => "plan the study",
             Command::RunSweep => "run the plan",

@@ -95,6 +95,9 @@ pub(crate) struct IdentifyArgs {
     /// A new folder for report.html, result.json and curves.csv
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Exit with 4 unless the standard errors can be believed (trust: good)
+    #[arg(long)]
+    pub strict: bool,
     #[command(flatten)]
     pub search: SearchArgs,
     #[command(flatten)]

@@ -1,16 +1,17 @@
 //! `identify`: the main job.
 
 use super::args::IdentifyArgs;
+use super::next;
 use super::prelude::*;
 use motorfit::analysis::{split, suspicions};
 use motorfit::estimate::ReferenceKind;
-use motorfit::identify::{Identification, IdentifySpec, Polish, Status, hold_out, identify_with};
+use motorfit::identify::{Identification, IdentifySpec, Polish, Status, TrustLevel, hold_out, identify_with};
 use motorfit::motor::{Discretization, Input, Scope};
 use motorfit::optimize::Stop;
 use motorfit::record::{Quantity, Record};
 use motorfit::report::{
-    characteristics_lines, identify_document, identify_page, noise_floor_text, selection_table, selection_text,
-    verdicts,
+    characteristics_lines, command_line, identify_document, identify_page, noise_floor_text, selection_table,
+    selection_text, verdicts,
 };
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
@@ -46,16 +47,23 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     if found.stop == Stop::Interrupted {
         style.note("interrupted: this is the best so far");
     }
-    let document = json(&identify_document(&records, &spec, &found));
+    let next = found.trust.next.as_ref().map(|step| next::command(step, &args.recordings.records));
+    let mut document = identify_document(&records, &spec, &found);
+    document["trust"]["next"] = next.clone().into();
+    let document = json(&document);
     if args.json {
         data(&document)?;
     } else {
-        data(&table(&records, &spec, &found, style))?;
+        data(&(trust_line(&found, next.as_deref()) + &table(&records, &spec, &found, style)))?;
     }
     if let Some(out) = out {
         out.write(report(&records, &spec, &found, document), style)?;
     }
-    Ok(if found.stop == Stop::Interrupted { Outcome::Interrupted } else { Outcome::Done })
+    Ok(match found.trust.level {
+        _ if found.stop == Stop::Interrupted => Outcome::Interrupted,
+        TrustLevel::Check | TrustLevel::Poor if args.strict => Outcome::Untrusted,
+        _ => Outcome::Done,
+    })
 }
 
 fn report(records: &[Record], spec: &IdentifySpec, found: &Identification, document: String) -> Vec<(String, String)> {
@@ -101,6 +109,22 @@ fn curves(records: &[Record], spec: &IdentifySpec, found: &Identification) -> St
 
 /// Columns of the terminal that tables keep to.
 const WIDTH: usize = 100;
+
+/// Whether the result can be believed, why not, and the one command to run then.
+fn trust_line(found: &Identification, next: Option<&str>) -> String {
+    let trust = &found.trust;
+    let reasons: Vec<String> = trust.reasons.iter().map(|reason| reason.message.spelled(command_line)).collect();
+    let reasons = if reasons.is_empty() {
+        "residuals, search and recordings agree with these standard errors".to_owned()
+    } else {
+        reasons.join("; ")
+    };
+    let mut text = format!("  {STRONG}trust     {}{STRONG:#}: {}\n", trust.level.name(), printable(&reasons));
+    if let Some(next) = next {
+        let _ = writeln!(text, "  next      {next}");
+    }
+    text + "\n"
+}
 
 fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style: &Style) -> String {
     let mut text = String::new();
@@ -214,7 +238,7 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
     lines.extend([
         ("cost", format!("{} ({}, scale {})", significant(found.cost, 4), criterion, scale)),
         ("method", format!("{method}{polish}")),
-        ("verdict", verdict(found)),
+        ("search", verdict(found)),
         ("device", format!("{}, {}", found.device, found.precision)),
         ("time", engineering(found.seconds, "s", 3)),
     ]);
@@ -237,16 +261,23 @@ fn verdict(found: &Identification) -> String {
         None => "no reference",
     };
     let gap = check.cost_gap.map_or(String::new(), |gap| format!(" {} %", significant(100.0 * gap, 2)));
+    let reached = match check.reference {
+        Some(ReferenceKind::MultiStart) => format!(" ({} of {} starts)", check.arrivals, check.starts),
+        _ => String::new(),
+    };
     match check.status {
         Status::Agrees if check.cost_gap.is_some_and(|gap| gap > 1e-6) => {
             format!("agrees with {reference}: the same optimum, its cost{gap} above the best")
         }
-        Status::Agrees => format!("agrees with {reference}"),
+        Status::Agrees => format!("agrees with {reference}{reached}"),
         Status::SearchStuck if check.refined_agrees && found.uncertainty.is_some() => format!(
             "search stuck in an optimum that costs{gap} more; the refinement left it and agrees with {reference}"
         ),
         Status::SearchStuck => format!("search stuck: {reference} finds a better optimum; this one costs{gap} more"),
-        Status::ReferenceFailed => format!("reference failed: {reference} ended in a worse optimum"),
+        Status::ReferenceFailed if check.cost_gap.is_some_and(|gap| gap < -1e-6) => {
+            format!("reference failed: {reference} ended in a worse optimum")
+        }
+        Status::ReferenceFailed => format!("inconclusive: of {reference} too few ended in one optimum{reached}"),
         Status::NotApplicable => "there is no reference for this".to_owned(),
     }
 }

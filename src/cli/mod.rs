@@ -11,6 +11,7 @@ mod flags;
 mod identify;
 mod inputs;
 mod inspect;
+mod next;
 mod out;
 mod output;
 mod progress;
@@ -47,6 +48,8 @@ pub(crate) enum Outcome {
     Interrupted,
     /// Some runs of a sweep have no result.
     Incomplete,
+    /// The result is not to be trusted as it is, and only such a one was asked for.
+    Untrusted,
 }
 
 pub(crate) fn main() -> ExitCode {
@@ -60,7 +63,7 @@ pub(crate) fn main() -> ExitCode {
     match run(&cli, &style) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Interrupted) => ExitCode::from(130),
-        Ok(Outcome::Incomplete) => ExitCode::from(4),
+        Ok(Outcome::Incomplete | Outcome::Untrusted) => ExitCode::from(4),
         Err(error) => {
             style.error(&error);
             ExitCode::from(exit_code(&error))

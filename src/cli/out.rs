@@ -110,14 +110,16 @@ pub(super) fn write_file(path: &Path, text: &str) -> Result<()> {
     Ok(())
 }
 
+/// Returns a word as a shell takes it.
+pub(super) fn shell_quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:,=+@%".contains(c);
+    let word = printable(word);
+    if !word.is_empty() && word.chars().all(plain) { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
+}
+
 /// How this run can be made again: its command line, with all options.
 pub(super) fn reproduced(options: Vec<(&str, String)>) -> Reproduced {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:,=+@%".contains(c);
-    let quoted = |word: String| {
-        let word = printable(&word);
-        if !word.is_empty() && word.chars().all(plain) { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
-    };
-    let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
+    let words = std::env::args_os().skip(1).map(|word| shell_quoted(&word.to_string_lossy()));
     let command = std::iter::once("motorfit".to_owned()).chain(words).collect::<Vec<_>>().join(" ");
     let options = options.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
     Reproduced { command, options }

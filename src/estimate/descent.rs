@@ -2,8 +2,9 @@
 //! (D. W. Marquardt 1963), within bounds, and the weights by what is left.
 
 use super::normal::{Fit, Normal, Sigma};
-use super::refined::{EVALUATIONS_MAX, Refined, SMALLEST, STEP_MAX};
+use super::refined::{EVALUATIONS_MAX, Refined, STEP_MAX};
 use super::uncertainty::{uncertainty, whiteness};
+use super::weights::{residual_sigma, weights};
 use crate::evaluate::Signals;
 use crate::numeric;
 use crate::setting::text;
@@ -15,10 +16,6 @@ use std::sync::Arc;
 const UNDAMPED: f64 = 1e-2;
 /// Longest step in a logarithm.
 const TRUST: f64 = 1.0;
-/// Residuals below this part of a channel's rms are rounding.
-const SIGMA_MIN: f64 = 1e-13;
-/// Residuals below so many σ of the noise are noise.
-const NOISY: f64 = 2.0;
 
 /// A descent on its way.
 pub(super) struct Search<'a> {
@@ -30,6 +27,7 @@ pub(super) struct Search<'a> {
     sigma: Sigma,
     damping: f64,
     evaluations: usize,
+    evaluations_max: usize,
 }
 
 impl<'a> Search<'a> {
@@ -49,13 +47,29 @@ impl<'a> Search<'a> {
                 text!("Start elsewhere, or use " [Discretization = "zoh"] ", which cannot diverge by itself."),
             ));
         }
-        Ok(Self { fit, lower, upper, at, normal, sigma, damping: 1e-3, evaluations: 1 })
+        Ok(Self {
+            fit,
+            lower,
+            upper,
+            at,
+            normal,
+            sigma,
+            damping: 1e-3,
+            evaluations: 1,
+            evaluations_max: EVALUATIONS_MAX,
+        })
+    }
+
+    /// Ends after fewer simulations.
+    pub(super) fn at_most(mut self, evaluations: usize) -> Self {
+        self.evaluations_max = evaluations;
+        self
     }
 
     /// Descends until a step is shorter than `enough` standard errors; false when it has not got there.
     pub(super) fn run(&mut self, enough: f64) -> bool {
         let mut growth = 2.0;
-        while self.evaluations < EVALUATIONS_MAX {
+        while self.evaluations < self.evaluations_max {
             let (matrix, gradient) = self.fit.weighted(&self.normal, &self.sigma);
             let cost = self.normal.cost(&self.sigma);
             let free = self.free(&gradient);
@@ -123,15 +137,9 @@ impl<'a> Search<'a> {
         if longest > TRUST { step * (TRUST / longest) } else { step }
     }
 
-    /// Whether the residuals are not far above the noise, so that they tell its σ.
-    pub(super) fn is_near(&self) -> bool {
-        let residuals = self.residual_sigma();
-        residuals.iter().flatten().zip(self.sigma.iter().flatten()).all(|(found, noise)| *found < 2.0 * noise)
-    }
-
-    /// σ of the residuals, corrected for what the unknowns took; returns its largest relative change.
+    /// Sets the weights by the residuals; returns the largest relative change of a σ.
     pub(super) fn reweight(&mut self) -> f64 {
-        let sigma = self.residual_sigma();
+        let sigma = weights(self.fit.problem.signals(), &self.residual_sigma());
         let pairs = sigma.iter().flatten().zip(self.sigma.iter().flatten());
         let largest = pairs.map(|(new, old)| (new / old - 1.0).abs()).fold(0.0, f64::max);
         self.sigma = sigma;
@@ -146,37 +154,10 @@ impl<'a> Search<'a> {
 
     /// σ of the residuals of each recording and channel; 1 for a channel not measured.
     fn residual_sigma(&self) -> Sigma {
-        let freedom = self.freedom();
-        let of = |(recording, signals): (usize, &Arc<Signals>)| {
-            [0, 1].map(|channel| {
-                if !signals.has(channel) {
-                    return 1.0;
-                }
-                let count = numeric::count(signals.count(channel));
-                let sigma = (self.normal.squares(recording, channel) / (count * freedom).max(1.0)).sqrt();
-                let part = (numeric::count(signals.len()) / count).sqrt();
-                sigma.max(SIGMA_MIN * part * signals.rms(channel)).max(SMALLEST)
-            })
-        };
-        let own: Sigma = self.fit.problem.signals().iter().enumerate().map(of).collect();
-        if self.fit.problem.features().is_linear() { own } else { self.shared(own) }
+        residual_sigma(self.fit.problem.signals(), &self.normal, self.freedom())
     }
 
-    /// The same where residuals are far above the noise of their recording: what a model misses it misses in all of them,
-    /// and weighs alike. Else recordings that it happens to fit would count for more than all others.
-    fn shared(&self, own: Sigma) -> Sigma {
-        let pooled = self.pooled_sigma();
-        let of = |(signals, own): (&Arc<Signals>, [f64; 2])| {
-            [0, 1].map(|channel| {
-                let (Some(pooled), true) = (pooled[channel], signals.has(channel)) else { return own[channel] };
-                let noise = (NOISY * signals.noise(channel) / own[channel]).powi(2).min(1.0);
-                (noise * own[channel].powi(2) + (1.0 - noise) * pooled.powi(2)).sqrt()
-            })
-        };
-        self.fit.problem.signals().iter().zip(own).map(of).collect()
-    }
-
-    /// The same of each channel over all recordings.
+    /// Returns the standard deviation of the residuals of each channel over all recordings.
     fn pooled_sigma(&self) -> [Option<f64>; 2] {
         let signals = self.fit.problem.signals();
         [0, 1].map(|channel| {
@@ -211,6 +192,7 @@ impl<'a> Search<'a> {
             parameters: fit.problem.parameters(&values, 0),
             sigma: self.pooled_sigma(),
             sigmas: self.residual_sigma(),
+            weights: self.sigma.clone(),
             squares: normal.all_squares(),
             at_bound: at_bound.collect(),
             uncertainty,

@@ -4,6 +4,7 @@ mod descent;
 mod failure;
 mod gram;
 mod initial;
+mod multistart;
 mod normal;
 mod output_error;
 mod projection;
@@ -16,6 +17,7 @@ mod starts;
 mod steiglitz_mcbride;
 mod triangle;
 mod uncertainty;
+mod weights;
 
 pub use failure::SmFailure;
 pub(crate) use gram::products_about_means;

@@ -27,6 +27,8 @@ const STEP_MAX_ROUND: f64 = 1e-2;
 /// Rounds of weights, and the change of σ that ends them.
 const ROUNDS_MAX: usize = 30;
 const SIGMA_CHANGE: f64 = 1e-6;
+/// Simulations of a rough refinement at most.
+const EVALUATIONS_ROUGH: usize = 50;
 /// Refines the parameters `start` (one value per free axis of `space`) on one or more recordings.
 ///
 /// # Errors
@@ -118,7 +120,10 @@ pub(super) fn refine_problem(
         start,
         sigma.map_or_else(|| problem.signals().iter().map(|s| first_sigma(s)).collect(), <[_]>::to_vec),
     )?;
-    if thorough && sigma.is_none() && search.is_near() {
+    if !thorough {
+        search = search.at_most(EVALUATIONS_ROUGH);
+    }
+    if thorough && sigma.is_none() {
         search.reweight();
     }
     let mut converged = search.run(if thorough && sigma.is_some() { STEP_MAX } else { STEP_MAX_ROUND });

@@ -16,6 +16,8 @@ pub struct Refined {
     pub sigma: [Option<f64>; 2],
     /// The same of each recording; 1 for a channel not measured.
     pub sigmas: Vec<[f64; 2]>,
+    /// σ that the residuals of each recording and channel were divided by: as `sigmas` where they are noise.
+    pub weights: Vec<[f64; 2]>,
     /// Sum of squared residuals of current \[A²\] and speed \[rad²/s²\] of each recording.
     pub squares: Vec<[f64; 2]>,
     /// The bound, if any, that each free parameter stands at: `min` or `max`.

@@ -45,7 +45,12 @@ fn neutral(axis: &Axis) -> f64 {
 
 /// Lowers the cost of a start along one axis after the other, all points of an axis at once, in some rounds over them;
 /// returns the cost and the start.
-fn descended(problem: &Arc<Problem>, mut start: Vec<f64>, order: &[usize], rounds: usize) -> Result<(f64, Vec<f64>)> {
+pub(super) fn descended(
+    problem: &Arc<Problem>,
+    mut start: Vec<f64>,
+    order: &[usize],
+    rounds: usize,
+) -> Result<(f64, Vec<f64>)> {
     let axes = problem.space().free();
     let mut lowest = f64::INFINITY;
     for &place in std::iter::repeat_n(order, rounds).flatten() {
@@ -75,7 +80,7 @@ fn descended(problem: &Arc<Problem>, mut start: Vec<f64>, order: &[usize], round
 }
 
 /// The orders in which axes of extensions are gone along: each that is late as the first explanation.
-fn orders(axes: &[Axis]) -> Vec<Vec<usize>> {
+pub(super) fn orders(axes: &[Axis]) -> Vec<Vec<usize>> {
     let extended: Vec<usize> = (0..axes.len()).filter(|n| axes[*n].parameter.is_extension()).collect();
     // Parameters that imitate each other: each is tried as the first explanation.
     let late = Extension::ALL.into_iter().filter(|e| e.is_late()).flat_map(Extension::parameters).copied();

@@ -76,6 +76,19 @@ impl Problem {
         self
     }
 
+    /// Returns the same problem with the squares of each recording and channel divided by those of `sigma`, one pair for each
+    /// recording; it is for problems whose errors all count alike.
+    pub(crate) fn weighted_by(&self, sigma: &[[f64; 2]]) -> Self {
+        let mut weighted = self.clone();
+        for (signals, sigma) in weighted.signals.iter_mut().zip(sigma) {
+            let signals = Arc::make_mut(signals);
+            for channel in (0..2).filter(|channel| self.input == Input::Voltage || *channel == 1) {
+                signals.factor[channel] /= sigma[channel] * sigma[channel];
+            }
+        }
+        weighted
+    }
+
     /// The recordings.
     #[must_use]
     pub fn signals(&self) -> &[Arc<Signals>] {

@@ -4,7 +4,7 @@ use super::segment::{Run, Segment};
 use crate::criterion::Criterion;
 use crate::motor::{Discretization, Drive, InputHistory};
 use crate::named::named;
-use crate::numeric::{count, noise_sigma, peak};
+use crate::numeric::{count, noise_sigma, peak, rms, standard_deviation};
 use crate::record::Record;
 use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
@@ -41,6 +41,8 @@ pub struct Signals {
     power: [f64; 2],
     /// σ of the noise that each channel itself shows, once it was asked for.
     noise: OnceLock<[f64; 2]>,
+    /// The standard deviation of each channel, once it was asked for.
+    deviation: OnceLock<[f64; 2]>,
     /// Weights of the errors; empty when all are 1. A masked sample weighs 0.
     pub(crate) weight: Vec<[f64; 2]>,
     /// For each sample whether its current and its speed count; empty when all do.
@@ -91,6 +93,7 @@ impl Signals {
             },
             power: [0.0; 2],
             noise: OnceLock::new(),
+            deviation: OnceLock::new(),
             weight: Vec::new(),
             counting,
             independent: record.independent(),
@@ -162,6 +165,18 @@ impl Signals {
     pub(crate) fn noise(&self, channel: usize) -> f64 {
         let of = |channel: usize| noise_sigma(&self.measured.iter().map(|y| y[channel]).collect::<Vec<_>>());
         self.noise.get_or_init(|| [0, 1].map(of))[channel]
+    }
+
+    /// Returns the standard deviation of a channel, of the samples that count; the root mean square of a constant channel,
+    /// and 1 for one that is zero.
+    #[must_use]
+    pub(crate) fn deviation(&self, channel: usize) -> f64 {
+        let of = |channel: usize| {
+            let counting = (0..self.len()).filter(|n| self.counts(channel, *n));
+            let values: Vec<f64> = counting.map(|n| self.measured[n][channel]).collect();
+            [standard_deviation(&values), rms(&values), 1.0].into_iter().find(|v| *v > 0.0).unwrap_or(1.0)
+        };
+        self.deviation.get_or_init(|| [0, 1].map(of))[channel]
     }
 
     /// What was measured of a channel; zeros for one that was not.

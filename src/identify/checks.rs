@@ -92,7 +92,7 @@ const ALONE: f64 = 0.05;
 /// The parameter that runs to a bound nobody gave, and which.
 fn running(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<(Parameter, &'static str)> {
     let runs = |(axis, side): (&Axis, &Option<&'static str>)| {
-        let side = side.filter(|_| spec.auto_bounds.contains(&axis.parameter) && !spec.method.is_search())?;
+        let side = side.filter(|_| spec.auto_bounds.contains(&axis.parameter))?;
         (!axis.parameter.is_extension()).then_some((axis.parameter, side))
     };
     space.free().iter().zip(&refined.at_bound).find_map(runs)

@@ -4,7 +4,7 @@
 //! lock step: [`PreparedSearch`] is what comes before it and what follows, by the stages of the pipeline.
 
 use super::checks;
-use super::model_selection::{SelectionStep, select};
+use super::model_selection::{Selection, SelectionStep, select};
 use super::pipeline::unidentified;
 use super::prepare::Prepared;
 use super::refine::from_search;
@@ -83,8 +83,8 @@ impl PreparedSearch {
         if prepared.is_linear() && spec.auto_bounds.is_empty() {
             return Ok(Self { problem: asked, selection: None });
         }
-        let (space, selection) = select(&prepared, &start(&prepared)?)?;
-        Ok(Self { problem: prepared.searched(space), selection })
+        let Selection { space, steps, .. } = select(&prepared, &start(&prepared)?)?;
+        Ok(Self { problem: prepared.searched(space), selection: steps })
     }
 
     /// What candidates are evaluated on.

@@ -1,17 +1,19 @@
 //! Forward selection of the model: from the linear motor up, each step adds the extension that lowers Schwarz's criterion
-//! most, until none lowers it by enough.
+//! most, until none lowers it by enough; then each is exchanged for those that are hard to tell apart from it.
 
-use super::bic::{Fit, gain, independent, is_worth};
+use super::bic::{Fit, effective, gain, is_far, is_worth};
 use super::extension_bounds::extended_space;
 use super::normalized::is_measured;
 use super::prepare::Prepared;
+use super::refine::refine_widening;
 use super::spec::IdentifySpec;
 use super::start::{Start, start};
 use crate::analysis::fit_percent;
 use crate::channels;
-use crate::estimate::{Refined, best_start, carried, explained, refine_on, warmed};
+use crate::estimate::{Refined, best_start, carried, explained, global_reference, warmed};
 use crate::evaluate::Problem;
-use crate::motor::{Extension, Needs, Parameter, Scope, Space, With};
+use crate::motor::{Axis, Extension, Needs, Parameter, Scope, Space};
+use crate::numeric;
 use crate::record::{Record, is_driven_by_current};
 use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
@@ -36,112 +38,239 @@ pub struct SelectionStep {
     pub taken: bool,
 }
 
+/// Another model that explains the recordings as well as the one that was taken.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Alternative {
+    /// Its extensions.
+    pub with: Vec<Extension>,
+    /// As of [`SelectionStep`].
+    #[serde(serialize_with = "channels::by_name")]
+    pub fit_percent: [Option<f64>; 2],
+    /// Schwarz's criterion less that of the model that was taken.
+    #[serde(rename = "criterion_gain")]
+    pub gain: f64,
+    /// Its free parameters with their values.
+    #[serde(serialize_with = "by_name")]
+    pub parameters: Vec<(Parameter, Scope, f64)>,
+}
+
+fn by_name<S: serde::Serializer>(
+    parameters: &[(Parameter, Scope, f64)],
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    serializer.collect_map(parameters.iter().map(|(parameter, scope, value)| (scope.name(*parameter), value)))
+}
+
+/// The model of a fit.
+pub(super) struct Selection {
+    pub space: Space,
+    /// The models that were tried, where the model was selected.
+    pub steps: Option<Vec<SelectionStep>>,
+    /// Models that explain the recordings as well.
+    pub alternatives: Vec<Alternative>,
+    /// The optimum of the selected model.
+    pub values: Option<Vec<f64>>,
+}
+
 /// Extensions at most.
 const HEIGHT: usize = 6;
 /// Models of a step that are refined thoroughly.
 const FINALISTS: usize = 3;
-/// Samples on which models are tried, if fewer recordings have as many: what is taken is estimated on all.
-const SAMPLES: usize = 20_000;
+/// Samples on which the models of a step are ranked, if fewer recordings have as many; the best are compared on all.
+const SAMPLES: usize = 60_000;
+/// An optimum is lower when its sum of squares is by this part.
+const LOWER: f64 = 1e-6;
+/// Models whose criteria differ by less than this are not told apart: odds of e³ = 20 to 1.
+const TOLD_APART: f64 = 6.0;
 
 /// Stage 3, select: the extensions that the spec names or, where it leaves them open, those that forward selection takes.
-/// Returns the space of the model that is fitted, and the models that were tried where it was selected.
 ///
 /// # Errors
 /// `Usage` for parameters of single recordings that the model lacks, and as a fit.
-pub(super) fn select(prepared: &Prepared<'_>, start: &Start) -> Result<(Space, Option<Vec<SelectionStep>>)> {
+pub(super) fn select(prepared: &Prepared<'_>, start: &Start) -> Result<Selection> {
+    let named = |space| Selection { space, steps: None, alternatives: Vec::new(), values: None };
     if prepared.is_linear() {
-        return Ok((start.space.clone(), None));
+        return Ok(named(start.space.clone()));
     }
-    let (with, selection) = match prepared.named() {
-        Some(list) => (list.to_vec(), None),
-        None => {
-            let some = representative(prepared.records, &start.space);
-            let mut steps = Vec::new();
-            let best = Selection { prepared: &prepared.of(&some)?, start }.up(&mut steps)?;
-            (best.with, Some(steps))
-        }
-    };
-    let space = extended_space(prepared.records, &prepared.spec, &start.space, (&with, &start.motors[0]))?;
-    if prepared.spec.with != With::Auto {
-        check_per_recording(&prepared.spec, &space)?;
-    }
-    Ok((space, selection))
+    let Some(list) = prepared.named() else { return selected(prepared, start) };
+    let space = extended_space(prepared.records, &prepared.spec, &start.space, (list, &start.motors[0]))?;
+    check_per_recording(&prepared.spec, &space)?;
+    Ok(named(space))
 }
 
-/// Of many recordings some from all over them; recordings with parameters of their own are needed as they are.
+fn selected(prepared: &Prepared<'_>, start: &Start) -> Result<Selection> {
+    let some = representative(prepared.records, &start.space);
+    let few = if some.is_empty() { None } else { Some(prepared.of(&some)?) };
+    let all = Models { prepared, start };
+    let climb = Climb { all, few: few.as_ref().map(|prepared| Models { prepared, start }) };
+    let mut steps = Vec::new();
+    let best = climb.up(&mut steps)?;
+    let (best, alternatives) = climb.exchanged(best, &mut steps);
+    let values = Some(best.refined.values);
+    Ok(Selection { space: best.space, steps: Some(steps), alternatives, values })
+}
+
+/// Returns some of many recordings, from all over them; none where all are few enough, or have parameters of their own.
 fn representative(records: &[Record], space: &Space) -> Vec<Record> {
     let shared = |scope: &Scope| *scope == Scope::Shared;
     let is_shared =
         space.free().iter().all(|axis| shared(&axis.scope)) && space.fixed().iter().all(|(_, s, _)| shared(s));
     let samples: usize = records.iter().map(Record::len).sum();
-    let every = if is_shared { samples.div_ceil(SAMPLES).clamp(1, records.len().max(1)) } else { 1 };
+    let every = samples.div_ceil(SAMPLES).min(records.len());
+    if !is_shared || every < 2 {
+        return Vec::new();
+    }
     records.iter().step_by(every).cloned().collect()
 }
 
-/// What models are tried on.
-struct Selection<'a> {
+/// Fits of models to recordings.
+#[derive(Clone, Copy)]
+struct Models<'a> {
     prepared: &'a Prepared<'a>,
     start: &'a Start,
 }
 
-impl Selection<'_> {
-    /// From the linear motor up.
+impl Models<'_> {
+    /// Refines a model thoroughly from the best of some starts under the weights `sigma`. `base` is a space that has the bounds
+    /// of the motor.
+    fn thorough(
+        &self,
+        (base, sigma): (&Space, &[[f64; 2]]),
+        with: &[Extension],
+        starts: impl Fn(&Arc<Problem>) -> Result<Vec<Vec<f64>>>,
+    ) -> Result<Fit> {
+        let (problem, plain) = self.problems(base, with)?;
+        let starts = starts(&problem)?;
+        let rough = best_start(&plain, &starts, sigma);
+        let values = rough.map(|refined| refined.values).or_else(|| starts.into_iter().next()).unwrap_or_default();
+        self.refined(with, &plain, &values)
+    }
+
+    /// Refines a model thoroughly, its bounds widened where nobody gave them.
+    fn refined(&self, with: &[Extension], plain: &Problem, values: &[f64]) -> Result<Fit> {
+        let (refined, space) = refine_widening(plain, &self.prepared.spec, plain.space(), values)?;
+        Ok(fit(with, &plain.with_space(space), refined))
+    }
+
+    /// Refines a rough fit thoroughly.
+    fn finished(&self, rough: Fit) -> Fit {
+        self.refined(&rough.with, &self.prepared.fitted(&rough.space), &rough.refined.values).unwrap_or(rough)
+    }
+
+    /// Refines a model roughly under the weights of a smaller one: from where that is, and from each way to explain a delay.
+    fn rough(&self, from: &Fit, with: &[Extension]) -> Result<Fit> {
+        let (problem, plain) = self.problems(&from.space, with)?;
+        let sigma = &from.refined.weights;
+        let mut starts = vec![warmed(&problem, (&from.space, &from.refined.values))?];
+        starts.extend(explained(&problem, &[from.refined.parameters.to_array()])?.into_iter().take(ANEW));
+        let refined = best_start(&plain, &starts, sigma).ok_or_else(nowhere)?;
+        Ok(fit(with, &plain, refined))
+    }
+
+    /// Returns a fit, or the lowest optimum that starts from all over the box lead to where it leaves residuals far above the
+    /// noise.
+    fn settled(&self, own: Fit) -> Result<Fit> {
+        let plain = self.prepared.fitted(&own.space);
+        if !is_far(&plain, &own.refined) {
+            return Ok(own);
+        }
+        let sigma = &own.refined.weights;
+        let found = global_reference(&plain, sigma, Some(own.refined.weighted(sigma)))?.refined;
+        if found.weighted(sigma) >= own.refined.weighted(sigma) * (1.0 - LOWER) {
+            return Ok(own);
+        }
+        self.refined(&own.with, &plain, &found.values)
+    }
+
+    /// Returns the problem of a search and that of a fit.
+    fn problems(&self, base: &Space, with: &[Extension]) -> Result<(Arc<Problem>, Problem)> {
+        let Self { prepared, start } = *self;
+        let motor = start.motors.first().copied().unwrap_or([1.0; 5]);
+        let given = |p: Parameter| start.space.free().iter().any(|axis| axis.parameter == p);
+        let own = base.free().iter().filter(|axis| given(axis.parameter)).copied().collect();
+        let base = Space::new(own, start.space.fixed().to_vec())?;
+        let space = extended_space(prepared.records, &prepared.spec, &base, (with, &motor))?;
+        let plain = prepared.fitted(&space);
+        Ok((prepared.searched(space), plain))
+    }
+}
+
+/// A forward selection on all recordings, its steps ranked on few of them.
+struct Climb<'a> {
+    all: Models<'a>,
+    few: Option<Models<'a>>,
+}
+
+impl Climb<'_> {
+    /// Adds extensions to the linear motor.
     fn up(&self, steps: &mut Vec<SelectionStep>) -> Result<Fit> {
-        let mut best = self.thorough(&[], |problem| explained(problem, &self.start.motors))?;
-        let records = self.prepared.records;
+        let Models { prepared, start } = self.all;
+        let by = (&start.space, prepared.deviations());
+        let mut best = self.all.thorough(by, &[], |problem| explained(problem, &start.motors))?;
+        best = self.all.settled(best)?;
+        let records = self.all.prepared.records;
         steps.push(step(records, &best, None, true));
         while best.with.len() < HEIGHT {
-            let next = candidates(records, &best);
-            // One that cannot be fitted explains nothing.
-            let mut tried = ranked(&best, next.par_iter().filter_map(|extension| self.rough(&best, *extension).ok()));
+            let mut tried = self.ranked(&best)?;
             let others = tried.split_off(tried.len().min(FINALISTS));
-            let fits = ranked(&best, tried.into_par_iter().map(|(_, fit)| self.finished(fit)));
-            let take = fits.first().is_some_and(|(_, fit)| is_worth(&best, fit));
-            for (n, (gain, fit)) in fits.iter().chain(&others).enumerate() {
-                steps.push(step(records, fit, Some(*gain), take && n == 0));
+            let mut fits: Vec<Fit> = tried.into_par_iter().map(|fit| self.all.finished(fit)).collect();
+            fits.sort_by(|a, b| badness(&best, a).total_cmp(&badness(&best, b)));
+            let taken = fits.iter().position(|fit| is_worth(&best, fit));
+            for (n, fit) in fits.iter().enumerate() {
+                steps.push(step(records, fit, Some(gain(&best, fit)), taken == Some(n)));
             }
-            match fits.into_iter().next().filter(|_| take) {
-                Some((_, fit)) => best = self.pruned(fit)?,
+            if self.few.is_none() {
+                steps.extend(others.iter().map(|fit| step(records, fit, Some(gain(&best, fit)), false)));
+            }
+            match taken {
+                Some(n) => best = self.pruned(self.all.settled(fits.swap_remove(n))?)?,
                 None => break,
             }
         }
         Ok(best)
     }
 
-    /// A model with one extension more, roughly, from where it is without: that alone, and as the first explanation of
-    /// all that is late.
-    fn rough(&self, from: &Fit, extension: Extension) -> Result<Fit> {
-        let with: Vec<Extension> = from.with.iter().copied().chain([extension]).collect();
-        let (problem, plain) = self.problems(&with)?;
-        let mut starts = vec![warmed(&problem, (&from.space, &from.refined.values))?];
-        starts.extend(explained(&problem, &[from.refined.parameters.to_array()])?.into_iter().take(ANEW));
-        let refined = best_start(&plain, &starts, self.prepared.deviations()).ok_or_else(nowhere)?;
-        Ok(fit(&with, &plain, refined))
+    /// Returns the models with one extension more, roughly refined, the best first.
+    fn ranked(&self, best: &Fit) -> Result<Vec<Fit>> {
+        let candidates = candidates(self.all.prepared.records, best);
+        let larger = |extension: &Extension| best.with.iter().copied().chain([*extension]).collect::<Vec<_>>();
+        let (models, from) = match &self.few {
+            Some(few) => (
+                few,
+                few.thorough((&best.space, few.prepared.deviations()), &best.with, |problem| {
+                    Ok(vec![shared(problem, best)])
+                })?,
+            ),
+            None => (&self.all, best.clone()),
+        };
+        // One that cannot be fitted explains nothing.
+        let rough = candidates.par_iter().filter_map(|extension| models.rough(&from, &larger(extension)).ok());
+        let mut fits: Vec<Fit> = rough.collect();
+        fits.sort_by(|a, b| badness(&from, a).total_cmp(&badness(&from, b)));
+        if self.few.is_none() {
+            return Ok(fits);
+        }
+        let on_all = |fit: Fit| {
+            self.all.thorough((&fit.space, &best.refined.weights), &fit.with, |problem| {
+                let own = shared(problem, &fit);
+                Ok(vec![warmed(problem, (&best.space, &best.refined.values))?, own])
+            })
+        };
+        Ok(fits.into_par_iter().take(FINALISTS).filter_map(|fit| on_all(fit).ok()).collect())
     }
 
-    /// A rough fit made thorough.
-    fn finished(&self, rough: Fit) -> Fit {
-        let refined = self.problems(&rough.with).and_then(|(_, plain)| {
-            let refined = refine_on(&plain, &rough.refined.values, None)?;
-            Ok(fit(&rough.with, &plain, refined))
-        });
-        refined.unwrap_or(rough)
-    }
-
-    /// A model with one extension less, from where it is with it.
-    fn without(&self, from: &Fit, extension: Extension) -> Result<Fit> {
-        let with: Vec<Extension> = from.with.iter().copied().filter(|e| *e != extension).collect();
-        self.thorough(&with, |problem| Ok(vec![carried(problem, (&from.space, &from.refined.values))]))
-    }
-
-    /// Without extensions that another has made idle.
+    /// Removes extensions that another has made idle.
     fn pruned(&self, fit: Fit) -> Result<Fit> {
         let mut best = fit;
         for extension in best.with.clone() {
             if best.with.last() == Some(&extension) {
                 continue;
             }
-            let less = self.without(&best, extension)?;
+            let with: Vec<Extension> = best.with.iter().copied().filter(|e| *e != extension).collect();
+            let from = (&best.space, &best.refined.values[..]);
+            let less = self
+                .all
+                .thorough((&best.space, &best.refined.weights), &with, |problem| Ok(vec![carried(problem, from)]))?;
             if !is_worth(&less, &best) {
                 best = less;
             }
@@ -149,35 +278,72 @@ impl Selection<'_> {
         Ok(best)
     }
 
-    /// A model refined thoroughly from the best of some starts.
-    fn thorough(&self, with: &[Extension], starts: impl Fn(&Arc<Problem>) -> Result<Vec<Vec<f64>>>) -> Result<Fit> {
-        let (problem, plain) = self.problems(with)?;
-        let starts = starts(&problem)?;
-        let rough = best_start(&plain, &starts, self.prepared.deviations());
-        let values = rough.map(|refined| refined.values).or_else(|| starts.into_iter().next()).unwrap_or_default();
-        Ok(fit(with, &plain, refine_on(&plain, &values, None)?))
+    /// Exchanges each extension for those that are hard to tell apart from it, where these fit better. Returns the best model
+    /// and those that are as good.
+    fn exchanged(&self, best: Fit, steps: &mut Vec<SelectionStep>) -> (Fit, Vec<Alternative>) {
+        let records = self.all.prepared.records;
+        let mut best = best;
+        for _ in 0..HEIGHT {
+            let possible = candidates(records, &best);
+            let pairs = best.with.iter().flat_map(|old| possible.iter().map(move |new| (*old, *new)));
+            let models: Vec<Vec<Extension>> = pairs
+                .filter(|(old, new)| old.resembles(*new))
+                .map(|(old, new)| best.with.iter().map(|e| if *e == old { new } else { *e }).collect())
+                .collect();
+            let tried = models.par_iter().filter_map(|with| self.all.rough(&best, with).ok());
+            let tried: Vec<Fit> = tried.map(|fit| self.all.finished(fit)).collect();
+            let gains: Vec<f64> = tried.iter().map(|fit| gain(&best, fit)).collect();
+            let lowest = (0..tried.len()).min_by(|a, b| gains[*a].total_cmp(&gains[*b]));
+            let taken = lowest.filter(|n| gains[*n] < -EXCHANGE);
+            for (n, fit) in tried.iter().enumerate() {
+                steps.push(step(records, fit, Some(gains[n]), taken == Some(n)));
+            }
+            let Some(n) = taken else {
+                let alike = tried.iter().zip(&gains).filter(|(_, gain)| **gain < TOLD_APART);
+                let alternatives = alike.map(|(fit, gain)| alternative(records, fit, *gain)).collect();
+                return (best, alternatives);
+            };
+            best = tried.into_iter().nth(n).unwrap_or(best);
+        }
+        (best, Vec::new())
     }
+}
 
-    /// The problem of a search and that of a fit.
-    fn problems(&self, with: &[Extension]) -> Result<(Arc<Problem>, Problem)> {
-        let Self { prepared, start } = *self;
-        let motor = start.motors.first().copied().unwrap_or([1.0; 5]);
-        let space = extended_space(prepared.records, &prepared.spec, &start.space, (with, &motor))?;
-        let plain = prepared.fitted(&space);
-        Ok((prepared.searched(space), plain))
+/// A model is exchanged for another of the same size where the criterion falls by more than rounding.
+const EXCHANGE: f64 = 0.1;
+
+/// Returns what ranks models that were made from the same one: the sum of squares under the weights of that one, raised by
+/// the criterion's part for each parameter.
+fn badness(from: &Fit, to: &Fit) -> f64 {
+    let samples = (from.effective * from.count).max(std::f64::consts::E);
+    let more = numeric::count(to.space.free().len()) - numeric::count(from.space.free().len());
+    to.refined.weighted(&from.refined.weights) * (1.0 + more * samples.ln() / samples)
+}
+
+fn alternative(records: &[Record], fit: &Fit, gain: f64) -> Alternative {
+    let values = fit.space.free().iter().zip(&fit.refined.values);
+    Alternative {
+        with: fit.with.clone(),
+        fit_percent: fit_percent(records, &fit.refined),
+        gain,
+        parameters: values.map(|(axis, value)| (axis.parameter, axis.scope, *value)).collect(),
+    }
+}
+
+/// Returns what a fit to other recordings says of a problem: the parameters that all recordings share.
+fn shared(problem: &Arc<Problem>, from: &Fit) -> Vec<f64> {
+    let shared = |(axis, value): (&Axis, &f64)| (axis.scope == Scope::Shared).then_some((*axis, *value));
+    let (free, values): (Vec<Axis>, Vec<f64>) =
+        from.space.free().iter().zip(&from.refined.values).filter_map(shared).unzip();
+    match Space::new(free, Vec::new()) {
+        Ok(space) => carried(problem, (&space, &values)),
+        Err(_) => carried(problem, (&from.space, &from.refined.values)),
     }
 }
 
 fn fit(with: &[Extension], plain: &Problem, refined: Refined) -> Fit {
-    let independent = independent(plain, &refined);
-    Fit { with: with.to_vec(), space: plain.space().clone(), refined, independent }
-}
-
-/// Fits with their gains on another, the lowest first.
-fn ranked(best: &Fit, fits: impl ParallelIterator<Item = Fit>) -> Vec<(f64, Fit)> {
-    let mut fits: Vec<(f64, Fit)> = fits.map(|fit| (gain(best, &fit), fit)).collect();
-    fits.sort_by(|a, b| a.0.total_cmp(&b.0));
-    fits
+    let (effective, count) = effective(plain, &refined);
+    Fit { with: with.to_vec(), space: plain.space().clone(), refined, effective, count }
 }
 
 fn nowhere() -> Error {

@@ -1,14 +1,16 @@
 //! The pipeline of an identification: prepare → start → select → refine → verify → analyse → result.
 
+use super::bic::FAR;
 use super::checks;
 use super::method::Method;
-use super::model_selection::select;
+use super::model_selection::{Selection, select};
 use super::normalized::NormalizedModel;
 use super::prepare::Prepared;
 use super::refine::{Fit, Observer, fit};
 use super::result::{Identification, SearchOutcome};
 use super::spec::IdentifySpec;
 use super::start::{asked_space, start};
+use super::trust::{Missed, trust};
 use super::unidentified::{fix_unidentified, not_told};
 use super::verify::{settle, verify};
 use super::warnings;
@@ -51,29 +53,33 @@ pub fn identify_with(
 fn run(records: &[Record], spec: &IdentifySpec, observe: &mut Observer<'_>) -> Result<Identification> {
     let of_recordings = || warnings::of_recordings(records, spec);
     let (of_recordings, result) = rayon::join(of_recordings, || estimated(records, spec, observe));
-    let (mut result, normalized) = result?;
+    let (mut result, normalized, missed) = result?;
     let mut warnings = warnings::with_normalized(of_recordings, normalized.as_ref());
     warnings.append(&mut result.warnings);
-    Ok(Identification { warnings, ..result })
+    result.warnings = warnings;
+    result.trust = trust(records, spec, &result, &missed);
+    Ok(result)
 }
 
-/// Runs the stages; beside the result, the model that represents all motors where a channel is missing.
+/// Runs the stages; beside the result, the model that represents all motors where a channel is missing, and which channels
+/// have residuals far above their noise.
 fn estimated(
     records: &[Record],
     spec: &IdentifySpec,
     observe: &mut Observer<'_>,
-) -> Result<(Identification, Option<NormalizedModel>)> {
+) -> Result<(Identification, Option<NormalizedModel>, Vec<Missed>)> {
     let started = Instant::now();
     let prepared = Prepared::new(records, spec)?;
     checks::before(records, &prepared.spec, &prepared.searched(asked_space(records, &prepared.spec)?))?;
     let start = start(&prepared)?;
-    let (space, selection) = select(&prepared, &start)?;
-    let mut fit = fit(&prepared, &start, &space, observe)?;
+    let Selection { space, steps: selection, alternatives, values } = select(&prepared, &start)?;
+    let mut fit = fit(&prepared, &start, &space, values, observe)?;
     let dropped = fix_unidentified(&prepared, &mut fit)?;
     // The residuals are tested beside the verification, which nearly always leaves the fit as it is.
-    let verified = || verify(&prepared, &fit, start.estimate.as_ref().ok());
+    let estimate = start.estimate.as_ref().ok();
+    let verified = || verify(&prepared, &fit, estimate);
     let (verified, tests) = rayon::join(verified, || tested(&prepared, &fit));
-    let (verification, is_replaced) = settle(&prepared, &mut fit, verified)?;
+    let (verification, is_replaced) = settle(&prepared, &mut fit, estimate, verified)?;
     let residual_tests = if is_replaced { tested(&prepared, &fit) } else { tests };
     let mut warnings = std::mem::take(&mut fit.found.warnings);
     warnings.extend(checks::after(records, &prepared.spec, &fit.space, &fit.refined)?);
@@ -82,14 +88,26 @@ fn estimated(
     }
     warnings.extend(dropped.iter().copied().map(not_told));
     let unidentified = unidentified(&prepared, &fit, &dropped);
+    let missed = missed(&fit);
     let found = assembled(&prepared, fit);
-    let mut result = Identification { verification, unidentified, residual_tests, selection, ..found };
+    let mut result = Identification { verification, unidentified, residual_tests, selection, alternatives, ..found };
     checks::fit(records, &prepared.spec, result.fit_percent)?;
     warnings.extend(warnings::of_result(&result, start.estimate.as_ref().err().copied()));
     result.warnings = warnings;
     analyse(&prepared, &mut result)?;
     result.seconds = started.elapsed().as_secs_f64();
-    Ok((result, prepared.normalized))
+    Ok((result, prepared.normalized, missed))
+}
+
+/// Returns the channels of recordings whose residuals are far above their noise.
+fn missed(fit: &Fit) -> Vec<Missed> {
+    let signals = fit.problem.signals();
+    let of = |recording: usize, channel: usize| {
+        let (of, sigma) = (&signals[recording], fit.refined.sigmas[recording][channel]);
+        let is_far = of.has(channel) && sigma > FAR * of.noise(channel);
+        is_far.then(|| Missed { recording, channel, fit_percent: 100.0 * (1.0 - sigma / of.deviation(channel)) })
+    };
+    (0..signals.len()).flat_map(|recording| [0, 1].map(|channel| of(recording, channel))).flatten().collect()
 }
 
 /// Returns the tests of the residuals of a refined fit.

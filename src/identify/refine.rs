@@ -45,13 +45,22 @@ impl Fit {
     }
 }
 
-/// Fits a model from where it starts.
+/// Fits a model from where it starts, or from its `optimum` where that is known.
 ///
 /// # Errors
 /// As a refinement and a search.
-pub(super) fn fit(prepared: &Prepared<'_>, start: &Start, model: &Space, observe: &mut Observer<'_>) -> Result<Fit> {
+pub(super) fn fit(
+    prepared: &Prepared<'_>,
+    start: &Start,
+    model: &Space,
+    optimum: Option<Vec<f64>>,
+    observe: &mut Observer<'_>,
+) -> Result<Fit> {
     if !prepared.is_linear() {
-        return from_motors(prepared, &start.motors, model, observe);
+        return match optimum.filter(|_| !prepared.spec.method.is_search() && prepared.spec.is_polished()) {
+            Some(optimum) => from_optimum(prepared, optimum, model),
+            None => from_motors(prepared, &start.motors, model, observe),
+        };
     }
     let fit = from_estimate(prepared, &start.estimate, model, observe)?;
     if prepared.spec.method != Method::Auto || start.estimate.is_err() || !fit.is_poor(prepared) {
@@ -59,7 +68,7 @@ pub(super) fn fit(prepared: &Prepared<'_>, start: &Start, model: &Space, observe
     }
     // An estimate that fits nothing is none: a search may find better.
     let other = from_estimate(prepared, &Err(SmFailure::PoorFit), &prepared.spec.space, observe)?;
-    let sigma = fit.refined.sigmas.clone();
+    let sigma = fit.refined.weights.clone();
     Ok(fit.or_lower(other, &sigma))
 }
 
@@ -82,6 +91,13 @@ fn from_estimate(
 
 /// Candidate-steps that a search may take where it is not asked for: about a second.
 const AFFORDABLE: usize = 1_000_000_000;
+
+/// Fits a model from its optimum, as the selection of the model found it.
+fn from_optimum(prepared: &Prepared<'_>, optimum: Vec<f64>, space: &Space) -> Result<Fit> {
+    let problem = prepared.searched(space.clone());
+    let starts = [optimum.clone()];
+    from_starts(prepared, &problem, evaluated(&problem, &prepared.spec, optimum)?, &starts)
+}
 
 /// Fits a model from motors near the right one: its extensions from grids along their axes, then the best of these starts
 /// refined.
@@ -147,7 +163,7 @@ pub(super) fn refine_widening(
 ) -> Result<(Refined, Space)> {
     let mut space = space.clone();
     let mut refined = refine_on(&plain.with_space(space.clone()), values, None)?;
-    let widens = spec.polish == Polish::LevenbergMarquardt && !spec.method.is_search();
+    let widens = spec.polish == Polish::LevenbergMarquardt;
     for _ in 0..if widens { WIDENINGS } else { 0 } {
         let wider = |(axis, side): (&Axis, &Option<&str>)| match side {
             Some("min") if spec.auto_bounds.contains(&axis.parameter) => Axis { min: 0.1 * axis.min, ..*axis },

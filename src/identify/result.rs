@@ -1,8 +1,9 @@
 //! The result of an identification.
 
-use super::model_selection::SelectionStep;
+use super::model_selection::{Alternative, SelectionStep};
 use super::search::SearchResult;
 use super::spec::IdentifySpec;
+use super::trust::Trust;
 use super::verify::Verification;
 use crate::Result;
 use crate::analysis::{self, FittedMotor, NoiseFloor, Regression, ResidualTests, Validation, noise_floor};
@@ -31,6 +32,8 @@ pub struct SearchOutcome {
 /// What was found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification {
+    /// How far the result can be believed.
+    pub trust: Trust,
     /// What drives the motor in the recordings.
     pub input: Input,
     /// The parameters after the polish, those held included.
@@ -41,6 +44,8 @@ pub struct Identification {
     pub unidentified: Vec<Parameter>,
     /// The models that were tried, in their order, where extensions were to be chosen.
     pub selection: Option<Vec<SelectionStep>>,
+    /// Other models that explain the recordings as well, where extensions were to be chosen.
+    pub alternatives: Vec<Alternative>,
     /// Their cost in the chosen criterion, by the scalar oracle.
     pub cost: f64,
     /// What the method found.
@@ -103,10 +108,12 @@ impl Identification {
             None => (found.values, [None; 2], None),
         };
         Self {
+            trust: Trust::default(),
             input: problem.input(),
             parameters: problem.parameters(&values, 0),
             unidentified: Vec::new(),
             selection: None,
+            alternatives: Vec::new(),
             cost: Scalar::cost(problem, &values),
             values,
             searched,

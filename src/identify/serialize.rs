@@ -19,12 +19,14 @@ impl Serialize for Identification {
         let mut verification = json!(self.verification);
         verification["cpu_gpu_cost_difference"] = json!(self.cost_difference);
         let record = json!({
+            "trust": self.trust,
             "input": self.input.name(),
             "bounds": bounds(&self.space),
             "device": {"kind": self.device_kind, "name": self.device, "precision": self.precision},
             "parameters": estimates::document(&self.estimates()),
             "with": self.extensions(),
             "ladder": self.selection,
+            "alternatives": self.alternatives,
             "cost": self.cost,
             "searched": self.searched,
             "fit_percent": Channels::from(self.fit_percent),

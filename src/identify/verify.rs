@@ -20,7 +20,7 @@ pub enum Status {
     Agrees,
     /// The search ended in another optimum than the best reference.
     SearchStuck,
-    /// No reference came as far as what was found.
+    /// No reference came as far as what was found, or too few did.
     ReferenceFailed,
     /// There is no reference for this.
     NotApplicable,
@@ -46,6 +46,10 @@ pub struct Verification {
     pub status: Status,
     /// How the whole box was searched.
     pub reference: Option<ReferenceKind>,
+    /// Starts that were refined for it.
+    pub starts: usize,
+    /// How many of them ended in the lowest optimum.
+    pub arrivals: usize,
     /// What Steiglitz–McBride gives, where it serves.
     pub steiglitz_mcbride: Option<Parameters>,
     /// The best refinement of any start.
@@ -66,6 +70,8 @@ impl Verification {
             steiglitz_mcbride: None,
             levenberg_marquardt: None,
             reference: None,
+            starts: 0,
+            arrivals: 0,
             cost_gap: None,
             refined_agrees: false,
         }
@@ -97,14 +103,20 @@ pub(super) fn verify(prepared: &Prepared<'_>, fit: &Fit, estimate: Option<&Estim
 ///
 /// # Errors
 /// As a refinement.
-pub(super) fn settle(prepared: &Prepared<'_>, fit: &mut Fit, verified: Verified) -> Result<(Verification, bool)> {
-    let (spec, Verified { mut verification, better }) = (prepared.spec.as_ref(), verified);
+pub(super) fn settle(
+    prepared: &Prepared<'_>,
+    fit: &mut Fit,
+    estimate: Option<&Estimate>,
+    verified: Verified,
+) -> Result<(Verification, bool)> {
+    let (spec, Verified { verification, better }) = (prepared.spec.as_ref(), verified);
     let Some(better) = better.filter(|_| spec.method == Method::Auto && spec.is_polished()) else {
         return Ok((verification, false));
     };
     (fit.refined, fit.space) = refine_widening(&prepared.fitted(&fit.space), spec, &fit.space, &better.values)?;
-    (verification.status, verification.cost_gap) = (Status::Agrees, Some(0.0));
-    Ok((verification, true))
+    // Its own weights may lead elsewhere again.
+    let again = verify(prepared, fit, estimate);
+    Ok((again.verification, true))
 }
 
 /// Returns the verdict on parameters from elsewhere (one value per free axis of the spec's space), as if a search had
@@ -160,8 +172,9 @@ fn judged(prepared: &Prepared<'_>, claim: &Claim<'_>) -> Verified {
         Some(start) => refine_on(&plain, start, Some(&sigma)).ok(),
         None => None,
     };
-    let (reference, from_sm) = rayon::join(|| global_reference(&plain, &sigma).ok(), from_sm);
-    let kind = reference.as_ref().map(|reference: &Reference| reference.kind);
+    let (reference, from_sm) = rayon::join(|| global_reference(&plain, &sigma, Some(own)).ok(), from_sm);
+    let searched_box = reference.as_ref().map(|of: &Reference| (of.kind, of.starts, of.arrivals));
+    let is_conclusive = reference.as_ref().is_some_and(Reference::is_conclusive);
     let fits = reference.map(|reference| reference.refined).into_iter().chain(from_sm);
     let best = fits.min_by(|a, b| a.weighted(&sigma).total_cmp(&b.weighted(&sigma)));
     let Some(best) = best else {
@@ -177,7 +190,7 @@ fn judged(prepared: &Prepared<'_>, claim: &Claim<'_>) -> Verified {
     let is_far = || misfit(&start) > MISFIT_TIMES * misfit(&best.squares) + MISFIT_MORE * count;
     let status = match relative(own) {
         gap if gap > EQUAL || (is_judged && is_far()) => Status::SearchStuck,
-        gap if gap < -EQUAL => Status::ReferenceFailed,
+        gap if gap < -EQUAL || !is_conclusive => Status::ReferenceFailed,
         _ => Status::Agrees,
     };
     let of_search = !prepared.spec.is_polished() || status == Status::SearchStuck;
@@ -185,7 +198,9 @@ fn judged(prepared: &Prepared<'_>, claim: &Claim<'_>) -> Verified {
         status,
         steiglitz_mcbride: estimate.map(|e| e.parameters),
         levenberg_marquardt: Some(if status == Status::ReferenceFailed { refined.parameters } else { best.parameters }),
-        reference: kind,
+        reference: searched_box.map(|(kind, ..)| kind),
+        starts: searched_box.map_or(0, |(_, starts, _)| starts),
+        arrivals: searched_box.map_or(0, |(.., arrivals)| arrivals),
         cost_gap: Some(if of_search { relative(weighted(&start, &sigma)) } else { relative(own) }),
         refined_agrees: relative(own) <= EQUAL,
     };
@@ -197,7 +212,7 @@ fn weighted(squares: &[[f64; 2]], sigma: &[[f64; 2]]) -> f64 {
     squares.iter().flatten().zip(sigma.iter().flatten()).map(|(square, sigma)| square / (sigma * sigma)).sum()
 }
 
-/// σ of the residuals of each recording, no less than rounding.
+/// The weights of the refinement of each recording, no less than rounding.
 fn sigmas(records: &[Record], refined: &Refined) -> Vec<[f64; 2]> {
     let of = |(record, sigma): (&Record, &[f64; 2])| {
         [0, 1].map(|channel| {
@@ -205,7 +220,7 @@ fn sigmas(records: &[Record], refined: &Refined) -> Vec<[f64; 2]> {
             sigma[channel].max(smallest).max(f64::MIN_POSITIVE.sqrt())
         })
     };
-    records.iter().zip(&refined.sigmas).map(of).collect()
+    records.iter().zip(&refined.weights).map(of).collect()
 }
 
 /// The misfit whose residuals are as large as the signals vary.

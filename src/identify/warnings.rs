@@ -9,7 +9,7 @@ use super::verify::Status;
 use crate::analysis::{Characteristics, poor_fit, warnings_of_records};
 use crate::estimate::{SmFailure, Whiteness};
 use crate::evaluate::Initial;
-use crate::motor::{Input, Parameter};
+use crate::motor::{Extension, Input, Parameter};
 use crate::numeric::peak;
 use crate::record::Record;
 use crate::setting::text;
@@ -68,6 +68,7 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
             Warning::new("at_bound", text!("{symbol} ended at its {side} bound; widen it with " [Bounds] {rest}))
         });
     }
+    warnings.extend(not_separated(found));
     warnings.extend(poor_fit(found.fit_percent));
     if !found.converged {
         let message = "the refinement has not come to its end: the result may be near the optimum only";
@@ -97,6 +98,26 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
         warnings.push(Warning::new("search_stuck", message));
     }
     warnings
+}
+
+/// Returns the warning for other models that explain the recordings as well as the one that was selected.
+fn not_separated(found: &Identification) -> Option<Warning> {
+    let named = |with: &[Extension]| with.iter().map(|e| e.name()).collect::<Vec<_>>().join(", ");
+    let fits = |fit: [Option<f64>; 2]| {
+        let list = ["current", "speed"].into_iter().zip(fit);
+        list.filter_map(|(name, fit)| Some(format!("{name} {:.2} %", fit?))).collect::<Vec<_>>().join(", ")
+    };
+    let others = found.alternatives.iter().map(|of| format!("{} ({})", named(&of.with), fits(of.fit_percent)));
+    let others: Vec<String> = others.collect();
+    (!others.is_empty()).then(|| {
+        let taken = named(&found.extensions());
+        let message = format!(
+            "the recordings do not separate the model {taken} ({}) from {}; its parameters hold only if it is the right one",
+            fits(found.fit_percent),
+            others.join(" or ")
+        );
+        Warning::new("not_separated", message)
+    })
 }
 
 /// Whether a parameter of an extension stands at the bound at which it changes nothing.

@@ -79,6 +79,15 @@ impl Extension {
         self.row().1 == Late
     }
 
+    /// Returns whether recordings may not tell it apart from another: delays of all kinds, and what a motor loses to friction,
+    /// load, brushes or drive.
+    #[must_use]
+    pub fn resembles(self, other: Self) -> bool {
+        const LOSSES: [Extension; 5] =
+            [Extension::Coulomb, Extension::Load, Extension::Offset, Extension::BrushDrop, Extension::Deadband];
+        self != other && ((self.is_late() && other.is_late()) || (LOSSES.contains(&self) && LOSSES.contains(&other)))
+    }
+
     /// Returns whether it acts where the current is the input, and not a voltage.
     #[must_use]
     pub fn acts_on_current(self) -> bool {

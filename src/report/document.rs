@@ -39,8 +39,13 @@ pub fn identify_document(records: &[Record], spec: &IdentifySpec, found: &Identi
     // A library's record has the names of its settings, a document those of flags.
     record["warnings"] = warnings(&found.warnings, Severity::Report);
     record["remarks"] = warnings(&found.warnings, Severity::Mention);
+    for (entry, reason) in record["trust"]["reasons"].as_array_mut().into_iter().flatten().zip(&found.trust.reasons) {
+        entry["message"] = reason.message.spelled(command_line).into();
+    }
+    record["trust"]["next"] = value!(found.trust.next.as_ref().map(|step| step.spelled(command_line)));
     let asked = value!({
         "motorfit": env!("CARGO_PKG_VERSION"),
+        "trust": null,
         "records": records,
         "method": spec.method.name(),
         "polish": spec.polish.name(),

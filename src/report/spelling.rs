@@ -15,6 +15,7 @@ pub fn command_line(reference: &Reference) -> String {
             let out = command_line(&Setting::Out.to("DIR"));
             let command = match command {
                 Command::Identify => "identify".to_owned(),
+                Command::Inspect => "inspect".to_owned(),
                 Command::Devices => "devices".to_owned(),
                 Command::PlanSweep => format!("sweep plan STUDY.toml {out}"),
                 Command::RunSweep => "sweep run DIR".to_owned(),

@@ -1,0 +1,80 @@
+//! The one next command of a result that cannot be trusted as it is: complete, and quoted for a shell.
+
+use super::out::shell_quoted;
+use motorfit::report::command_line;
+use motorfit::setting::Text;
+use motorfit::settings::{Kind, READING, row};
+use std::path::PathBuf;
+
+/// Returns the command that takes the next step after this one: with other settings, or an inspection of its recordings.
+pub(super) fn command(next: &Text, records: &[PathBuf]) -> String {
+    let given: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+    after(&given, &next.spelled(command_line), records)
+}
+
+fn after(given: &[String], step: &str, records: &[PathBuf]) -> String {
+    let words: Vec<String> = match step.strip_prefix("motorfit ") {
+        Some(operation) => {
+            let paths = records.iter().map(|path| path.to_string_lossy().into_owned());
+            std::iter::once(operation.to_owned()).chain(paths).chain(reading(given)).collect()
+        }
+        None => {
+            let (flag, value) = step.split_once(' ').unwrap_or((step, ""));
+            let value = Some(value.to_owned()).filter(|value| !value.is_empty());
+            without(given, flag).into_iter().chain([flag.to_owned()]).chain(value).collect()
+        }
+    };
+    let words = words.iter().map(|word| shell_quoted(word));
+    std::iter::once("motorfit".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+}
+
+/// Returns the words of a command without a flag and its value.
+fn without(given: &[String], flag: &str) -> Vec<String> {
+    let mut words = Vec::new();
+    let mut rest = given.iter();
+    while let Some(word) = rest.next() {
+        if word == flag {
+            rest.next();
+        } else if word.strip_prefix(flag).is_none_or(|rest| !rest.starts_with('=')) {
+            words.push(word.clone());
+        }
+    }
+    words
+}
+
+/// Returns the flags that say how recordings are read, with their values.
+fn reading(given: &[String]) -> Vec<String> {
+    let mut words = Vec::new();
+    let mut rest = given.iter();
+    while let Some(word) = rest.next() {
+        let name = word.split('=').next().unwrap_or(word);
+        let is_named =
+            |setting: &&motorfit::setting::Setting| name == format!("--{}", setting.name().replace('_', "-"));
+        let Some(setting) = READING.iter().find(is_named) else { continue };
+        words.push(word.clone());
+        let is_switch = row(*setting).is_some_and(|row| matches!(row.kind, Kind::Switch));
+        if !is_switch && !word.contains('=') {
+            words.extend(rest.next().cloned());
+        }
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::after;
+    use std::path::PathBuf;
+
+    #[test]
+    fn a_next_command_is_complete_and_quoted() {
+        let words = |text: &[&str]| text.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
+        let given = words(&["identify", "my log.csv", "--with", "coulomb", "--columns=time=t:ms", "--json"]);
+        let records = [PathBuf::from("my log.csv")];
+        let again = after(&given, "--with auto", &records);
+        assert_eq!(again, "motorfit identify 'my log.csv' --columns=time=t:ms --json --with auto");
+        let inspect = after(&given, "motorfit inspect", &records);
+        assert_eq!(inspect, "motorfit inspect 'my log.csv' --columns=time=t:ms");
+        let given = words(&["identify", "a.csv", "--with=load", "--mask", "auto"]);
+        assert_eq!(after(&given, "--with auto", &records), "motorfit identify a.csv --mask auto --with auto");
+    }
+}

@@ -1,0 +1,127 @@
+//! Refinements from all over the box, until the lowest optimum was reached several times.
+//!
+//! A Latin hypercube is evaluated as one batch and cut into as many parts as there are starts: the best point of each part
+//! is a start, so that starts are independent of each other. With extensions every other start is lowered along their axes
+//! first, each way to explain a delay in turn.
+
+use super::normal::Sigma;
+use super::refine::{Effort, refine_problem, refine_roughly};
+use super::refined::Refined;
+use super::starts::{descended, orders};
+use crate::Result;
+use crate::candidates::Candidates;
+use crate::evaluate::{Batch, Evaluator as _, Group, Problem, Simd};
+use crate::motor::Axis;
+use crate::numeric::count;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Refinements that must end in the lowest optimum before it counts as the global one.
+pub(super) const ARRIVALS: usize = 3;
+/// Starts at most, and where recordings are long.
+const STARTS: usize = 24;
+const STARTS_MIN: usize = 6;
+/// Samples over all starts, which take some 0.1 µs each in every step of a refinement.
+const SAMPLES: usize = 1_000_000;
+/// Starts that are refined side by side, whatever the number of threads.
+const WAVE: usize = 6;
+/// Candidates of the hypercube for each start, and candidate-steps of all of them.
+const CANDIDATES: usize = 32;
+const CANDIDATE_STEPS: usize = 200_000_000;
+/// Sums of squares in units of σ² that differ by less than this, or this part, are of one optimum: a rough refinement ends
+/// within a hundredth of a standard error.
+const SAME: f64 = 0.01;
+const SAME_PART: f64 = 1e-6;
+
+/// The lowest optimum that starts from all over a box lead to.
+pub(super) struct Ends {
+    pub refined: Refined,
+    /// Starts that were refined.
+    pub starts: usize,
+    /// How many of them ended there.
+    pub arrivals: usize,
+}
+
+/// Refines starts from all over the box of a problem by waves, until the lowest sum of squares weighted by `sigma` was reached
+/// [`ARRIVALS`] times and is not above `known`, or no start is left.
+///
+/// # Errors
+/// As for [`super::refine`].
+pub(super) fn multistart(problem: &Problem, sigma: &Sigma, known: Option<f64>) -> Result<Ends> {
+    let starts = starts(problem, sigma)?;
+    let mut ends: Vec<Refined> = Vec::new();
+    let mut refined = 0;
+    for wave in starts.chunks(WAVE) {
+        let found: Vec<Result<Refined>> = wave.par_iter().map(|start| refine_roughly(problem, start, sigma)).collect();
+        refined += found.len();
+        ends.extend(found.into_iter().flatten());
+        let (lowest, arrivals) = lowest(&ends, sigma);
+        if arrivals >= ARRIVALS && known.is_none_or(|known| lowest <= known + SAME + SAME_PART * known) {
+            break;
+        }
+    }
+    let (cost, arrivals) = lowest(&ends, sigma);
+    let best = ends.iter().find(|end| end.weighted(sigma) <= cost);
+    let start =
+        best.map_or_else(|| problem.space().free().iter().map(Axis::middle).collect(), |end| end.values.clone());
+    let best = refine_problem(problem, &start, Some(sigma), Effort::Thorough)?;
+    Ok(Ends { refined: best, starts: refined, arrivals })
+}
+
+/// Returns the lowest sum of squares, and how many refinements ended there.
+fn lowest(ends: &[Refined], sigma: &Sigma) -> (f64, usize) {
+    let costs: Vec<f64> = ends.iter().map(|end| end.weighted(sigma)).collect();
+    let lowest = costs.iter().copied().fold(f64::INFINITY, f64::min);
+    let arrivals = costs.iter().filter(|cost| **cost <= lowest + SAME + SAME_PART * lowest).count();
+    (lowest, arrivals)
+}
+
+/// Returns the best point of each part of a Latin hypercube.
+fn starts(problem: &Problem, sigma: &Sigma) -> Result<Vec<Vec<f64>>> {
+    let steps = problem.active().max(1);
+    let count = (SAMPLES / steps).clamp(STARTS_MIN, STARTS);
+    let part = (CANDIDATE_STEPS / steps / count).clamp(1, CANDIDATES);
+    let points = hypercube(problem.space().free(), count * part);
+    let problem = Arc::new(problem.weighted_by(sigma));
+    let costs = costs(&problem, &points)?;
+    let axes = problem.space().free();
+    let orders = if problem.features().is_linear() { Vec::new() } else { orders(axes) };
+    let best = |n: usize| {
+        let range = n * part..(n + 1) * part;
+        let best = range.min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(n * part);
+        let point = points[best * axes.len()..(best + 1) * axes.len()].to_vec();
+        match n % 2 == 1 && !orders.is_empty() {
+            true => Ok(descended(&problem, point, &orders[n / 2 % orders.len()], 1)?.1),
+            false => Ok(point),
+        }
+    };
+    (0..count).map(best).collect()
+}
+
+fn costs(problem: &Arc<Problem>, points: &[f64]) -> Result<Vec<f64>> {
+    let candidates = Candidates::new(points, problem.space().free().len());
+    let mut costs = vec![f64::INFINITY; candidates.count()];
+    Simd::default().evaluate(&Batch { groups: &[Group { problem, candidates, reference: None }] }, &mut costs)?;
+    Ok(costs)
+}
+
+/// Returns a Latin hypercube in the coordinates of the axes, one point after the other: each axis is cut into as many parts
+/// as there are points, and each part is used once.
+fn hypercube(axes: &[Axis], size: usize) -> Vec<f64> {
+    let mut generator = Xoshiro256PlusPlus::seed_from_u64(1);
+    let mut points = vec![0.0; axes.len() * size];
+    for (n, axis) in axes.iter().enumerate() {
+        let mut parts: Vec<u32> = (0..).take(size).collect();
+        for last in (1..size).rev() {
+            parts.swap(last, generator.random_range(0..=last));
+        }
+        let [low, high] = [axis.min, axis.max].map(|bound| axis.coordinate(bound));
+        for (point, part) in points.chunks_exact_mut(axes.len()).zip(parts) {
+            let share = (f64::from(part) + generator.random::<f64>()) / count(size);
+            point[n] = axis.value(low + share * (high - low));
+        }
+    }
+    points
+}

@@ -1,0 +1,63 @@
+//! The weights of a fit: σ of each recording and channel, by what the model leaves.
+//!
+//! Residuals that are noise are weighted by their own σ, which is the maximum-likelihood estimate. Residuals of a model that
+//! misses something are not: a channel or a recording that is fitted badly would count for less and be fitted worse. For
+//! these the fit minimizes the sum of the relative residuals `s/d`, with `s` the rms of the residuals and `d` the standard
+//! deviation of the signal. The weight of its majorizing quadratic is `1/(s d)` (D. R. Hunter, K. Lange 2004); it is scaled
+//! by the mean of `s/d`, so that noise and misfit are comparable.
+
+use super::normal::{Normal, Sigma};
+use super::refined::SMALLEST;
+use crate::evaluate::Signals;
+use crate::numeric;
+use std::sync::Arc;
+
+/// Residuals below this part of a channel's rms are rounding.
+const SIGMA_MIN: f64 = 1e-13;
+/// Residuals below so many σ of the noise of their signal are noise.
+const NOISY: f64 = 2.0;
+
+/// Returns the standard deviation of the residuals of each recording and channel, with `freedom` the part of the values that
+/// is not taken by unknowns; 1 for a channel that was not measured.
+pub(super) fn residual_sigma(signals: &[Arc<Signals>], normal: &Normal, freedom: f64) -> Sigma {
+    let of = |(recording, signals): (usize, &Arc<Signals>)| {
+        [0, 1].map(|channel| {
+            if !signals.has(channel) {
+                return 1.0;
+            }
+            let count = numeric::count(signals.count(channel));
+            let sigma = (normal.squares(recording, channel) / (count * freedom).max(1.0)).sqrt();
+            let part = (numeric::count(signals.len()) / count).sqrt();
+            sigma.max(SIGMA_MIN * part * signals.rms(channel)).max(SMALLEST)
+        })
+    };
+    signals.iter().enumerate().map(of).collect()
+}
+
+/// Returns the σ that each recording and channel is divided by, from the standard deviations of its residuals.
+pub(super) fn weights(signals: &[Arc<Signals>], residual: &Sigma) -> Sigma {
+    // The part of the variance that the noise of the signal may explain.
+    let noise =
+        |signals: &Signals, channel: usize, residual: f64| (NOISY * signals.noise(channel) / residual).powi(2).min(1.0);
+    let pairs = || signals.iter().zip(residual).flat_map(|(of, s)| [0, 1].map(|channel| (of, channel, s[channel])));
+    let far = pairs().filter(|(of, channel, s)| of.has(*channel) && noise(of, *channel, *s) < 1.0);
+    let (sum, count) = far.fold((0.0, 0.0), |(sum, count), (of, channel, s)| {
+        let samples = numeric::count(of.count(channel));
+        (sum + samples * s / of.deviation(channel), count + samples)
+    });
+    if count == 0.0 {
+        return residual.clone();
+    }
+    let level = sum / count;
+    let of = |(signals, residual): (&Arc<Signals>, &[f64; 2])| {
+        [0, 1].map(|channel| {
+            let s = residual[channel];
+            if !signals.has(channel) {
+                return s;
+            }
+            let noise = noise(signals, channel, s);
+            (noise * s * s + (1.0 - noise) * level * signals.deviation(channel) * s).sqrt()
+        })
+    };
+    signals.iter().zip(residual).map(of).collect()
+}

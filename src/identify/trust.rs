@@ -1,0 +1,235 @@
+//! The line on trust: whether the standard errors of a result can be believed, and what to do next where they cannot.
+//!
+//! A result is `good` where the residuals are noise, the search is conclusive and nothing about the recordings or the motor
+//! contradicts it. It is to be checked where something does, and poor where the model misses much of what was measured.
+
+use super::result::Identification;
+use super::spec::IdentifySpec;
+use super::verify::Status;
+use crate::analysis::{ResidualTest, ResidualTests};
+use crate::motor::{Extension, Parameter, With};
+use crate::named::named;
+use crate::numeric::{chi_square_limit, peak};
+use crate::record::{Record, Severity};
+use crate::setting::{Text, text};
+use crate::warning::{Warning, name_of};
+
+named! {
+    /// How far the standard errors of a result can be believed.
+    #[derive(PartialOrd, Ord, serde::Serialize)]
+    #[serde(rename_all = "lowercase")]
+    pub enum TrustLevel (default Check) {
+        /// They can be believed.
+        Good = "good",
+        /// Something is to be looked at first.
+        Check = "check",
+        /// They cannot be believed.
+        Poor = "poor",
+    }
+}
+
+/// A reason not to believe a result without more ado.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct TrustReason {
+    /// A short name that does not change.
+    pub code: &'static str,
+    /// In words.
+    pub message: Text,
+}
+
+/// Whether a result can be believed.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+pub struct Trust {
+    /// How far.
+    pub level: TrustLevel,
+    /// Why not further, the gravest reason first; empty where the level is good.
+    pub reasons: Vec<TrustReason>,
+    /// Settings or the operation to try next; `None` where the level is good.
+    pub next: Option<Text>,
+}
+
+use TrustLevel::{Check, Poor};
+
+/// Warnings that are reasons, with the level that each leaves and what it says in short.
+const WARNINGS: [(&str, TrustLevel, &str); 18] = [
+    ("sign_reversed", Poor, "a channel has the opposite sign"),
+    ("units", Poor, "magnitudes fit no motor in these units"),
+    ("recordings_differ", Poor, "the recordings are not of one motor under one condition"),
+    ("not_converged", Poor, "the refinement has not come to its end"),
+    ("friction_differs", Check, "friction differs between the recordings"),
+    ("not_separated", Check, "another model explains the recordings as well"),
+    ("at_bound", Check, "a parameter ended at a bound"),
+    ("between_samples", Check, "the voltage goes on otherwise between samples"),
+    ("not_identifiable", Check, "not every parameter is identifiable"),
+    ("few_samples", Check, "there are few samples"),
+    ("averaged_sensor", Check, "a sensor averages"),
+    ("current_clipped", Check, "the current is cut off"),
+    ("voltage_without_current", Check, "the voltage does not reach the motor"),
+    ("motion_without_input", Check, "the motor moves without voltage"),
+    ("speed_falls", Check, "the speed falls where the voltage rises"),
+    ("input_noise", Check, "noise of the input biases the parameters"),
+    ("initial_state", Check, "a recording does not start as assumed"),
+    ("dead_time_long", Check, "the dead time is longer than a motor explains"),
+];
+
+/// Judges a result, its warnings included. `missed` names recordings and channels that the model misses by far.
+pub(super) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identification, missed: &[Missed]) -> Trust {
+    let mut all: Vec<(TrustLevel, TrustReason)> = Vec::new();
+    let mut add = |level, code, message: Text| all.push((level, TrustReason { code, message }));
+    fits(records, found, missed).into_iter().for_each(|(level, code, message)| add(level, code, message));
+    if let Some((level, code, message)) = search(found) {
+        add(level, code, message.into());
+    }
+    if let Some(message) = residuals(&found.residual_tests) {
+        add(Check, "residuals", message);
+    }
+    if let Some(message) = implausible(records, found) {
+        add(Check, "implausible", message.into());
+    }
+    for (code, level, message) in WARNINGS {
+        let given = |warning: &&Warning| warning.code == code && warning.severity == Severity::Report;
+        if found.warnings.iter().any(|warning| given(&warning)) && !is_modelled(found, code) {
+            add(level, code, message.into());
+        }
+    }
+    all.sort_by_key(|(level, _)| std::cmp::Reverse(*level));
+    let level = all.first().map_or(TrustLevel::Good, |(level, _)| *level);
+    let reasons: Vec<TrustReason> = all.into_iter().map(|(_, reason)| reason).collect();
+    let next = (level > TrustLevel::Good).then(|| next(spec, found, &reasons));
+    Trust { level, reasons, next }
+}
+
+/// Returns whether the model has what a finding is about.
+fn is_modelled(found: &Identification, code: &str) -> bool {
+    code == "averaged_sensor" && found.extensions().contains(&Extension::SensorAverage)
+}
+
+/// A channel of a recording with residuals far above its noise.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Missed {
+    pub recording: usize,
+    pub channel: usize,
+    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖).
+    pub fit_percent: f64,
+}
+
+/// Residuals far above the noise leave less than this of a channel unexplained, or its fit is poor \[%\].
+const FIT_MIN: f64 = 80.0;
+/// The same of a channel of one recording.
+const FIT_OF_RECORDING_MIN: f64 = 50.0;
+
+fn fits(records: &[Record], found: &Identification, missed: &[Missed]) -> Vec<(TrustLevel, &'static str, Text)> {
+    let mut reasons = Vec::new();
+    let far = |channel: usize| missed.iter().any(|of| of.channel == channel);
+    let names = ["current", "speed"];
+    let poor = |channel: usize| found.fit_percent[channel].filter(|fit| *fit < FIT_MIN && far(channel));
+    let list: Vec<String> = (0..2)
+        .filter_map(|channel| Some(format!("{:.0} % of the {}", poor(channel)?.max(0.0), names[channel])))
+        .collect();
+    if !list.is_empty() {
+        reasons.push((Poor, "poor_fit", text!(("the model explains {}", list.join(", ")))));
+    }
+    let worst = missed.iter().filter(|of| of.fit_percent < FIT_OF_RECORDING_MIN && records.len() > 1);
+    if let Some(worst) = worst.min_by(|a, b| a.fit_percent.total_cmp(&b.fit_percent)) {
+        let (name, record) = (names[worst.channel], name_of(&records[worst.recording]));
+        reasons.push((Poor, "recording_missed", text!(("the model misses the {name} of {record}"))));
+    }
+    reasons
+}
+
+fn search(found: &Identification) -> Option<(TrustLevel, &'static str, &'static str)> {
+    let check = &found.verification;
+    match check.status {
+        Status::Agrees => None,
+        Status::SearchStuck if check.refined_agrees && found.uncertainty.is_some() => None,
+        Status::SearchStuck => Some((Poor, "search_stuck", "a better optimum is known")),
+        Status::ReferenceFailed => Some((Check, "search_inconclusive", "the search of the whole box is inconclusive")),
+        Status::NotApplicable => Some((Check, "not_verified", "no search of the whole box confirms it")),
+    }
+}
+
+/// Correlations from sample to sample below this do not matter.
+const CORRELATION_MIN: f64 = 0.02;
+/// Parts of residuals below this that the input explains do not matter \[%\].
+const EXPLAINED_MIN: f64 = 1.0;
+/// Degrees of freedom of the test of whiteness.
+const LAGS: usize = 20;
+
+/// Returns which residuals are not noise. White ones are taken for others once in ten thousand times, so that joint fits of
+/// many recordings raise few false alarms.
+fn residuals(tests: &[ResidualTests]) -> Option<Text> {
+    let coloured = |test: &ResidualTest| {
+        test.whiteness.statistic > chi_square_limit(LAGS) && test.whiteness.lag1.abs() > CORRELATION_MIN
+    };
+    let follows =
+        |test: &ResidualTest| test.voltage.is_some_and(|v| !v.is_independent && v.explained_percent >= EXPLAINED_MIN);
+    let of = |verdict: &dyn Fn(&ResidualTest) -> bool| {
+        let bad = |channel: usize| tests.iter().any(|of| of[channel].as_ref().is_some_and(verdict));
+        let list: Vec<&str> =
+            ["current", "speed"].into_iter().enumerate().filter(|(n, _)| bad(*n)).map(|(_, name)| name).collect();
+        (!list.is_empty()).then(|| list.join(" and "))
+    };
+    let parts = [
+        of(&coloured).map(|list| format!("the residuals of {list} are correlated")),
+        of(&follows).map(|list| format!("the input explains part of the residuals of {list}")),
+    ];
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    (!parts.is_empty()).then(|| parts.join("; ").into())
+}
+
+/// Largest current \[A\] and speed \[rad/s\] of motors that are identified from recordings, and time constants \[s\].
+const CURRENT_MAX: f64 = 200.0;
+const SPEED_MAX: f64 = 20_000.0;
+const ELECTRICAL_S: [f64; 2] = [1e-7, 0.5];
+const MECHANICAL_S: [f64; 2] = [1e-5, 60.0];
+
+/// Returns what no usual motor shows: a unit may be wrong by a power of ten.
+fn implausible(records: &[Record], found: &Identification) -> Option<String> {
+    let motor = &found.parameters;
+    let told = |p: &[Parameter]| p.iter().all(|p| !found.unidentified.contains(p));
+    let largest = |channel: usize| {
+        let signals = records.iter().filter_map(|record| record.measured()[channel]);
+        signals.map(peak).fold(0.0, f64::max)
+    };
+    let outside = |[low, high]: [f64; 2], value: f64| value < low || value > high;
+    if largest(0) > CURRENT_MAX {
+        return Some(format!("a current of {:.0} A is implausible", largest(0)));
+    }
+    if largest(1) > SPEED_MAX {
+        return Some(format!("a speed of {:.0} rad/s is implausible", largest(1)));
+    }
+    let electrical = motor.l / motor.r;
+    if told(&[Parameter::L, Parameter::R]) && outside(ELECTRICAL_S, electrical) {
+        return Some(format!("an electrical time constant of {electrical:.2e} s is implausible"));
+    }
+    let mechanical = motor.r * motor.j / (motor.k * motor.k + motor.r * motor.b);
+    if told(&[Parameter::R, Parameter::K, Parameter::J]) && outside(MECHANICAL_S, mechanical) {
+        return Some(format!("a mechanical time constant of {mechanical:.2e} s is implausible"));
+    }
+    None
+}
+
+/// Returns the next step for the gravest reasons.
+fn next(spec: &IdentifySpec, found: &Identification, reasons: &[TrustReason]) -> Text {
+    let has = |codes: &[&str]| reasons.iter().any(|reason| codes.contains(&reason.code));
+    if has(&["between_samples"]) && found.input == crate::motor::Input::Voltage {
+        let better = if spec.model.discretization == crate::motor::Discretization::Foh { "zoh" } else { "foh" };
+        return text!([Discretization = "{better}"]);
+    }
+    if has(&["sign_reversed", "units", "implausible"]) {
+        return text!([Command::Inspect]);
+    }
+    if has(&["poor_fit", "recording_missed", "residuals", "averaged_sensor"]) && spec.with != With::Auto {
+        return text!([With = "auto"]);
+    }
+    if has(&["at_bound"]) && Parameter::ALL.iter().any(|p| !spec.auto_bounds.contains(p)) {
+        return text!([Bounds = "auto"]);
+    }
+    if has(&["search_stuck", "search_inconclusive", "not_verified"]) && spec.method.is_search() {
+        return text!([Method = "auto"]);
+    }
+    if has(&["not_verified"]) && !spec.is_polished() {
+        return text!([Polish = "lm"]);
+    }
+    text!([Command::Inspect])
+}
