@@ -77,10 +77,13 @@ pub(super) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identificat
     let mut all: Vec<(TrustLevel, TrustReason)> = Vec::new();
     let mut add = |level, code, message: Text| all.push((level, TrustReason { code, message }));
     fits(records, found, missed).into_iter().for_each(|(level, code, message)| add(level, code, message));
-    if let Some((level, code, message)) = search(found) {
+    let coloured = residuals(&found.residual_tests);
+    // Residuals that are noise leave nothing for another optimum to explain.
+    let is_noise = coloured.is_none() && missed.is_empty() && !found.residual_tests.is_empty();
+    if let Some((level, code, message)) = search(found).filter(|(_, code, _)| !is_noise || *code != "search_inconclusive") {
         add(level, code, message.into());
     }
-    if let Some(message) = residuals(&found.residual_tests) {
+    if let Some(message) = coloured {
         add(Check, "residuals", message);
     }
     if let Some(message) = implausible(records, found) {
