@@ -18,6 +18,7 @@ use crate::analysis::{
     intersample_of_voltage, noise_floor, regressions, residual_tests, residuals_follow_input,
 };
 use crate::device::with_threads;
+use crate::estimate::widened;
 use crate::evaluate::Scalar;
 use crate::motor::{Input, Parameter};
 use crate::optimize::Progress;
@@ -75,6 +76,9 @@ fn estimated(
     let (verified, tests) = rayon::join(verified, || tested(&prepared, &fit));
     let (verification, is_replaced) = settle(&prepared, &mut fit, verified)?;
     let residual_tests = if is_replaced { tested(&prepared, &fit) } else { tests };
+    if spec.is_polished() {
+        fit.refined.uncertainty = widened(&prepared.fitted(&fit.space), &fit.refined);
+    }
     let mut warnings = std::mem::take(&mut fit.found.warnings);
     warnings.extend(checks::after(records, &prepared.spec, &fit.space, &fit.refined)?);
     if spec.is_polished() {
