@@ -5,12 +5,14 @@
 
 mod support;
 
-use motorfit::estimate::{RefineOptions, Refined, fit_problem, refine, widened};
-use motorfit::evaluate::Model;
+use motorfit::estimate::{RefineOptions, Refined, fit_problem, refine, refine_on, widened};
+use motorfit::evaluate::{Initial, Model};
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::identify::{IdentifySpec, identify};
-use motorfit::motor::{Discretization, Parameter, Parameters, Space};
-use motorfit::record::Record;
+use motorfit::motor::{Axis, Discretization, Parameter, Parameters, Scope, Space};
+use motorfit::numeric::autoregression;
+use motorfit::record::{Mask, Preparation, Record};
+use nalgebra::{DMatrix, DVector};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus as Numbers;
@@ -112,12 +114,14 @@ fn intervals_under_coloured_noise_cover() {
         let clean = clean(is_step);
         for noise in [Noise::Ar(0.5), Noise::Ar(0.9), Noise::Ma(5)] {
             let all: Vec<_> = (0..SEEDS).into_par_iter().map(|seed| one(&noisy(&clean, noise, seed))).collect();
-            let share = |p: usize, kind: usize| {
-                100.0 * all.iter().filter(|one| one[p][kind].0).count() as f64 / SEEDS as f64
-            };
+            let share =
+                |p: usize, kind: usize| 100.0 * all.iter().filter(|one| one[p][kind].0).count() as f64 / SEEDS as f64;
             let spread = |p: usize| (all.iter().map(|one| one[p][0].1).sum::<f64>() / SEEDS as f64).sqrt();
             let [wide, white] = [0, 1].map(|kind| [0, 1, 2, 3, 4].map(|p| share(p, kind)));
-            eprintln!("step {is_step} {noise:?}: {wide:.1?} %, white {white:.1?} %, spread {:.2?}", [0, 1, 2, 3, 4].map(spread));
+            eprintln!(
+                "step {is_step} {noise:?}: {wide:.1?} %, white {white:.1?} %, spread {:.2?}",
+                [0, 1, 2, 3, 4].map(spread)
+            );
             // 95 % of 600 is known to ± 0.9 % (one standard deviation); 3 % are more than three.
             assert!(wide.iter().all(|share| (92.0..=98.0).contains(share)), "{noise:?}: {wide:?}");
         }
@@ -170,5 +174,84 @@ fn residuals_that_hardly_come_back_leave_errors_finite() {
         // Errors that were all alike would weigh as one of the samples.
         assert!(wide.widened_by.is_finite() && wide.widened_by <= (2.0 * SAMPLES as f64).sqrt(), "{}", wide.widened_by);
         assert!(wide.std_error.iter().flatten().count() >= 4, "{rho}: {:?}", wide.std_error);
+    }
+}
+
+/// The covariance of an autoregression over so many samples, by its impulse response summed out.
+fn dense(coefficients: &[f64], innovation: f64, size: usize) -> DMatrix<f64> {
+    let mut response = vec![1.0];
+    while response.len() < 5_000 {
+        let pairs = coefficients.iter().zip(response.iter().rev());
+        response.push(pairs.map(|(a, past)| a * past).sum());
+    }
+    let lagged = |lag: usize| response.iter().zip(&response[lag..]).map(|(a, b)| a * b).sum::<f64>();
+    let lags: Vec<f64> = (0..size).map(lagged).collect();
+    DMatrix::from_fn(size, size, |a, b| innovation * lags[a.abs_diff(b)])
+}
+
+/// Holds the widened error of R, beside unknown initial states, against `H⁻¹ Ω H⁻¹` in full matrices.
+fn against_full_matrices(record: &Record, initial: Initial) -> f64 {
+    let m2 = Parameters::M2;
+    let axis = Axis { parameter: Parameter::R, scope: Scope::Shared, min: 1e-3, max: 1e3 };
+    let fixed = [Parameter::L, Parameter::K, Parameter::B, Parameter::J].map(|p| (p, Scope::Shared, m2.get(p)));
+    let (space, model) = (Space::new(vec![axis], fixed.to_vec()).unwrap(), Model { initial, ..Model::default() });
+    let problem = fit_problem(std::slice::from_ref(record), &space, model).unwrap();
+    let refined = refine_on(&problem, &[m2.r], None).unwrap();
+    let (found, signals) = (widened(&problem, &refined), &problem.signals()[0]);
+    let size = if signals.initial_is_free { 3 } else { 1 };
+    let simulated = |by: &[f64]| {
+        let initial = [0, 1].map(|n| refined.initial[0][n] + by.get(1 + n).copied().unwrap_or(0.0));
+        problem.simulate(&[refined.values[0] * by[0].exp()], 0, initial)
+    };
+    let (mut bread, mut middle) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
+    for channel in 0..2 {
+        let counting: Vec<usize> = (0..record.len()).filter(|n| signals.counts(channel, *n)).collect();
+        let model = &simulated(&vec![0.0; size])[channel];
+        let residual = |n: &usize| record.measured()[channel].unwrap()[*n] - model[*n];
+        let residuals: Vec<f64> = counting.iter().map(residual).collect();
+        let noise = autoregression(&residuals, 30.min(residuals.len() / 20), 2.0);
+        let variance = refined.sigmas[0][channel].powi(2);
+        let column = |n: usize| {
+            let moved = |by: f64| simulated(&(0..size).map(|k| if k == n { by } else { 0.0 }).collect::<Vec<_>>());
+            let (plus, minus) = (moved(1e-5), moved(-1e-5));
+            let of = |at: usize| match signals.counts(channel, at) {
+                true => (plus[channel][at] - minus[channel][at]) / 2e-5,
+                false => 0.0,
+            };
+            DVector::from_iterator(record.len(), (0..record.len()).map(of))
+        };
+        let x = DMatrix::from_columns(&(0..size).map(column).collect::<Vec<_>>());
+        let covariance = dense(&noise.coefficients, variance * noise.innovation, record.len());
+        bread += x.transpose() * &x / variance;
+        middle += x.transpose() * covariance * &x / variance.powi(2);
+    }
+    let inverse = bread.try_inverse().unwrap();
+    let full = (&inverse * middle * &inverse)[(0, 0)].sqrt();
+    let [wide, white] = [&found, &refined.uncertainty].map(|of| of.std_error[0].unwrap() / refined.values[0]);
+    assert!((wide / full - 1.0).abs() < 1e-7, "{wide} for {full}");
+    assert!((white / inverse[(0, 0)].sqrt() - 1.0).abs() < 1e-3, "{white} for {}", inverse[(0, 0)].sqrt());
+    assert!((found.widened_by * white / wide - 1.0).abs() < 1e-12);
+    found.widened_by
+}
+
+#[test]
+fn errors_are_those_of_full_matrices() {
+    let [_, late] = noisy(&clean(false), Noise::Ar(0.9), 5).split(0.7).unwrap();
+    let by = [Initial::Free, Initial::Measured].map(|initial| against_full_matrices(&late, initial));
+    assert!(by.iter().all(|by| (1.5..5.0).contains(by)), "{by:?}");
+    let mask = vec![Mask::Time { channels: [true, false], from: 1.2, to: 1.3 }];
+    let masked = Preparation { mask, ..Preparation::default() }.apply(&late).unwrap().remove(0);
+    against_full_matrices(&masked, Initial::Free);
+}
+
+#[test]
+fn a_mean_has_the_closed_form_of_a_first_order_autoregression() {
+    // Var(mean) = σ²/N [(1 + ρ)/(1 − ρ) − 2ρ(1 − ρᴺ)/(N (1 − ρ)²)]: what the full matrices are made of.
+    for rho in [0.5_f64, -0.4, 0.95] {
+        let ones = DVector::from_element(60, 1.0);
+        let of_mean = (ones.transpose() * dense(&[rho], 1.0 - rho * rho, 60) * &ones)[(0, 0)] / 3600.0;
+        let closed =
+            ((1.0 + rho) / (1.0 - rho) - 2.0 * rho * (1.0 - rho.powi(60)) / (60.0 * (1.0 - rho).powi(2))) / 60.0;
+        assert!((of_mean / closed - 1.0).abs() < 1e-9, "{of_mean} {closed}");
     }
 }

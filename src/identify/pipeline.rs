@@ -72,7 +72,8 @@ fn estimated(
     let mut fit = fit(&prepared, &start, &space, observe)?;
     let dropped = fix_unidentified(&prepared, &mut fit)?;
     // The residuals are tested beside the verification, which nearly always leaves the fit as it is.
-    let verified = || verify(&prepared, &fit, start.estimate.as_ref().ok());
+    let estimate = start.estimate.as_ref().ok().filter(|estimate| !estimate.is_resampled);
+    let verified = || verify(&prepared, &fit, estimate);
     let (verified, tests) = rayon::join(verified, || tested(&prepared, &fit));
     let (verification, is_replaced) = settle(&prepared, &mut fit, verified)?;
     let residual_tests = if is_replaced { tested(&prepared, &fit) } else { tests };

@@ -82,7 +82,9 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
         let list = list.join(", ");
         let widened_by = found.uncertainty.as_ref().map_or(1.0, |uncertainty| uncertainty.widened_by);
         let errors = match widened_by > 1.0 {
-            true => format!("allow for that and are up to {} times those of white residuals", significant(widened_by, 2)),
+            true => {
+                format!("allow for that and are up to {} times those of white residuals", significant(widened_by, 2))
+            }
             false => "are no larger for it".to_owned(),
         };
         let message = format!(
