@@ -1,7 +1,7 @@
 //! Proves: standard errors of fits whose residuals are coloured cover the truth as often as they say, over seeds, excitations
 //! and kinds of noise; those of fits whose residuals are white are the ones of white residuals.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test may stop and print")]
-#![allow(clippy::cast_precision_loss, reason = "small numbers")]
+#![allow(clippy::cast_precision_loss, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
 
 mod support;
 
@@ -144,6 +144,20 @@ fn white_residuals_keep_their_errors_to_the_last_bit() {
             }
         }
         assert!(tested >= 38, "{tested}");
+    }
+}
+
+#[test]
+fn no_error_becomes_smaller() {
+    let clean = clean(false);
+    for seed in 0..20 {
+        // Residuals that change their sign cancel in slow signals.
+        let record = noisy(&clean, Noise::Ar(-0.6), seed);
+        let (fit, records) = (refined(&record), std::slice::from_ref(&record));
+        let wide = widened(&fit_problem(records, &space(), Model::default()).unwrap(), &fit);
+        assert!(fit.uncertainty.whiteness.iter().flatten().any(|of| !of.is_white));
+        let pairs = wide.std_error.iter().zip(&fit.uncertainty.std_error);
+        assert!(pairs.into_iter().all(|(wide, white)| wide >= white), "{seed}: {wide:?}");
     }
 }
 

@@ -6,15 +6,13 @@
 #[path = "support/varied.rs"]
 mod varied;
 
-use motorfit::estimate::{RefineOptions, fit_problem, global_reference, refine};
-use motorfit::evaluate::Model;
+use motorfit::estimate::{RefineOptions, refine};
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::identify::{Identification, IdentifySpec, Status, identify};
 use motorfit::motor::{Discretization, Extended, Extension, Parameter, Parameters, Space, With};
 use motorfit::record::{Gaps, ReadOptions, Record, Samples, read_bytes, write_csv};
 use rand::RngExt as _;
 use rayon::prelude::*;
-use std::time::Instant;
 use varied::{log_uniform, noisy, numbers, voltage};
 
 /// A random motor whose recording tells all five parameters, under a random excitation.
@@ -146,61 +144,4 @@ fn extensions_start_on_an_irregular_clock_too() {
             assert!(off < 5.0, "{seed}: {} is off by {off}", axis.parameter.symbol());
         }
     }
-}
-
-/// Seconds of the quickest of several calls.
-fn seconds<T>(mut work: impl FnMut() -> T) -> f64 {
-    let once = |_| {
-        let begun = Instant::now();
-        work();
-        begun.elapsed().as_secs_f64()
-    };
-    (0..5).map(once).fold(f64::INFINITY, f64::min)
-}
-
-#[test]
-#[ignore = "it measures times"]
-fn times() {
-    let verification = |records: &[Record]| {
-        let found = identify(records, &IdentifySpec::default()).unwrap();
-        let problem = fit_problem(records, &found.space, Model::default()).unwrap();
-        let best = refine(records, &found.space, &found.values, &RefineOptions::default()).unwrap();
-        let refinement = seconds(|| refine(records, &found.space, &found.values, &RefineOptions::default()).unwrap());
-        (seconds(|| global_reference(&problem, &best.sigmas).unwrap()), refinement, found.searched.method)
-    };
-    let report = |name: &str, records: [Vec<Record>; 2]| {
-        for spec in [
-            IdentifySpec::default(),
-            IdentifySpec { with: With::These(vec![Extension::Coulomb]), ..IdentifySpec::default() },
-        ] {
-            let mut spec = spec;
-            spec.threads = Some(1);
-            let all = records.each_ref().map(|records| seconds(|| identify(records, &spec).unwrap()));
-            let [own, jittered] = records.each_ref().map(|records| verification(records));
-            eprintln!(
-                "{name} {:?}: regular {:.2} ms, jittered {:.2} ms, ratio {:.1}; linear verification {:.2} and {:.2} ms, refinement {:.3} and {:.3} ms, by {}",
-                spec.with,
-                1e3 * all[0],
-                1e3 * all[1],
-                all[1] / all[0],
-                1e3 * own.0,
-                1e3 * jittered.0,
-                1e3 * own.1,
-                1e3 * jittered.1,
-                jittered.2,
-            );
-        }
-    };
-    for (jitter, count) in [(0.05, 1000), (0.3, 1000), (0.3, 3000), (0.1, 165)] {
-        let case = Case::new(3, jitter, count);
-        report(&format!("{count} samples, {jitter}"), [0, 1].map(|clock| vec![case.record(clock, &case.motor)]));
-    }
-    let ten = |clock: usize| {
-        let of = |n: u64| {
-            let case = Case { motor: Case::new(3, 0.1, 165).motor, ..Case::new(20 + n, 0.1, 165) };
-            case.record(clock, &case.motor)
-        };
-        (0..10).map(of).collect::<Vec<_>>()
-    };
-    report("ten of 165", [ten(0), ten(1)]);
 }

@@ -2,7 +2,7 @@
 //! whether the residuals are white.
 //!
 //! The Fisher information in the logarithms of the parameters is `JᵀJ` with errors in units of σ; its inverse is the
-//! Cramér–Rao bound on their covariance.
+//! Cramér–Rao bound on their covariance where residuals are white; [`super::sandwich`] widens it where they are not.
 
 use super::normal::Fit;
 use super::triangle::dot;
@@ -13,7 +13,7 @@ use multiversion::target::target_cfg_f;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// How sure an estimate is; one entry for each free parameter of the space, in its order.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Uncertainty {
     /// Standard errors in the unit of the parameter; `None` at a bound and where the data cannot tell.
     pub std_error: Vec<Option<f64>>,
