@@ -61,26 +61,33 @@ pub(super) fn all_step_maps<T: Number>(
 /// Returns the map of one step after another: `D = D₁ + D₂ + D₂ D₁`, and the gains of the first are carried through the second. An
 /// input that goes on in a straight line is cut where the first ends, after the part `share` of both; it is `None` for one
 /// that is held.
+#[inline(always)]
 fn composed<T: Number>(first: &StepMaps<1, T>, second: &StepMaps<1, T>, share: Option<f64>) -> StepMaps<1, T> {
-    let (one, two) = (first.d.map(|[entry]| entry), second.d.map(|[entry]| entry));
-    let carried = |[a, b]: [T; 2]| [a + (two[0] * a + two[1] * b), b + (two[2] * a + two[3] * b)];
-    let added = |[a, b]: [T; 2], [c, d]: [T; 2]| [a + c, b + d];
-    let scaled = |[a, b]: [T; 2], by: f64| [a * by, b * by];
-    let columns = |of: &StepMaps<1, T>| [of.taps[0], of.taps[1], of.torque].map(|axes| axes.map(|[gain]| gain));
-    let ([start, end, torque], [start_two, end_two, torque_two]) = (columns(first), columns(second));
-    let (from_start, from_end) = match share {
-        None => (added(carried(start), start_two), end),
-        Some(share) => (
-            added(carried(added(start, scaled(end, 1.0 - share))), scaled(start_two, 1.0 - share)),
-            added(carried(scaled(end, share)), added(scaled(start_two, share), end_two)),
-        ),
+    let (one, two) = (&first.d, &second.d);
+    let carried = |axis: usize, [a, b]: [T; 2]| {
+        let own = if axis == 0 { a } else { b };
+        own + (two[2 * axis][0] * a + two[2 * axis + 1][0] * b)
     };
-    let torque = added(carried(torque), torque_two);
-    let d = std::array::from_fn(|n| {
+    let mut made = *second;
+    for axis in 0..2 {
+        let torque = first.torque.map(|[gain]| gain);
+        made.torque[axis][0] = second.torque[axis][0] + carried(axis, torque);
+        let [start, end] = first.taps.map(|taps| taps.map(|[gain]| gain));
+        match share {
+            None => made.taps[0][axis][0] = second.taps[0][axis][0] + carried(axis, start),
+            Some(share) => {
+                let at_start = [start[0] + end[0] * (1.0 - share), start[1] + end[1] * (1.0 - share)];
+                let [from_start, from_end] = [second.taps[0][axis][0], second.taps[1][axis][0]];
+                made.taps[0][axis][0] = carried(axis, at_start) + from_start * (1.0 - share);
+                made.taps[1][axis][0] = carried(axis, end.map(|gain| gain * share)) + (from_start * share + from_end);
+            }
+        }
+    }
+    for n in 0..4 {
         let (row, column) = (2 * (n / 2), n % 2);
-        [one[n] + (two[n] + (two[row] * one[column] + two[row + 1] * one[column + 2]))]
-    });
-    StepMaps { d, taps: [from_start, from_end].map(|axes| axes.map(|gain| [gain])), torque: torque.map(|gain| [gain]) }
+        made.d[n][0] = one[n][0] + (two[n][0] + (two[row][0] * one[column][0] + two[row + 1][0] * one[column + 2][0]));
+    }
+    made
 }
 
 #[cfg(test)]

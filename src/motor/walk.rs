@@ -48,8 +48,9 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
         (initial, unit_s): ([T; 2], f64),
     ) -> Self {
         let method = settings.features.method(settings.method);
-        let maps = all_step_maps(&motor.map(|value| [value]).motor, drive.step_s, unit_s, method);
-        let steps = maps.into_iter().map(|map| Step::of(motor, map, settings)).collect();
+        let one = motor.map(|value| [value]);
+        let maps = all_step_maps(&one.motor, drive.step_s, unit_s, method);
+        let steps = maps.into_iter().map(|map| Step::of(&one, map, settings)).collect();
         Self::with_steps(motor, drive, settings, (initial, steps))
     }
 
@@ -150,13 +151,15 @@ struct Step<T> {
 impl<T: Number> Step<T> {
     #[inline(never)]
     fn new(motor: &Extended<T>, h: f64, settings: SimulationSettings) -> Self {
-        let map = step_maps(&motor.map(|value| [value]).motor, h, settings.features.method(settings.method));
-        Self::of(motor, map, settings)
+        let motor = motor.map(|value| [value]);
+        let map = step_maps(&motor.motor, h, settings.features.method(settings.method));
+        Self::of(&motor, map, settings)
     }
 
-    fn of(motor: &Extended<T>, map: StepMaps<1, T>, settings: SimulationSettings) -> Self {
-        let (features, motor) = (settings.features, motor.map(|value| [value]));
-        Self { reactions: Reactions::new(&motor, &map, features), map, acts: reactions(features) }
+    #[inline(always)]
+    fn of(motor: &Extended<[T; 1]>, map: StepMaps<1, T>, settings: SimulationSettings) -> Self {
+        let features = settings.features;
+        Self { reactions: Reactions::new(motor, &map, features), map, acts: reactions(features) }
     }
 
     /// Returns what a voltage and a torque add to the states in a step.
