@@ -9,7 +9,7 @@
 //! how the output moves with each of their principal errors.
 
 use crate::estimate::products_about_means;
-use crate::numeric::{chi_square_limit, count, dot, running_sums, sum};
+use crate::numeric::{autoregression, chi_square_limit, count, dot, running_sums, sum};
 use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
@@ -170,7 +170,7 @@ fn noise(values: &[f64], regressors: &Regressors) -> Noise {
     let mut rest = centred(values.to_vec());
     let z = DVector::from_iterator(columns.len(), columns.iter().map(|column| dot(column, &rest)));
     let Some((solution, _)) = normal.solve(&z) else {
-        return Noise { filter: autoregression(values), is_told: false };
+        return Noise { filter: schwarz(values), is_told: false };
     };
     for (column, factor) in columns.iter().zip(solution.iter()) {
         rest.iter_mut().zip(*column).for_each(|(rest, x)| *rest -= factor * x);
@@ -179,7 +179,7 @@ fn noise(values: &[f64], regressors: &Regressors) -> Noise {
     let lag1 = (dot(&rest[1..], &rest) / dot(&rest, &rest)).clamp(0.0, 1.0);
     let independent = count(rest.len()) * (1.0 - lag1) / (1.0 + lag1);
     let enough = independent >= SAMPLES_PER_COLUMN * count(columns.len());
-    Noise { filter: autoregression(if enough { &rest } else { values }), is_told: enough }
+    Noise { filter: schwarz(if enough { &rest } else { values }), is_told: enough }
 }
 
 /// A symmetric matrix, to be solved over the directions that it has.
@@ -220,34 +220,10 @@ impl Normal {
     }
 }
 
-/// The coefficients `a` of `e[n] ≈ Σ a[k] e[n−1−k]`, by J. P. Burg (1967), which is exact also for what dies away slowly,
-/// their number by Schwarz's criterion.
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
-fn autoregression(values: &[f64]) -> Vec<f64> {
-    let size = values.len();
-    // The backward errors stand a place earlier with every order, so that the pairs of an order stand side by side.
-    let (mut forward, mut backward) = (values.to_vec(), values.to_vec());
-    let (mut best, mut coefficients) = (Vec::new(), Vec::<f64>::new());
-    let (mut left, mut least) = (1.0_f64, 0.0);
-    for order in 1..=ORDER_MAX.min(size / SAMPLES_PER_ORDER) {
-        let (ahead, behind) = (&mut forward[order..], &mut backward[..size - order]);
-        let reflection = 2.0 * dot(ahead, behind) / (dot(ahead, ahead) + dot(behind, behind));
-        left *= 1.0 - reflection * reflection;
-        if !(reflection.is_finite() && left > 0.0) {
-            break;
-        }
-        for (ahead, behind) in ahead.iter_mut().zip(behind) {
-            (*ahead, *behind) = (*ahead - reflection * *behind, *behind - reflection * *ahead);
-        }
-        let reversed: Vec<f64> = coefficients.iter().rev().copied().collect();
-        coefficients.iter_mut().zip(reversed).for_each(|(a, b)| *a -= reflection * b);
-        coefficients.push(reflection);
-        let criterion = count(size) * left.ln() + count(order) * count(size).ln();
-        if criterion < least {
-            (least, best) = (criterion, coefficients.clone());
-        }
-    }
-    best
+/// Returns the coefficients of the autoregression of a signal, their number by Schwarz's criterion.
+fn schwarz(values: &[f64]) -> Vec<f64> {
+    let order_max = ORDER_MAX.min(values.len() / SAMPLES_PER_ORDER);
+    autoregression(values, order_max, count(values.len()).ln()).coefficients
 }
 
 /// What a signal is less what the autoregression expects of it; before the start it was as at the start.

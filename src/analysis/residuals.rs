@@ -84,14 +84,15 @@ fn kept(values: &[f64], counting: &[bool]) -> Vec<f64> {
 /// Candidates (values of what is shared) that are off by one independent error of the parameters each.
 ///
 /// The errors are those of the coordinates, as far as they are known: the columns of a root of their covariance. Where the
-/// residuals of the fit were correlated they are larger than they say, by as much as samples count less.
+/// residuals of the fit were correlated and the errors do not allow for that yet, they are larger, by as much as samples count
+/// less.
 pub(super) fn moved(found: &FittedMotor<'_>) -> Vec<Vec<f64>> {
     let Some(uncertainty) = found.uncertainty else { return Vec::new() };
     let (axes, values) = (found.space.free(), found.values);
     let shared: Vec<usize> = (0..axes.len()).filter(|n| axes[*n].scope == Scope::Shared).collect();
     let known: Vec<(usize, f64)> =
         shared.iter().filter_map(|&n| Some((n, uncertainty.std_error[n]? / axes[n].slope(values[n])))).collect();
-    let more = variance_inflation(uncertainty);
+    let more = if uncertainty.widened_by > 1.0 { 1.0 } else { variance_inflation(uncertainty) };
     let covariance = DMatrix::from_fn(known.len(), known.len(), |a, b| {
         let ((row, of_row), (column, of_column)) = (known[a], known[b]);
         more * of_row * of_column * uncertainty.correlation[row][column].unwrap_or(0.0)

@@ -74,6 +74,11 @@ impl<'a> Fit<'a> {
         Self { problem, unknowns, places }
     }
 
+    /// Returns the unknowns of a recording: its axes in their order, then its initial state where that is free.
+    pub(super) fn unknowns_of(&self, recording: usize) -> Vec<usize> {
+        self.places[recording].iter().map(|place| place.0).collect()
+    }
+
     /// Values measured in all recordings.
     pub(super) fn count(&self) -> usize {
         let counting =
@@ -83,7 +88,14 @@ impl<'a> Fit<'a> {
 
     /// The unknowns at the parameters `values`, with initial states as measured.
     pub(super) fn start(&self, values: &[f64]) -> DVector<f64> {
-        let states = self.problem.signals().iter().filter(|s| s.initial_is_free).flat_map(|s| s.initial);
+        let initial: Vec<[f64; 2]> = self.problem.signals().iter().map(|s| s.initial).collect();
+        self.at(values, &initial)
+    }
+
+    /// The unknowns at the parameters `values` and the initial states `initial` of the recordings.
+    pub(super) fn at(&self, values: &[f64], initial: &[[f64; 2]]) -> DVector<f64> {
+        let pairs = self.problem.signals().iter().zip(initial);
+        let states = pairs.filter(|(s, _)| s.initial_is_free).flat_map(|(_, state)| *state);
         let coordinates = self.problem.space().free().iter().zip(values).map(|(axis, value)| axis.coordinate(*value));
         DVector::from_iterator(self.unknowns, coordinates.chain(states))
     }

@@ -31,8 +31,7 @@ struct Step {
 }
 
 impl Step {
-    fn new(parameters: &Parameters, h: f64, method: Method) -> Self {
-        let (map, slopes) = StepMap::with_sensitivities(parameters, h, method);
+    fn new((map, slopes): (StepMap, [StepMap; 5])) -> Self {
         let lanes = |of: &dyn Fn(&StepMap) -> f64| -> [f64; ROW] {
             std::array::from_fn(|lane| slopes.get(lane).map_or(0.0, of))
         };
@@ -48,7 +47,8 @@ impl Step {
 /// Sums of the products of both channels (current, speed) over the active samples of a recording, from the state
 /// `initial`.
 pub(super) fn products(signals: &Signals, parameters: &Parameters, initial: [f64; 2], method: Method) -> [Products; 2] {
-    let steps: Vec<Step> = signals.step_s.iter().map(|&h| Step::new(parameters, h, method)).collect();
+    let maps = StepMap::all_with_sensitivities(parameters, &signals.step_s, signals.unit_s, method);
+    let steps: Vec<Step> = maps.into_iter().map(Step::new).collect();
     match Level::best() {
         Level::Avx512 => avx512(signals, &steps, initial),
         Level::Avx2 => avx2(signals, &steps, initial),

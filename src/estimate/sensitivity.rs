@@ -47,19 +47,22 @@ fn all(case: &Case<'_>) -> [Products; 2] {
 }
 
 /// Of the five parameters of the motor, those of extensions, and the two initial states.
-const ALL: usize = 20;
+pub(super) const ALL: usize = 20;
 const _: () = assert!(Parameter::COUNT + 2 <= ALL);
 
-struct Case<'a> {
-    problem: &'a Problem,
-    recording: usize,
-    own: &'a [usize],
-    values: &'a [f64],
-    initial: [f64; 2],
+/// A recording at given parameters and from a given initial state.
+pub(super) struct Case<'a> {
+    pub problem: &'a Problem,
+    pub recording: usize,
+    /// The free axes that the rows have entries for.
+    pub own: &'a [usize],
+    pub values: &'a [f64],
+    pub initial: [f64; 2],
 }
 
 impl Case<'_> {
-    fn unknowns(&self) -> usize {
+    /// Returns how many unknowns a row has entries for.
+    pub(super) fn unknowns(&self) -> usize {
         self.own.len() + if self.problem.signals()[self.recording].initial_is_free { 2 } else { 0 }
     }
 
@@ -73,7 +76,7 @@ impl Case<'_> {
         let masked = !signals.weight.is_empty();
         let mut sums = [0, 1].map(|_| Sums::<ROW>::new(unknowns + 1));
         let drive = signals.drive();
-        let mut walk = ExtendedWalk::new(&motor, &drive, problem.settings(signals), initial);
+        let mut walk = ExtendedWalk::composed(&motor, &drive, problem.settings(signals), (initial, signals.unit_s));
         // A closure, or an adapter of iterators, would not be compiled for the vectors of this function.
         for (n, measured) in signals.measured.iter().enumerate() {
             let Some(seen) = walk.next() else { break };
@@ -91,7 +94,7 @@ impl Case<'_> {
     }
 
     /// The motor and its initial state, each with its derivatives by the unknowns.
-    fn numbers<const P: usize>(&self) -> (Extended<Dual<P>>, [Dual<P>; 2]) {
+    pub(super) fn numbers<const P: usize>(&self) -> (Extended<Dual<P>>, [Dual<P>; 2]) {
         let Self { problem, recording, own, values, initial } = *self;
         let constant = |v: f64| Dual::constant(v);
         let mut motor = problem.motor(values, recording).map(constant);
@@ -110,7 +113,7 @@ impl Case<'_> {
 }
 
 /// Sums of the products of rows, in blocks: rounding then grows with the length of a block, and sums stay in registers.
-struct Sums<const ROW: usize> {
+pub(super) struct Sums<const ROW: usize> {
     /// Entries of a row that are in use.
     size: usize,
     rows: [[f64; ROW]; BLOCK],
@@ -122,12 +125,12 @@ struct Sums<const ROW: usize> {
 const TILE: usize = 2;
 
 impl<const ROW: usize> Sums<ROW> {
-    fn new(size: usize) -> Self {
+    pub(super) fn new(size: usize) -> Self {
         Self { size, rows: [[0.0; ROW]; BLOCK], waiting: 0, whole: [[0.0; ROW]; ROW] }
     }
 
     #[inline(always)]
-    fn add<const FMA: bool>(&mut self, row: &[f64; ROW]) {
+    pub(super) fn add<const FMA: bool>(&mut self, row: &[f64; ROW]) {
         self.rows[self.waiting] = *row;
         self.waiting += 1;
         if self.waiting == BLOCK {
@@ -155,7 +158,7 @@ impl<const ROW: usize> Sums<ROW> {
     }
 
     #[inline(always)]
-    fn total<const FMA: bool>(mut self) -> Products {
+    pub(super) fn total<const FMA: bool>(mut self) -> Products {
         self.flush::<FMA>();
         DMatrix::from_fn(self.size, self.size, |a, b| self.whole[a][b])
     }

@@ -5,7 +5,7 @@
 
 use super::refine::refine_roughly;
 use super::refined::Refined;
-use super::steiglitz_mcbride::steiglitz_mcbride;
+use super::resampled::steiglitz_mcbride_resampled;
 use crate::Result;
 use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Evaluator as _, Group, Model, Problem, Simd};
@@ -195,7 +195,7 @@ pub(crate) fn lagged(records: &[Record], model: Model) -> Vec<[f64; 5]> {
     let longest = records.iter().max_by_key(|record| record.len());
     let of = |record: &Record, lag: &usize| {
         let late = record.with_late_input(*lag);
-        Some(steiglitz_mcbride(&late, model).ok()?.ok()?.parameters.to_array())
+        Some(steiglitz_mcbride_resampled(&late, model).ok()?.ok()?.parameters.to_array())
     };
     longest.map_or_else(Vec::new, |record| LAGS.iter().filter_map(|lag| of(record, lag)).collect())
 }

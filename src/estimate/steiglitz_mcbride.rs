@@ -26,6 +26,8 @@ pub struct Estimate {
     pub iterations: usize,
     /// Whether the last step was far below its standard error.
     pub converged: bool,
+    /// Whether it is that of a copy at even steps, because the recording has an irregular clock.
+    pub is_resampled: bool,
 }
 
 /// Estimates the motor of one recording, or returns the reason why there is no estimate.
@@ -110,7 +112,8 @@ fn estimate(signals: &Signals, method: Discretization) -> std::result::Result<Es
         solution = columns.solve(reflected(denominator))?;
         iterations += 1;
     }
-    Ok(Estimate { parameters: recover(&solution.sampled, signals.step_s[0], method)?, iterations, converged })
+    let parameters = recover(&solution.sampled, signals.step_s[0], method)?;
+    Ok(Estimate { parameters, iterations, converged, is_resampled: false })
 }
 
 /// Returns whether a step of the denominator is shorter than [`STEP_MAX`] standard errors.

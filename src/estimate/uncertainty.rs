@@ -2,7 +2,7 @@
 //! whether the residuals are white.
 //!
 //! The Fisher information in the logarithms of the parameters is `JᵀJ` with errors in units of σ; its inverse is the
-//! Cramér–Rao bound on their covariance.
+//! Cramér–Rao bound on their covariance where residuals are white; [`super::sandwich`] widens it where they are not.
 
 use super::normal::Fit;
 use super::triangle::dot;
@@ -13,7 +13,7 @@ use multiversion::target::target_cfg_f;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// How sure an estimate is; one entry for each free parameter of the space, in its order.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Uncertainty {
     /// Standard errors in the unit of the parameter; `None` at a bound and where the data cannot tell.
     pub std_error: Vec<Option<f64>>,
@@ -29,6 +29,9 @@ pub struct Uncertainty {
     pub unknown: Vec<Vec<f64>>,
     /// For each channel whether the residuals look white, and their correlation from sample to sample.
     pub whiteness: [Option<Whiteness>; 2],
+    /// The largest factor by which standard errors exceed those of white residuals, because the residuals are not: 1 where
+    /// none does.
+    pub widened_by: f64,
 }
 
 /// Ljung and Box's test of the residuals of a channel.
@@ -86,7 +89,7 @@ pub(super) fn uncertainty(fit: &Fit<'_>, values: &[f64], matrix: &DMatrix<f64>, 
     let quantile = student95(fit.count().saturating_sub(free.len()));
     let moving: Vec<usize> = free.iter().copied().filter(|n| *n < axes).collect();
     let states: Vec<usize> = free.iter().copied().filter(|n| *n >= axes).collect();
-    let (covariance, condition, unknown) = invert(&information(matrix, &moving, &states));
+    let (covariance, condition, unknown) = invert(&marginal(matrix, &moving, &states).0);
     let place = |axis: usize| moving.iter().position(|n| *n == axis);
     let known = |p: usize| unknown.iter().all(|direction| direction[p].abs() < 0.05);
     let variance = |axis: usize| place(axis).filter(|&p| known(p)).map(|p| covariance[(p, p)]);
@@ -104,17 +107,19 @@ pub(super) fn uncertainty(fit: &Fit<'_>, values: &[f64], matrix: &DMatrix<f64>, 
         rank: moving.len() - unknown.len(),
         unknown: unknown.iter().map(spread).collect(),
         whiteness: [None; 2],
+        widened_by: 1.0,
     }
 }
 
-/// The information on the parameters when the initial states are unknown too (Schur's complement).
-fn information(matrix: &DMatrix<f64>, moving: &[usize], states: &[usize]) -> DMatrix<f64> {
+/// Returns the information on the parameters when the initial states are unknown too (Schur's complement), and by how much
+/// the states move with each parameter, `H_ss⁻¹ H_sθ`.
+pub(super) fn marginal(matrix: &DMatrix<f64>, moving: &[usize], states: &[usize]) -> (DMatrix<f64>, DMatrix<f64>) {
     let part = |rows: &[usize], columns: &[usize]| {
         DMatrix::from_fn(rows.len(), columns.len(), |a, b| matrix[(rows[a], columns[b])])
     };
     let own = part(moving, moving);
     if states.is_empty() {
-        return own;
+        return (own, DMatrix::zeros(0, moving.len()));
     }
     let cross = part(moving, states);
     // A state that nothing shows costs no information; a hair of its diagonal makes it harmless.
@@ -124,13 +129,16 @@ fn information(matrix: &DMatrix<f64>, moving: &[usize], states: &[usize]) -> DMa
         block[(n, n)] += hair;
     }
     match block.cholesky() {
-        Some(inverse) => own - &cross * inverse.solve(&cross.transpose()),
-        None => own * f64::NAN,
+        Some(inverse) => {
+            let gain = inverse.solve(&cross.transpose());
+            (own - &cross * &gain, gain)
+        }
+        None => (own * f64::NAN, cross.transpose() * f64::NAN),
     }
 }
 
-/// Covariance (of what is known), condition number, and the directions that are not known.
-fn invert(information: &DMatrix<f64>) -> (DMatrix<f64>, f64, Vec<Vec<f64>>) {
+/// Returns the covariance (of what is known), the condition number, and the directions that are not known.
+pub(super) fn invert(information: &DMatrix<f64>) -> (DMatrix<f64>, f64, Vec<Vec<f64>>) {
     let size = information.nrows();
     if size == 0 {
         return (DMatrix::zeros(0, 0), 1.0, Vec::new());
@@ -154,7 +162,7 @@ fn invert(information: &DMatrix<f64>) -> (DMatrix<f64>, f64, Vec<Vec<f64>>) {
 }
 
 /// The 97.5 % quantile of Student's t, by the expansion of Cornish and Fisher (1e-3 right from 5 degrees on).
-fn student95(freedom: usize) -> f64 {
+pub(super) fn student95(freedom: usize) -> f64 {
     let v = count(freedom.max(1));
     let z = Z95;
     let first = (z.powi(3) + z) / 4.0;

@@ -30,6 +30,8 @@ named! {
 pub struct Signals {
     pub(crate) step_s: Vec<f64>,
     pub(crate) step_index: Vec<u16>,
+    /// What every step of an irregular clock is a whole multiple of \[s\].
+    pub(crate) unit_s: f64,
     /// Voltage, or the current where that is the input.
     pub(crate) voltage: Vec<f64>,
     /// Voltage at the start and at the end of each step, where it is a line of its own over each; empty otherwise.
@@ -84,6 +86,7 @@ impl Signals {
         let mut signals = Self {
             step_s: steps.step_s.clone(),
             step_index: steps.step_index.clone(),
+            unit_s: steps.unit_s(),
             voltage: record.input().to_vec(),
             lines: lines(record, method),
             torque: samples.torque.clone().unwrap_or_default(),

@@ -16,6 +16,7 @@ use super::unidentified::{fix_unidentified, not_told};
 use super::warnings;
 use crate::Result;
 use crate::analysis::{FitMetrics, fit_percent};
+use crate::estimate::widened;
 use crate::evaluate::{Problem, Scalar};
 use crate::optimize::Stop;
 use crate::record::Record;
@@ -113,6 +114,7 @@ fn finished(prepared: &Prepared<'_>, problem: &Arc<Problem>, found: SearchResult
     let mut result = if prepared.spec.is_polished() {
         let mut fit = from_search(prepared, problem, found, Vec::new())?;
         let dropped = fix_unidentified(prepared, &mut fit)?;
+        fit.refined.uncertainty = widened(&prepared.fitted(&fit.space), &fit.refined);
         warnings.extend(checks::after(prepared.records, &prepared.spec, &fit.space, &fit.refined)?);
         warnings.extend(dropped.iter().copied().map(not_told));
         let unidentified = unidentified(prepared, &fit, &dropped);

@@ -20,6 +20,7 @@ use crate::analysis::{
     intersample_of_voltage, noise_floor, regressions, residual_tests, residuals_follow_input,
 };
 use crate::device::with_threads;
+use crate::estimate::widened;
 use crate::evaluate::Scalar;
 use crate::motor::{Input, Parameter};
 use crate::optimize::Progress;
@@ -76,11 +77,14 @@ fn estimated(
     let mut fit = fit(&prepared, &start, &space, values, observe)?;
     let dropped = fix_unidentified(&prepared, &mut fit)?;
     // The residuals are tested beside the verification, which nearly always leaves the fit as it is.
-    let estimate = start.estimate.as_ref().ok();
+    let estimate = start.estimate.as_ref().ok().filter(|estimate| !estimate.is_resampled);
     let verified = || verify(&prepared, &fit, estimate);
     let (verified, tests) = rayon::join(verified, || tested(&prepared, &fit));
     let (verification, is_replaced) = settle(&prepared, &mut fit, estimate, verified)?;
     let residual_tests = if is_replaced { tested(&prepared, &fit) } else { tests };
+    if spec.is_polished() {
+        fit.refined.uncertainty = widened(&prepared.fitted(&fit.space), &fit.refined);
+    }
     let mut warnings = std::mem::take(&mut fit.found.warnings);
     warnings.extend(checks::after(records, &prepared.spec, &fit.space, &fit.refined)?);
     if spec.is_polished() {

@@ -35,6 +35,7 @@ impl Serialize for Identification {
             "correlation": uncertainty.map(|u| self.correlation(u)),
             "rank": uncertainty.map(|u| u.rank),
             "condition": uncertainty.map(|u| u.condition),
+            "errors_widened_by": uncertainty.map(|u| u.widened_by),
             "residuals": uncertainty.map(|u| residuals_document(&self.residual_tests, u)),
             "characteristics": characteristics_document(self.into(), &self.regressions),
             "repeatability": self.noise_floor,

@@ -1,14 +1,16 @@
 //! Stage 2, start: motors near the right one, and the bounds around them.
 //!
-//! Steiglitz–McBride starts the linear motor. For others the voltage is delayed by several lags, or gain and time constant
+//! Steiglitz–McBride starts the linear motor, on copies at even steps where a clock is irregular. For others the voltage is delayed by several lags, or gain and time constant
 //! are read off the one channel that was measured, or the whole box is searched.
 
 use super::extension_bounds::extended_space;
+use super::method::Method;
 use super::missing_channel::guess;
 use super::prepare::Prepared;
 use super::spec::IdentifySpec;
 use crate::estimate::{
     Estimate, SmFailure, global_reference, lagged, steiglitz_mcbride as estimated, steiglitz_mcbride_on,
+    steiglitz_mcbride_resampled,
 };
 use crate::evaluate::{Problem, Scalar};
 use crate::motor::{Axis, Parameter, Space, With};
@@ -17,7 +19,7 @@ use crate::setting::text;
 use crate::{Error, Result};
 
 pub(super) struct Start {
-    /// The Steiglitz–McBride estimate of the linear motor.
+    /// The Steiglitz–McBride estimate of the linear motor, under `auto` also on an irregular clock.
     pub estimate: std::result::Result<Estimate, SmFailure>,
     /// R, L, K, B and J of motors near the right one, the likeliest first; empty for the linear motor.
     pub motors: Vec<[f64; 5]>,
@@ -34,7 +36,7 @@ pub(super) fn start(prepared: &Prepared<'_>) -> Result<Start> {
         let (motors, space) = near(prepared)?;
         return Ok(Start { estimate: Err(SmFailure::PoorFit), motors, space });
     }
-    let estimate = steiglitz_mcbride(prepared.records, &prepared.spec, prepared.plain())?;
+    let estimate = on_any_clock(prepared)?;
     let space = match &estimate {
         Ok(estimate) => around(&prepared.spec, &[estimate.parameters.to_array()])?,
         Err(_) => prepared.spec.space.clone(),
@@ -42,7 +44,18 @@ pub(super) fn start(prepared: &Prepared<'_>) -> Result<Start> {
     Ok(Start { estimate, motors: Vec::new(), space })
 }
 
-/// The Steiglitz–McBride estimate of each recording, and of these the one that costs least on all. `plain` is the
+/// Returns the Steiglitz–McBride estimate, under `auto` that of copies at even steps where clocks are irregular.
+fn on_any_clock(prepared: &Prepared<'_>) -> Result<std::result::Result<Estimate, SmFailure>> {
+    let (records, spec) = (prepared.records, prepared.spec.as_ref());
+    let estimate = steiglitz_mcbride(records, spec, prepared.plain())?;
+    let is_irregular = records.iter().any(|record| !record.steps().step_index.is_empty());
+    if estimate.is_ok() || spec.method != Method::Auto || !is_irregular {
+        return Ok(estimate);
+    }
+    Ok(best_of(records, spec, |(_, record)| steiglitz_mcbride_resampled(record, spec.model))?.or(estimate))
+}
+
+/// Returns the Steiglitz–McBride estimate of each recording, and of these the one that costs least on all. `plain` is the
 /// problem of a fit to the recordings.
 pub(super) fn steiglitz_mcbride(
     records: &[Record],
@@ -55,6 +68,15 @@ pub(super) fn steiglitz_mcbride(
         true => steiglitz_mcbride_on(plain, n),
         false => estimated(record, spec.model),
     };
+    best_of(records, spec, one)
+}
+
+/// Returns the estimate that costs least on all recordings, of those that `one` makes of each.
+fn best_of(
+    records: &[Record],
+    spec: &IdentifySpec,
+    one: impl Fn((usize, &Record)) -> Result<std::result::Result<Estimate, SmFailure>>,
+) -> Result<std::result::Result<Estimate, SmFailure>> {
     if let [record] = records {
         return one((0, record));
     }

@@ -81,9 +81,16 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
     let list: Vec<String> = ["current", "speed"].into_iter().zip(white).filter_map(colored).collect();
     if !list.is_empty() {
         let list = list.join(", ");
+        let widened_by = found.uncertainty.as_ref().map_or(1.0, |uncertainty| uncertainty.widened_by);
+        let errors = match widened_by > 1.0 {
+            true => {
+                format!("allow for that and are up to {} times those of white residuals", significant(widened_by, 2))
+            }
+            false => "are no larger for it".to_owned(),
+        };
         let message = format!(
-            "the residuals are correlated, {list}: the model misses something, or the sensors filter; the standard errors are \
-             then too small"
+            "the residuals are correlated, {list}: the model misses something, or the sensors filter; the standard errors \
+             {errors}"
         );
         warnings.push(Warning::new("residuals_not_white", message));
     }

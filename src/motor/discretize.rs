@@ -42,7 +42,7 @@ impl Discretization {
         }
     }
 
-    fn is_exact(self) -> bool {
+    pub(super) fn is_exact(self) -> bool {
         matches!(self, Self::Zoh | Self::Foh)
     }
 
@@ -109,21 +109,29 @@ impl StepMap {
     /// The map and its derivatives with respect to the logarithms of R, L, K, B and J.
     #[must_use]
     pub fn with_sensitivities(parameters: &Parameters, h: f64, method: impl Into<Method>) -> (Self, [Self; 5]) {
-        let values = parameters.to_array();
-        let seed = |p: usize| {
-            let mut derivatives = [0.0; 5];
-            derivatives[p] = values[p];
-            [Dual { value: values[p], derivatives }]
-        };
-        let maps = step_maps(&std::array::from_fn(seed), h, method);
-        let slope = |p: usize| Self::part(&maps, |v| v.derivatives[p]);
-        (Self::part(&maps, |v| v.value), std::array::from_fn(slope))
+        split(&step_maps(&seeded(parameters), h, method))
     }
 
     fn part<T: Number>(maps: &StepMaps<1, T>, of: impl Fn(T) -> f64) -> Self {
         let axes = |of_axes: [[T; 1]; 2]| of_axes.map(|[v]| of(v));
         Self { d: maps.d.map(|[v]| of(v)), taps: maps.taps.map(axes), torque: axes(maps.torque) }
     }
+}
+
+/// Returns R, L, K, B and J with their derivatives by their logarithms.
+pub(super) fn seeded(parameters: &Parameters) -> [[Dual<5>; 1]; 5] {
+    let values = parameters.to_array();
+    std::array::from_fn(|p| {
+        let mut derivatives = [0.0; 5];
+        derivatives[p] = values[p];
+        [Dual { value: values[p], derivatives }]
+    })
+}
+
+/// Returns a map and its derivatives apart.
+pub(super) fn split(maps: &StepMaps<1, Dual<5>>) -> (StepMap, [StepMap; 5]) {
+    let slope = |p: usize| StepMap::part(maps, |v| v.derivatives[p]);
+    (StepMap::part(maps, |v| v.value), std::array::from_fn(slope))
 }
 
 /// [`StepMap`] of `N` candidates side by side.

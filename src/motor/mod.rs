@@ -6,6 +6,7 @@
 //! Each effect that an extension adds has one file, which the scalar oracle, its derivatives and the SIMD kernel share, and
 //! a WGSL twin of the same name in `shaders/` with the same order of operations: `drive`, `delay`, `friction`, `sensor`.
 
+mod composed;
 mod delay;
 mod delay_taps;
 mod discretize;

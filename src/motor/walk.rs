@@ -7,6 +7,7 @@
 //!
 //! [`Dual`]: super::dual::Dual
 
+use super::composed::all_step_maps;
 use super::delay::{DelayedVoltage, sample_times};
 use super::discretize::{StepMaps, step_maps};
 use super::dual::Number;
@@ -34,6 +35,31 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
     /// Begins at the state `initial` = `[i, ω]`.
     #[must_use]
     pub fn new(motor: &Extended<T>, drive: &Drive<'a>, settings: SimulationSettings, initial: [T; 2]) -> Self {
+        let steps = drive.step_s.iter().map(|&h| Step::new(motor, h, settings)).collect();
+        Self::with_steps(motor, drive, settings, (initial, steps))
+    }
+
+    /// Begins likewise, on a clock whose steps are whole multiples of `unit_s`: the maps of many steps are composed of few,
+    /// which differ by rounding.
+    pub(crate) fn composed(
+        motor: &Extended<T>,
+        drive: &Drive<'a>,
+        settings: SimulationSettings,
+        (initial, unit_s): ([T; 2], f64),
+    ) -> Self {
+        let method = settings.features.method(settings.method);
+        let one = motor.map(|value| [value]);
+        let maps = all_step_maps(&one.motor, drive.step_s, unit_s, method);
+        let steps = maps.into_iter().map(|map| Step::of(&one, map, settings)).collect();
+        Self::with_steps(motor, drive, settings, (initial, steps))
+    }
+
+    fn with_steps(
+        motor: &Extended<T>,
+        drive: &Drive<'a>,
+        settings: SimulationSettings,
+        (initial, steps): ([T; 2], Vec<Step<T>>),
+    ) -> Self {
         let time = if settings.features.is_delayed() { sample_times(drive) } else { Arc::default() };
         let sensor =
             |of, channel: usize| settings.features.has(of).then(|| Sensor::new(motor.get(of), initial[channel]));
@@ -44,7 +70,7 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
                 cursor: 0,
                 last: None,
             },
-            steps: drive.step_s.iter().map(|&h| Step::new(motor, h, settings)).collect(),
+            steps,
             sensors: [sensor(Parameter::CurrentAverage, 0), sensor(Parameter::SpeedAverage, 1)],
             load: motor.get(Parameter::Load),
             x: initial,
@@ -125,9 +151,15 @@ struct Step<T> {
 impl<T: Number> Step<T> {
     #[inline(never)]
     fn new(motor: &Extended<T>, h: f64, settings: SimulationSettings) -> Self {
-        let (features, motor) = (settings.features, motor.map(|value| [value]));
-        let map = step_maps(&motor.motor, h, features.method(settings.method));
-        Self { reactions: Reactions::new(&motor, &map, features), map, acts: reactions(features) }
+        let motor = motor.map(|value| [value]);
+        let map = step_maps(&motor.motor, h, settings.features.method(settings.method));
+        Self::of(&motor, map, settings)
+    }
+
+    #[inline(always)]
+    fn of(motor: &Extended<[T; 1]>, map: StepMaps<1, T>, settings: SimulationSettings) -> Self {
+        let features = settings.features;
+        Self { reactions: Reactions::new(motor, &map, features), map, acts: reactions(features) }
     }
 
     /// Returns what a voltage and a torque add to the states in a step.

@@ -2,8 +2,10 @@
 //!
 //! Conversions between integers and floating-point numbers are done here, so that their limits are stated once.
 
+mod autoregression;
 mod statistics;
 
+pub use autoregression::{Autoregression, autoregression};
 pub use statistics::{
     chi_square_limit, differences, dot, extremes, mean, median, noise_sigma, order_statistic, peak, quantile, rms,
     running_sums, runs, sample_deviation, slope, sorted, squares_about, standard_deviation, sum, upper_median,

@@ -36,6 +36,12 @@ pub struct Steps {
 }
 
 impl Steps {
+    /// The time that every step of an irregular clock is a whole multiple of \[s\].
+    #[must_use]
+    pub fn unit_s(&self) -> f64 {
+        self.period_s / PARTS
+    }
+
     /// The step after sample `n` \[s\].
     #[must_use]
     pub fn step(&self, n: usize) -> f64 {

@@ -3,6 +3,7 @@
 //! Filters take voltage, torque, current and speed alike. A linear motor at rest or in a steady state relates the
 //! filtered signals exactly as it relates the others, so that a filter biases nothing.
 
+mod even;
 mod filter;
 mod mask;
 mod resample;

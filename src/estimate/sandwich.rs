@@ -1,0 +1,123 @@
+//! Standard errors that hold for coloured residuals: a sandwich estimate of the covariance.
+//!
+//! With the output sensitivities X of all unknowns (coordinates of the parameters and free initial states), weights
+//! `w = 1/σ²` and residuals of covariance Γ in each recording and channel, the estimate has the covariance `H⁻¹ Ω H⁻¹`,
+//! `H = Σ w XᵀX`, `Ω = Σ w² XᵀΓX`: P. J. Huber (1967), H. White (1980); L. Ljung, System Identification (1999), ch. 9. White
+//! residuals have `Γ = σ² I`, which gives `H⁻¹`, the bound of Cramér and Rao. Γ is that of an autoregression of the residuals
+//! (J. P. Burg 1967), its order by Akaike's criterion: a parametric estimate of the long-run covariance, after
+//! K. N. Berk (1974), where W. K. Newey and K. D. West (1987) weigh sample autocovariances. Residuals of the two channels, and
+//! of recordings, are taken to be independent of each other.
+
+use super::normal::{Fit, Sigma};
+use super::refined::Refined;
+use super::sensitivity::Case;
+use super::shaped::shaped_products;
+use super::uncertainty::{INDEPENDENT_MIN, Uncertainty, invert, marginal, student95};
+use crate::evaluate::Problem;
+use crate::numeric::autoregression;
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+/// The highest order of an autoregression, and samples that each order needs.
+const ORDER_MAX: usize = 30;
+const SAMPLES_PER_ORDER: usize = 20;
+/// The penalty of an order in Akaike's criterion.
+const AKAIKE: f64 = 2.0;
+
+/// Returns the uncertainty of a refined estimate on the problem that it was refined on, with standard errors, intervals and
+/// correlations that hold for coloured residuals. No standard error becomes smaller. Where the test of whiteness passes, where
+/// residuals were not tested, and where nothing exceeds the errors of white residuals, the uncertainty is returned as it is.
+#[must_use]
+pub fn widened(problem: &Problem, refined: &Refined) -> Uncertainty {
+    let own = &refined.uncertainty;
+    let is_colored = own.whiteness.iter().flatten().any(|of| !of.is_white);
+    is_colored.then(|| sandwich(problem, refined)).flatten().unwrap_or_else(|| own.clone())
+}
+
+/// Returns the widened uncertainty; `None` where nothing is wider or the covariance is not finite.
+fn sandwich(problem: &Problem, refined: &Refined) -> Option<Uncertainty> {
+    let Refined { values, uncertainty: own, at_bound, .. } = refined;
+    let (fit, space) = (Fit::new(problem), problem.space().free());
+    let moving: Vec<usize> = (0..space.len()).filter(|n| at_bound[*n].is_none()).collect();
+    let states: Vec<usize> = (space.len()..fit.unknowns).collect();
+    let sigma = refined.weights.clone();
+    let (matrix, _) = fit.weighted(&fit.normal(&fit.at(values, &refined.initial)), &sigma);
+    let (information, gain) = marginal(&matrix, &moving, &states);
+    let (inverse, ..) = invert(&information);
+    let middle = middle(&fit, refined, &sigma);
+    // What is left of the sensitivities of the parameters once the initial states have taken theirs.
+    let rest = DMatrix::from_fn(moving.len(), fit.unknowns, |row, column| match column.checked_sub(space.len()) {
+        Some(state) => -gain[(state, row)],
+        None => f64::from(u8::from(moving[row] == column)),
+    });
+    let covariance = &inverse * (&rest * middle * rest.transpose()) * &inverse;
+    let place = |axis: usize| moving.iter().position(|n| *n == axis);
+    let error = |axis: usize| Some(covariance[(place(axis)?, place(axis)?)].sqrt());
+    let ratio = |axis: usize| Some(error(axis)? / (own.std_error[axis]? / space[axis].slope(values[axis])));
+    let ratios: Vec<f64> = (0..space.len()).map(|n| ratio(n).map_or(1.0, |ratio| ratio.max(1.0))).collect();
+    let widened_by = ratios.iter().copied().fold(1.0, f64::max);
+    if !(widened_by.is_finite() && widened_by > 1.0) {
+        return None;
+    }
+    let std_error: Vec<Option<f64>> = own.std_error.iter().zip(&ratios).map(|(e, ratio)| Some((*e)? * ratio)).collect();
+    let quantile = student95(fit.count().saturating_sub(moving.len() + states.len()));
+    let interval = |n: usize| Some(space[n].around(values[n], quantile * std_error[n]? / space[n].slope(values[n])));
+    let correlation = |a: usize, b: usize| {
+        own.correlation[a][b]?;
+        Some(covariance[(place(a)?, place(b)?)] / (error(a)? * error(b)?))
+    };
+    Some(Uncertainty {
+        ci95: (0..space.len()).map(interval).collect(),
+        correlation: (0..space.len()).map(|a| (0..space.len()).map(|b| correlation(a, b)).collect()).collect(),
+        std_error,
+        widened_by,
+        ..own.clone()
+    })
+}
+
+/// Returns Ω of all unknowns.
+fn middle(fit: &Fit<'_>, refined: &Refined, sigma: &Sigma) -> DMatrix<f64> {
+    let of = |recording: usize| {
+        let unknowns = fit.unknowns_of(recording);
+        let axes = fit.problem.space().free().len();
+        let own: Vec<usize> = unknowns.iter().copied().filter(|n| *n < axes).collect();
+        let initial = refined.initial[recording];
+        let case = Case { problem: fit.problem, recording, own: &own, values: &refined.values, initial };
+        let noise = noise(&case, refined.sigmas[recording]);
+        let [current, speed] = shaped_products(&case, &[0, 1].map(|channel: usize| noise[channel].0.clone()));
+        let weight = |channel: usize| noise[channel].1 / sigma[recording][channel].powi(4);
+        (unknowns, current * weight(0) + speed * weight(1))
+    };
+    let all: Vec<_> = (0..fit.problem.signals().len()).into_par_iter().map(of).collect();
+    let mut total = DMatrix::zeros(fit.unknowns, fit.unknowns);
+    for (unknowns, products) in all {
+        for (a, &row) in unknowns.iter().enumerate() {
+            for (b, &column) in unknowns.iter().enumerate() {
+                total[(row, column)] += products[(a, b)];
+            }
+        }
+    }
+    total
+}
+
+/// Returns the autoregression of the residuals of each channel, `sigma` their root mean square: its coefficients and the
+/// variance of its innovations, which is zero for a channel that was not measured.
+fn noise(case: &Case<'_>, sigma: [f64; 2]) -> [(Vec<f64>, f64); 2] {
+    let signals = &case.problem.signals()[case.recording];
+    let model = case.problem.simulate(case.values, case.recording, case.initial);
+    [0, 1].map(|channel| {
+        let variance = sigma[channel].powi(2);
+        if !signals.has(channel) {
+            return (Vec::new(), 0.0);
+        }
+        // Behind a filter residuals are correlated, whatever the model misses: fewer samples inform.
+        if signals.independent < INDEPENDENT_MIN {
+            return (Vec::new(), variance / signals.independent);
+        }
+        let residuals = signals.measured(channel).zip(&model[channel]).enumerate();
+        let counting = residuals.filter(|(n, _)| signals.counts(channel, *n));
+        let residuals: Vec<f64> = counting.map(|(_, (y, x))| y - x).collect();
+        let found = autoregression(&residuals, ORDER_MAX.min(residuals.len() / SAMPLES_PER_ORDER), AKAIKE);
+        (found.coefficients, variance * found.innovation)
+    })
+}
