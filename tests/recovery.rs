@@ -143,7 +143,7 @@ fn a_thousand_random_motors() {
             // The global reference within Table 2 against a refinement there from the truth.
             let sigma = &best.sigmas;
             let problem = fit_problem(std::slice::from_ref(&noisy), &Space::table2(), Model::default()).unwrap();
-            let reference = global_reference(&problem, sigma);
+            let reference = global_reference(&problem, sigma, None);
             let local = refined(&noisy, &Space::table2(), truth, Some(sigma[0]));
             let gap = reference.unwrap().refined.weighted(sigma) / local.weighted(sigma) - 1.0;
             (errors, apart, gap, knows)
