@@ -1,7 +1,12 @@
 //! Proves: what is identifiable is given whatever else is not, intervals allow for what is not, a recording counts once,
 //! and recordings of different motors are told from those of one, over seeds.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
-#![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small numbers")]
+#![allow(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "small numbers"
+)]
 
 mod support;
 #[path = "support/varied.rs"]
@@ -10,8 +15,8 @@ mod varied;
 use motorfit::experiment::{Excitation, simulated, with_noise};
 use motorfit::identify::{Identification, IdentifySpec, Method, hold_out, identify};
 use motorfit::motor::{Discretization, Extension, Parameter, Parameters, With};
-use motorfit::record::{Record, read_csv};
 use motorfit::named::Named as _;
+use motorfit::record::{Record, read_csv};
 use motorfit::{Error, ErrorKind};
 use rand::RngExt as _;
 use rayon::prelude::*;
@@ -156,9 +161,25 @@ fn intervals_allow_for_what_is_open() {
             Some((e.parameter, (value - truth) / error, low <= truth && truth <= high, error / value))
         });
         let known: Vec<(Parameter, f64, bool, f64)> = known.collect();
-        (Some((seed, known, format!("{:?} fit {:?}, {:?}\n  {}", of.motor, found.fit_percent, found.warnings.iter().map(|w| w.code).collect::<Vec<_>>(), shown(&found)))), None)
+        (
+            Some((
+                seed,
+                known,
+                format!(
+                    "{:?} fit {:?}, {:?}\n  {}",
+                    of.motor,
+                    found.fit_percent,
+                    found.warnings.iter().map(|w| w.code).collect::<Vec<_>>(),
+                    shown(&found)
+                ),
+            )),
+            None,
+        )
     };
-    let seeds = std::env::var("SEED").map_or(0..SEEDS, |s| { let s = s.parse().unwrap(); s..s + 1 });
+    let seeds = std::env::var("SEED").map_or(0..SEEDS, |s| {
+        let s = s.parse().unwrap();
+        s..s + 1
+    });
     let all: Vec<_> = seeds.into_par_iter().map(one).collect();
     let refused = all.iter().filter(|(_, error)| error.is_some()).count();
     for error in all.iter().filter_map(|(_, error)| error.as_ref()).take(10) {
@@ -167,7 +188,8 @@ fn intervals_allow_for_what_is_open() {
     let open: Vec<_> = all.iter().filter_map(|(open, _)| open.as_ref()).collect();
     let worst = |known: &[(Parameter, f64, bool, f64)]| known.iter().map(|k| k.1.abs()).fold(0.0, f64::max);
     let over = |limit: f64| open.iter().filter(|(_, known, _)| worst(known) > limit).count();
-    let (total, covered) = open.iter().flat_map(|(_, known, _)| known).fold((0, 0), |(n, c), k| (n + 1, c + usize::from(k.2)));
+    let (total, covered) =
+        open.iter().flat_map(|(_, known, _)| known).fold((0, 0), |(n, c), k| (n + 1, c + usize::from(k.2)));
     let mut relative: Vec<f64> = open.iter().flat_map(|(_, known, _)| known).map(|k| k.3).collect();
     relative.sort_by(f64::total_cmp);
     println!(
@@ -194,7 +216,10 @@ fn a_recording_counts_once() {
     assert_eq!(error.kind(), ErrorKind::Data);
     println!("{error} {}", error.hint());
     let other = with_noise(&record, [0.01, 0.5], 1).unwrap();
-    assert_eq!(identify(&[other.clone(), record.clone(), other.clone()], &IdentifySpec::default()).unwrap_err().kind(), ErrorKind::Data);
+    assert_eq!(
+        identify(&[other.clone(), record.clone(), other.clone()], &IdentifySpec::default()).unwrap_err().kind(),
+        ErrorKind::Data
+    );
     // A copy of some of its columns is the same recording too.
     let copy = support::changed(&record, |samples| samples.current = None);
     assert_eq!(identify(&[record.clone(), copy], &IdentifySpec::default()).unwrap_err().kind(), ErrorKind::Data);

@@ -60,8 +60,7 @@ impl Characteristics {
         let found = found.into();
         let mut all = Self::named(Self::of(found).as_ref(), found.input);
         // Without a voltage friction may be too small to be told, and inertia is all the same.
-        let untold =
-            |p: Parameter| found.lacks(p) && found.space.free().iter().all(|axis| axis.parameter != p);
+        let untold = |p: Parameter| found.lacks(p) && found.space.free().iter().all(|axis| axis.parameter != p);
         let [_, kv, ka, _, gain, time_constant] = &mut all;
         if found.input == Input::Current && untold(Parameter::B) {
             [kv, gain, time_constant].into_iter().for_each(|of| of.2 = None);

@@ -86,12 +86,7 @@ fn alone(plain: &Problem, shared: &Refined, recording: usize) -> Option<Own> {
 }
 
 /// The recording that differs most and the parameters by which it does, where the recordings show different motors.
-fn differing(
-    plain: &Problem,
-    shared: &Refined,
-    own: &[Own],
-    open: &[Parameter],
-) -> Option<(usize, Vec<Difference>)> {
+fn differing(plain: &Problem, shared: &Refined, own: &[Own], open: &[Parameter]) -> Option<(usize, Vec<Difference>)> {
     let rank: usize = own.iter().map(|own| own.refined.uncertainty.rank).sum();
     let freedom = rank.checked_sub(shared.uncertainty.rank).filter(|freedom| *freedom > 0)?;
     let total: f64 = own.iter().map(|own| own.gain).sum();

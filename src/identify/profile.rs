@@ -60,10 +60,12 @@ struct Profile<'a> {
 
 /// The points of a profile that are within the limit.
 pub(super) struct Points {
-    /// The others at each of them.
-    pub fits: Vec<Refined>,
-    /// The lowest and the highest value of the parameter that was held.
+    /// The value of the parameter that is held, and the others, at each of them.
+    pub fits: Vec<(f64, Refined)>,
+    /// The lowest and the highest value of the parameter that is held.
     pub range: [f64; 2],
+    /// The point that fits better than the one where the profile began by more than the limit.
+    pub better: Option<(f64, Vec<f64>)>,
 }
 
 impl Points {
@@ -97,11 +99,14 @@ pub(super) fn profile(prepared: &Prepared<'_>, fit: &Fit, held: &Held) -> Result
     };
     let start = profile.at(held.value, &fit.refined.values)?;
     profile.lowest = start.weighted(profile.sigma);
-    if std::env::var("DBG").is_ok() { eprintln!("PROFILE {:?} at {}", held.axis, held.value); }
     let ((mut fits, low), (above, high)) = rayon::join(|| profile.side(-1.0, &start), || profile.side(1.0, &start));
     fits.extend(above);
-    fits.push(start);
-    Ok(Points { fits, range: [low, high] })
+    let height = |(_, point): &(f64, Refined)| point.weighted(profile.sigma);
+    let best = fits.iter().min_by(|a, b| height(a).total_cmp(&height(b)));
+    let best = best.filter(|point| height(point) < profile.lowest - profile.limit);
+    let better = best.map(|(value, point)| (*value, point.values.clone()));
+    fits.push((held.value, start));
+    Ok(Points { fits, range: [low, high], better })
 }
 
 impl Profile<'_> {
@@ -131,11 +136,11 @@ impl Profile<'_> {
     }
 
     /// Returns the points to one side that are within the limit, and the farthest value among them.
-    fn side(&self, side: f64, start: &Refined) -> (Vec<Refined>, f64) {
+    fn side(&self, side: f64, start: &Refined) -> (Vec<(f64, Refined)>, f64) {
         let Held { axis, value, .. } = self.held;
         let (from, end) = (axis.coordinate(*value), self.end(side));
         let reach = side * (end - from);
-        let mut points: Vec<Refined> = Vec::new();
+        let mut points: Vec<(f64, Refined)> = Vec::new();
         let (mut inside, mut outside, mut step) = (0.0, None, FIRST);
         let mut halvings = 0;
         while inside < reach && halvings < BISECTIONS {
@@ -143,15 +148,14 @@ impl Profile<'_> {
                 None => step.min(reach),
                 Some(outside) => 0.5 * (inside + outside),
             };
-            let warm = points.last().map_or(&start.values, |point: &Refined| &point.values);
+            let warm = points.last().map_or(&start.values, |(_, point)| &point.values);
             let at = self.value(from + side * distance);
             let point = self.at(at, warm).ok();
             let rise = point.as_ref().map_or(f64::INFINITY, |point| point.weighted(self.sigma) - self.lowest);
             halvings += usize::from(outside.is_some());
-            if std::env::var("DBG").is_ok() { eprintln!("   side {side} dist {distance} at {at:e} rise {rise}"); }
             match point.filter(|_| rise <= self.limit) {
                 Some(point) => {
-                    points.push(point);
+                    points.push((at, point));
                     inside = distance;
                     if outside.is_some() && rise > CLOSE * self.limit {
                         break;
@@ -161,7 +165,7 @@ impl Profile<'_> {
             }
             step *= GROWTH;
         }
-        let farthest = if points.is_empty() { *value } else { self.value(from + side * inside) };
+        let farthest = points.last().map_or(*value, |(at, _)| *at);
         (points, farthest)
     }
 }
@@ -178,7 +182,7 @@ pub(super) enum Moved {
 }
 
 /// Widens the interval of a free parameter to the hull over points of a profile and returns how it moves.
-pub(super) fn widen(refined: &mut Refined, place: usize, axis: &Axis, points: &[Refined]) -> Moved {
+pub(super) fn widen(refined: &mut Refined, place: usize, axis: &Axis, points: &[(f64, Refined)]) -> Moved {
     let (value, more) = (refined.values[place], variance_inflation(&refined.uncertainty).sqrt());
     let uncertainty = &mut refined.uncertainty;
     let (Some(error), Some(interval)) = (uncertainty.std_error[place], uncertainty.ci95[place]) else {
@@ -187,7 +191,7 @@ pub(super) fn widen(refined: &mut Refined, place: usize, axis: &Axis, points: &[
     let coordinate = |value: f64| axis.coordinate(value);
     let own = error / axis.slope(value);
     let quantile = (coordinate(interval[1]) - coordinate(value)) / own;
-    let of = |point: &Refined| point.uncertainty.ci95[place].unwrap_or([point.values[place]; 2]);
+    let of = |(_, point): &(f64, Refined)| point.uncertainty.ci95[place].unwrap_or([point.values[place]; 2]);
     let hull = points.iter().map(of).fold(interval, |hull, of| [hull[0].min(of[0]), hull[1].max(of[1])]);
     let half = 0.5 * (coordinate(hull[1]) - coordinate(hull[0])) / quantile;
     let farther = (hull[1] - value).max(value - hull[0]) / quantile;
@@ -195,7 +199,8 @@ pub(super) fn widen(refined: &mut Refined, place: usize, axis: &Axis, points: &[
         uncertainty.ci95[place] = Some(hull);
         uncertainty.std_error[place] = Some(error.max(farther));
     }
-    let farthest = points.iter().map(|p| (coordinate(p.values[place]) - coordinate(value)).abs()).fold(0.0, f64::max);
+    let distance = |(_, point): &(f64, Refined)| (coordinate(point.values[place]) - coordinate(value)).abs();
+    let farthest = points.iter().map(distance).fold(0.0, f64::max);
     match (half.is_finite() && half < SPREAD_MAX, farthest > own * more) {
         (false, _) => Moved::Lost,
         (true, true) => Moved::Beyond,

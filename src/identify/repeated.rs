@@ -10,7 +10,8 @@ use crate::{Error, Result};
 /// # Errors
 /// `Data` that names both.
 pub(super) fn check_repeated(records: &[Record]) -> Result<()> {
-    let pairs = records.iter().enumerate().flat_map(|(n, one)| records[..n].iter().enumerate().map(move |o| (o, (n, one))));
+    let pairs =
+        records.iter().enumerate().flat_map(|(n, one)| records[..n].iter().enumerate().map(move |o| (o, (n, one))));
     let Some(((first, one), (second, other))) = pairs.into_iter().find(|((_, a), (_, b))| is_same(a, b)) else {
         return Ok(());
     };
@@ -18,7 +19,11 @@ pub(super) fn check_repeated(records: &[Record]) -> Result<()> {
         Some(_) => name_of(record),
         None => format!("recording {}", n + 1),
     });
-    let what = if one == other { format!("{one} is given twice") } else { format!("{one} and {other} are the same recording") };
+    let what = if one == other {
+        format!("{one} is given twice")
+    } else {
+        format!("{one} and {other} are the same recording")
+    };
     let message = format!("{what}: it would count as two, and the standard errors would be too small by √2");
     Err(Error::data(message, text!("Give it once; to test a fit, hold a part of a recording out with " [Split] ".")))
 }

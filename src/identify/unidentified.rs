@@ -1,15 +1,15 @@
 //! Parameters that recordings do not identify. One of each unknown direction is held, so that the others stay; what
 //! changes with the choice is open too, and the intervals of the rest allow for it.
 
-use super::null_space::{next_unknown, neutral};
+use super::null_space::{neutral, next_unknown};
 use super::prepare::Prepared;
 use super::profile::{Held, Moved, Points, QUANTILE, profile, widen};
 use super::refine::{Fit, refine_widening};
 use super::result::side;
 use crate::Result;
-use crate::analysis::{fit_percent, poor_fit, variance_inflation};
+use crate::analysis::{fit_percent, variance_inflation};
 use crate::estimate::{Refined, Uncertainty};
-use crate::motor::{Parameter, Scope, Space};
+use crate::motor::{Axis, Parameter, Scope, Space};
 use crate::setting::text;
 use crate::warning::Warning;
 
@@ -17,6 +17,12 @@ use crate::warning::Warning;
 const HELD_MAX: usize = 12;
 /// A weighted sum of squares that rises by less than this stays the same.
 const SAME: f64 = 1.0;
+/// Better optima that are followed.
+const RESTARTS: usize = 3;
+/// Residuals of more σ than these of the noise are not noise.
+const FAR: f64 = 2.0;
+/// A channel that is fitted worse than this may belong to a wrong optimum \[%\].
+const DOUBTFUL_PERCENT: f64 = 80.0;
 
 /// The parameters that recordings do not identify.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -35,36 +41,64 @@ pub(super) fn fix_unidentified(prepared: &Prepared<'_>, fit: &mut Fit, known: Un
     if !prepared.spec.is_polished() {
         return Ok(known);
     }
+    for _ in 0..RESTARTS {
+        let (space, values) = (fit.space.clone(), fit.found.values.clone());
+        let (unidentified, better) = held(prepared, fit, known.clone())?;
+        let Some(better) = better else { return Ok(unidentified) };
+        // The profile leads to a better optimum.
+        fit.found.values = values;
+        (fit.refined, fit.space) = refine_widening(&prepared.fitted(&space), &prepared.spec, &space, &better)?;
+        fit.problem = prepared.searched(fit.space.clone());
+    }
+    Ok(held(prepared, fit, known)?.0)
+}
+
+/// Holds parameters that the recordings do not identify, and returns them with values of all that were free where a profile
+/// fits better.
+fn held(prepared: &Prepared<'_>, fit: &mut Fit, known: Unidentified) -> Result<(Unidentified, Option<Vec<f64>>)> {
     let (refined, space, values) = (fit.refined.clone(), fit.space.clone(), fit.found.values.clone());
     let mut unidentified = known.clone();
     let mut searched = Vec::new();
     while unidentified.held.len() < HELD_MAX && fit.space.free().len() > 1 {
         let Some(unknown) = next_unknown(&prepared.spec, &fit.space, &fit.refined) else { break };
-        // A parameter that runs away from a motor that fits nothing is no finding.
-        if std::env::var("DBG").is_ok() { eprintln!("UNKNOWN {:?} {:?} {unknown:?} fit {:?}", fit.space.free()[unknown.place], fit.refined.values, fit_percent(prepared.records, &fit.refined)); }
-        if unknown.at_bound && poor_fit(fit_percent(prepared.records, &fit.refined)).is_some() {
+        let (axis, value) = (fit.space.free()[unknown.place], fit.refined.values[unknown.place]);
+        if unknown.at_bound && is_doubtful(prepared, fit) {
             break;
         }
-        let (axis, value) = (fit.space.free()[unknown.place], fit.refined.values[unknown.place]);
         let (value, (refined, space)) = held_at(prepared, fit, unknown.place, value)?;
         searched.push((axis, fit.found.values.remove(unknown.place)));
         (fit.refined, fit.space) = (refined, space);
         unidentified.held.push(Held { axis, value, others: unknown.others });
     }
     if unidentified.held.is_empty() {
-        return Ok(unidentified);
+        return Ok((unidentified, None));
     }
-    let narrow = unidentified.allow(prepared, fit)?;
+    let profiles: Vec<Points> =
+        unidentified.held.iter().map(|held| profile(prepared, fit, held)).collect::<Result<_>>()?;
+    let better = unidentified.better(&profiles, &space, &fit.space);
+    let narrow = unidentified.allow(fit, profiles);
     if fit.refined.uncertainty.std_error.iter().all(Option::is_none) || !fit.refined.uncertainty.unknown.is_empty() {
         (fit.refined, fit.space, fit.found.values) = (refined, space, values);
-        return Ok(known);
+        return Ok((known, better));
     }
     for (held, range) in narrow {
         free(fit, &held, range)?;
         fit.found.values.extend(searched.iter().find(|(axis, _)| *axis == held.axis).map(|(_, value)| *value));
     }
     fit.problem = prepared.searched(fit.space.clone());
-    Ok(unidentified)
+    Ok((unidentified, better))
+}
+
+/// Returns whether a fit may be a wrong optimum: the residuals of a channel are far above its noise, and the channel is not
+/// fitted well. A parameter that runs to a bound there is no finding.
+fn is_doubtful(prepared: &Prepared<'_>, fit: &Fit) -> bool {
+    let percent = fit_percent(prepared.records, &fit.refined);
+    let is_far = |channel: usize| {
+        let signals = fit.problem.signals().iter().zip(&fit.refined.sigmas);
+        let mut measured = signals.filter(|(signals, _)| signals.has(channel));
+        measured.any(|(signals, sigma)| sigma[channel] > FAR * signals.noise(channel))
+    };
+    (0..2).any(|channel| percent[channel].is_some_and(|percent| percent < DOUBTFUL_PERCENT) && is_far(channel))
 }
 
 /// Frees a parameter that its profile identifies, between the values of the profile.
@@ -115,14 +149,9 @@ fn fixed_at(prepared: &Prepared<'_>, fit: &Fit, place: usize, value: f64) -> Res
 impl Unidentified {
     /// Lets the intervals of a fit allow for what is held, and finds what changes with it. Returns, with their values within
     /// the limit, those that are identified after all.
-    ///
-    /// # Errors
-    /// As a refinement.
-    fn allow(&mut self, prepared: &Prepared<'_>, fit: &mut Fit) -> Result<Vec<(Held, [f64; 2])>> {
+    fn allow(&mut self, fit: &mut Fit, profiles: Vec<Points>) -> Vec<(Held, [f64; 2])> {
         let axes = fit.space.free().to_vec();
         let name = |n: usize| (axes[n].parameter, axes[n].scope);
-        let profiles: Vec<Points> =
-            self.held.iter().map(|held| profile(prepared, fit, held)).collect::<Result<_>>()?;
         let all: Vec<(Held, Points)> = self.held.drain(..).zip(profiles).collect();
         let (narrow, wide): (Vec<_>, Vec<_>) = all.into_iter().partition(|(held, points)| points.is_narrow(&held.axis));
         self.held = wide.iter().map(|(held, _)| held.clone()).collect();
@@ -147,7 +176,20 @@ impl Unidentified {
         for (n, _) in axes.iter().enumerate().filter(|(n, _)| self.contains(name(*n))) {
             forget(&mut fit.refined.uncertainty, n);
         }
-        Ok(narrow.into_iter().map(|(held, points)| (held, points.range)).collect())
+        narrow.into_iter().map(|(held, points)| (held, points.range)).collect()
+    }
+
+    /// Returns where a profile fits better, with a value for each free axis of `space`; `rest` is what is free beside those
+    /// that are held.
+    fn better(&self, profiles: &[Points], space: &Space, rest: &Space) -> Option<Vec<f64>> {
+        let (moved, (at, values)) = self.held.iter().zip(profiles).find_map(|(h, p)| Some((h, p.better.as_ref()?)))?;
+        let value = |axis: &Axis| {
+            let name = (axis.parameter, axis.scope);
+            let own = rest.free().iter().position(|a| (a.parameter, a.scope) == name);
+            let held = || self.held.iter().find(|held| held.name() == name).map(|held| held.value);
+            if moved.name() == name { Some(*at) } else { own.map(|n| values[n]).or_else(held) }
+        };
+        space.free().iter().map(value).collect()
     }
 
     fn contains(&self, parameter: (Parameter, Scope)) -> bool {
