@@ -5,6 +5,7 @@
 
 use super::checks;
 use super::model_selection::{SelectionStep, select};
+use super::open_groups::Unidentified;
 use super::pipeline::unidentified;
 use super::prepare::Prepared;
 use super::refine::from_search;
@@ -12,7 +13,7 @@ use super::result::Identification;
 use super::search::SearchResult;
 use super::spec::IdentifySpec;
 use super::start::{around, asked_space, start, steiglitz_mcbride};
-use super::unidentified::{Unidentified, fix_unidentified};
+use super::unidentified::fix_unidentified;
 use super::warnings;
 use crate::Result;
 use crate::analysis::{FitMetrics, fit_percent};

@@ -26,8 +26,6 @@ const CLOSE: f64 = 0.8;
 /// A parameter is identified by a profile that is narrower than this part of its range, or this step of its logarithm.
 const NARROW_PART: f64 = 0.1;
 const NARROW_LOGARITHM: f64 = 1.0;
-/// A parameter whose logarithm, or part of its range, is known no better than this is unknown.
-const SPREAD_MAX: f64 = 1.0;
 
 /// A parameter that is held since the recordings do not identify it.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,7 +47,9 @@ impl Held {
 struct Profile<'a> {
     prepared: &'a Prepared<'a>,
     held: &'a Held,
-    /// The others, bounds that nobody gave moved out.
+    /// The others that are held in the fit: they follow it.
+    loose: Vec<&'a Held>,
+    /// The rest, bounds that nobody gave moved out.
     others: Vec<Axis>,
     fixed: Vec<(Parameter, Scope, f64)>,
     sigma: &'a [[f64; 2]],
@@ -58,14 +58,23 @@ struct Profile<'a> {
     limit: f64,
 }
 
+/// A point of a profile.
+#[derive(Clone)]
+pub(super) struct Point {
+    /// The value of the parameter that is held, and those of others that are held in the fit and free here.
+    pub value: f64,
+    pub loose: Vec<f64>,
+    /// The rest.
+    pub refined: Refined,
+}
+
 /// The points of a profile that are within the limit.
 pub(super) struct Points {
-    /// The value of the parameter that is held, and the others, at each of them.
-    pub fits: Vec<(f64, Refined)>,
+    pub fits: Vec<Point>,
     /// The lowest and the highest value of the parameter that is held.
     pub range: [f64; 2],
     /// The point that fits better than the one where the profile began by more than the limit.
-    pub better: Option<(f64, Vec<f64>)>,
+    pub better: Option<Point>,
 }
 
 impl Points {
@@ -77,44 +86,69 @@ impl Points {
     }
 }
 
-/// Refines the others at points of the profile of a parameter that is held: from where it is to each side, up to the limit.
+/// Refines all others at points of the profile of the parameter that is `held` in this place: from where it is to each side, up
+/// to the limit.
 ///
 /// # Errors
 /// As a refinement.
-pub(super) fn profile(prepared: &Prepared<'_>, fit: &Fit, held: &Held) -> Result<Points> {
-    let spec = prepared.spec.as_ref();
-    let out = |axis: &Axis| match spec.auto_bounds.contains(&axis.parameter) && !axis.parameter.is_extension() {
-        true => Axis { min: axis.min / WIDER, max: axis.max * WIDER, ..*axis },
-        false => *axis,
-    };
-    let is_other = |(p, scope, _): &&(Parameter, Scope, f64)| (*p, *scope) != (held.axis.parameter, held.axis.scope);
+pub(super) fn profile(prepared: &Prepared<'_>, fit: &Fit, all: &[Held], place: usize) -> Result<Points> {
+    let is_held = |of: (Parameter, Scope)| all.iter().any(|held| held.name() == of);
+    let fixed = fit.space.fixed().iter().filter(|(parameter, scope, _)| !is_held((*parameter, *scope)));
+    let held = &all[place];
     let mut profile = Profile {
         prepared,
         held,
-        others: fit.space.free().iter().map(out).collect(),
-        fixed: fit.space.fixed().iter().filter(is_other).copied().collect(),
+        loose: all.iter().filter(|other| other.name() != held.name()).collect(),
+        others: fit.space.free().iter().map(|axis| wider(prepared, axis)).collect(),
+        fixed: fixed.copied().collect(),
         sigma: &fit.refined.sigmas,
         lowest: 0.0,
         limit: LIMIT * variance_inflation(&fit.refined.uncertainty),
     };
-    let start = profile.at(held.value, &fit.refined.values)?;
-    profile.lowest = start.weighted(profile.sigma);
+    let loose: Vec<f64> = profile.loose.iter().map(|held| held.value).collect();
+    let start = Point { value: held.value, refined: profile.rest(held.value, &loose, &fit.refined.values)?, loose };
+    profile.lowest = start.refined.weighted(profile.sigma);
     let ((mut fits, low), (above, high)) = rayon::join(|| profile.side(-1.0, &start), || profile.side(1.0, &start));
     fits.extend(above);
-    let height = |(_, point): &(f64, Refined)| point.weighted(profile.sigma);
+    let height = |point: &Point| point.refined.weighted(profile.sigma);
     let best = fits.iter().min_by(|a, b| height(a).total_cmp(&height(b)));
-    let best = best.filter(|point| height(point) < profile.lowest - profile.limit);
-    let better = best.map(|(value, point)| (*value, point.values.clone()));
-    fits.push((held.value, start));
+    let better = best.filter(|point| height(point) < profile.lowest - profile.limit).cloned();
+    fits.push(start);
     Ok(Points { fits, range: [low, high], better })
 }
 
+/// Returns an axis with bounds that nobody gave moved out.
+fn wider(prepared: &Prepared<'_>, axis: &Axis) -> Axis {
+    match prepared.spec.auto_bounds.contains(&axis.parameter) && !axis.parameter.is_extension() {
+        true => Axis { min: axis.min / WIDER, max: axis.max * WIDER, ..*axis },
+        false => *axis,
+    }
+}
+
 impl Profile<'_> {
-    /// Refines the others with the parameter held at a value.
-    fn at(&self, value: f64, start: &[f64]) -> Result<Refined> {
-        let Axis { parameter, scope, .. } = self.held.axis;
-        let fixed = self.fixed.iter().copied().chain([(parameter, scope, value)]).collect();
-        let space = Space::new(self.others.clone(), fixed)?;
+    /// Refines all others with the parameter held at a value, and then the rest alone, whose intervals are those of the point.
+    fn at(&self, value: f64, start: &Point) -> Result<Point> {
+        let mut loose = start.loose.clone();
+        let mut rest = start.refined.values.clone();
+        if !loose.is_empty() {
+            let (parameter, scope) = self.held.name();
+            let free =
+                self.others.iter().copied().chain(self.loose.iter().map(|held| wider(self.prepared, &held.axis)));
+            let fixed = self.fixed.iter().copied().chain([(parameter, scope, value)]).collect();
+            let space = Space::new(free.collect(), fixed)?;
+            let from: Vec<f64> = rest.iter().chain(&loose).copied().collect();
+            rest = refine_on(&self.prepared.fitted(&space), &from, Some(self.sigma))?.values;
+            loose = rest.split_off(self.others.len());
+        }
+        Ok(Point { value, refined: self.rest(value, &loose, &rest)?, loose })
+    }
+
+    /// Refines the rest with all that are held at values.
+    fn rest(&self, value: f64, loose: &[f64], start: &[f64]) -> Result<Refined> {
+        let held = [self.held].into_iter().chain(self.loose.iter().copied()).map(Held::name);
+        let held = held.zip([value].into_iter().chain(loose.iter().copied()));
+        let held = held.map(|((parameter, scope), value)| (parameter, scope, value));
+        let space = Space::new(self.others.clone(), self.fixed.iter().copied().chain(held).collect())?;
         refine_on(&self.prepared.fitted(&space), start, Some(self.sigma))
     }
 
@@ -136,11 +170,11 @@ impl Profile<'_> {
     }
 
     /// Returns the points to one side that are within the limit, and the farthest value among them.
-    fn side(&self, side: f64, start: &Refined) -> (Vec<(f64, Refined)>, f64) {
+    fn side(&self, side: f64, start: &Point) -> (Vec<Point>, f64) {
         let Held { axis, value, .. } = self.held;
         let (from, end) = (axis.coordinate(*value), self.end(side));
         let reach = side * (end - from);
-        let mut points: Vec<(f64, Refined)> = Vec::new();
+        let mut points: Vec<Point> = Vec::new();
         let (mut inside, mut outside, mut step) = (0.0, None, FIRST);
         let mut halvings = 0;
         while inside < reach && halvings < BISECTIONS {
@@ -148,14 +182,14 @@ impl Profile<'_> {
                 None => step.min(reach),
                 Some(outside) => 0.5 * (inside + outside),
             };
-            let warm = points.last().map_or(&start.values, |(_, point)| &point.values);
+            let warm = points.last().unwrap_or(start);
             let at = self.value(from + side * distance);
             let point = self.at(at, warm).ok();
-            let rise = point.as_ref().map_or(f64::INFINITY, |point| point.weighted(self.sigma) - self.lowest);
+            let rise = point.as_ref().map_or(f64::INFINITY, |point| point.refined.weighted(self.sigma) - self.lowest);
             halvings += usize::from(outside.is_some());
             match point.filter(|_| rise <= self.limit) {
                 Some(point) => {
-                    points.push((at, point));
+                    points.push(point);
                     inside = distance;
                     if outside.is_some() && rise > CLOSE * self.limit {
                         break;
@@ -165,45 +199,7 @@ impl Profile<'_> {
             }
             step *= GROWTH;
         }
-        let farthest = points.last().map_or(*value, |(at, _)| *at);
+        let farthest = points.last().map_or(*value, |point| point.value);
         (points, farthest)
-    }
-}
-
-/// What a profile does to another parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Moved {
-    /// Its interval allows for it.
-    Within,
-    /// It moves by more than its standard error.
-    Beyond,
-    /// Nothing of it is known.
-    Lost,
-}
-
-/// Widens the interval of a free parameter to the hull over points of a profile and returns how it moves.
-pub(super) fn widen(refined: &mut Refined, place: usize, axis: &Axis, points: &[(f64, Refined)]) -> Moved {
-    let (value, more) = (refined.values[place], variance_inflation(&refined.uncertainty).sqrt());
-    let uncertainty = &mut refined.uncertainty;
-    let (Some(error), Some(interval)) = (uncertainty.std_error[place], uncertainty.ci95[place]) else {
-        return if refined.at_bound[place].is_some() { Moved::Within } else { Moved::Lost };
-    };
-    let coordinate = |value: f64| axis.coordinate(value);
-    let own = error / axis.slope(value);
-    let quantile = (coordinate(interval[1]) - coordinate(value)) / own;
-    let of = |(_, point): &(f64, Refined)| point.uncertainty.ci95[place].unwrap_or([point.values[place]; 2]);
-    let hull = points.iter().map(of).fold(interval, |hull, of| [hull[0].min(of[0]), hull[1].max(of[1])]);
-    let half = 0.5 * (coordinate(hull[1]) - coordinate(hull[0])) / quantile;
-    let farther = (hull[1] - value).max(value - hull[0]) / quantile;
-    if hull.iter().zip(interval).any(|(hull, own)| hull.to_bits() != own.to_bits()) {
-        uncertainty.ci95[place] = Some(hull);
-        uncertainty.std_error[place] = Some(error.max(farther));
-    }
-    let distance = |(_, point): &(f64, Refined)| (coordinate(point.values[place]) - coordinate(value)).abs();
-    let farthest = points.iter().map(distance).fold(0.0, f64::max);
-    match (half.is_finite() && half < SPREAD_MAX, farthest > own * more) {
-        (false, _) => Moved::Lost,
-        (true, true) => Moved::Beyond,
-        (true, false) => Moved::Within,
     }
 }
