@@ -3,6 +3,7 @@
 use super::hull::{Moved, forget, widen};
 use super::profile::{Held, Points};
 use super::refine::Fit;
+use super::result::side;
 use crate::motor::{Axis, Parameter, Scope, Space};
 use crate::setting::text;
 use crate::warning::Warning;
@@ -18,8 +19,13 @@ pub(super) struct Unidentified {
 
 impl Unidentified {
     /// Lets the intervals of a fit allow for what is held, and finds what changes with it. Returns, with their values within
-    /// the limit, those that are identified after all.
-    pub(super) fn allow(&mut self, fit: &mut Fit, profiles: Vec<Points>) -> Vec<(Held, [f64; 2])> {
+    /// the limit, those that are identified after all. Nobody gave the bounds of parameters that are `automatic`.
+    pub(super) fn allow(
+        &mut self,
+        fit: &mut Fit,
+        profiles: Vec<Points>,
+        automatic: &[Parameter],
+    ) -> Vec<(Held, [f64; 2])> {
         let axes = fit.space.free().to_vec();
         let name = |n: usize| (axes[n].parameter, axes[n].scope);
         let all: Vec<(Held, Points)> = self.held.drain(..).zip(profiles).collect();
@@ -43,6 +49,14 @@ impl Unidentified {
             axes.iter().enumerate().for_each(|(n, axis)| _ = widen(&mut fit.refined, n, axis, &points.fits));
             debug_assert!(!self.contains(held.name()));
         }
+        // A motor's parameter that ends at a bound nobody gave, while others are open, rests on that bound.
+        let rests = |n: &usize| {
+            automatic.contains(&axes[*n].parameter)
+                && side(&axes[*n], fit.refined.values[*n]).is_some()
+                && !wide.is_empty()
+        };
+        let resting: Vec<usize> = (0..axes.len()).filter(rests).collect();
+        resting.into_iter().for_each(|n| join(&mut self.groups, vec![name(n)]));
         for (n, _) in axes.iter().enumerate().filter(|(n, _)| self.contains(name(*n))) {
             forget(&mut fit.refined.uncertainty, n);
         }

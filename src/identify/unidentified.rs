@@ -22,7 +22,7 @@ const RESTARTS: usize = 3;
 const FAR: f64 = 2.0;
 /// A channel that is fitted worse than this is not explained \[%\].
 const NOTHING_PERCENT: f64 = 20.0;
-/// A channel that is fitted worse than this may belong to a wrong optimum \[%\].
+/// A channel that is fitted worse than this may belong to a wrong optimum, if a parameter runs to a bound \[%\].
 const DOUBTFUL_PERCENT: f64 = 80.0;
 
 /// Holds parameters that the recordings do not identify: what else there is stays. Where nothing else would be known the
@@ -55,7 +55,8 @@ fn held(prepared: &Prepared<'_>, fit: &mut Fit, known: Unidentified) -> Result<(
     while unidentified.held.len() < HELD_MAX && fit.space.free().len() > 1 {
         let Some(unknown) = next_unknown(&prepared.spec, &fit.space, &fit.refined) else { break };
         let (axis, value) = (fit.space.free()[unknown.place], fit.refined.values[unknown.place]);
-        if is_nothing(prepared, fit) || (unknown.at_bound && is_doubtful(prepared, fit)) {
+        let least = if unknown.at_bound { DOUBTFUL_PERCENT } else { NOTHING_PERCENT };
+        if is_nothing(prepared, fit) || is_doubtful(prepared, fit, least) {
             break;
         }
         let (value, (refined, space)) = held_at(prepared, fit, unknown.place, value)?;
@@ -69,7 +70,7 @@ fn held(prepared: &Prepared<'_>, fit: &mut Fit, known: Unidentified) -> Result<(
     let places = 0..unidentified.held.len();
     let profiles = places.map(|n| profile(prepared, fit, &unidentified.held, n)).collect::<Result<Vec<Points>>>()?;
     let better = unidentified.better(&profiles, &space, &fit.space);
-    let narrow = unidentified.allow(fit, profiles);
+    let narrow = unidentified.allow(fit, profiles, &prepared.spec.auto_bounds);
     if fit.refined.uncertainty.std_error.iter().all(Option::is_none) || !fit.refined.uncertainty.unknown.is_empty() {
         (fit.refined, fit.space, fit.found.values) = (refined, space, values);
         return Ok((known, better));
@@ -87,16 +88,16 @@ fn is_nothing(prepared: &Prepared<'_>, fit: &Fit) -> bool {
     fit_percent(prepared.records, &fit.refined).iter().flatten().all(|percent| *percent < NOTHING_PERCENT)
 }
 
-/// Returns whether a fit may be a wrong optimum: the residuals of a channel are far above its noise, and the channel is not
-/// fitted well. A parameter that runs to a bound there is no finding.
-fn is_doubtful(prepared: &Prepared<'_>, fit: &Fit) -> bool {
+/// Returns whether a fit may be a wrong optimum: the residuals of a channel are far above its noise, and less than `least`
+/// percent of it are fitted. What is unknown there is no finding.
+fn is_doubtful(prepared: &Prepared<'_>, fit: &Fit, least: f64) -> bool {
     let percent = fit_percent(prepared.records, &fit.refined);
     let is_far = |channel: usize| {
         let signals = fit.problem.signals().iter().zip(&fit.refined.sigmas);
         let mut measured = signals.filter(|(signals, _)| signals.has(channel));
         measured.any(|(signals, sigma)| sigma[channel] > FAR * signals.noise(channel))
     };
-    (0..2).any(|channel| percent[channel].is_some_and(|percent| percent < DOUBTFUL_PERCENT) && is_far(channel))
+    (0..2).any(|channel| percent[channel].is_some_and(|percent| percent < least) && is_far(channel))
 }
 
 /// Frees a parameter that its profile identifies, between the values of the profile.
