@@ -60,8 +60,7 @@ impl Characteristics {
         let found = found.into();
         let mut all = Self::named(Self::of(found).as_ref(), found.input);
         // Without a voltage friction may be too small to be told, and inertia is all the same.
-        let untold =
-            |p: Parameter| found.unidentified.contains(&p) && found.space.free().iter().all(|axis| axis.parameter != p);
+        let untold = |p: Parameter| found.lacks(p) && found.space.free().iter().all(|axis| axis.parameter != p);
         let [_, kv, ka, _, gain, time_constant] = &mut all;
         if found.input == Input::Current && untold(Parameter::B) {
             [kv, gain, time_constant].into_iter().for_each(|of| of.2 = None);
@@ -94,12 +93,12 @@ impl Characteristics {
     pub fn of<'a>(found: impl Into<FittedMotor<'a>>) -> Option<Self> {
         let found = found.into();
         // What stands for motors of the same speed has their characteristics; of current it has not.
-        let unknown = |parameter| found.unidentified.contains(&parameter);
+        let unknown = |parameter| found.lacks(parameter);
         let by_speed = found.residual_sigma[1].is_some();
         let by_current = found.input == Input::Current;
         let told = match unknown(Parameter::K) {
             _ if by_current => true,
-            true => by_speed,
+            true => by_speed && found.residual_sigma[0].is_none(),
             false => !unknown(Parameter::R) && !unknown(Parameter::J),
         };
         let more = [Parameter::Coulomb, Parameter::BrushDrop, Parameter::Load].map(|parameter| found.shared(parameter));
@@ -181,11 +180,16 @@ fn error(slope: &[f64; CONSTANTS], covariance: &Covariance) -> Option<f64> {
 
 /// The covariance of the parameters found, by their standard errors and correlations.
 fn covariance(found: &FittedMotor<'_>) -> Covariance {
+    // A normalized model stands for motors of other parameters, and is right as it is.
+    let is_normalized = found.input == Input::Current || found.residual_sigma.contains(&None);
     let place = |n: usize| {
         let parameter = IN_ORDER[n];
         found.space.free().iter().position(|axis| axis.parameter == parameter && axis.scope == Scope::Shared)
     };
     let entry = |a: usize, b: usize| {
+        if !is_normalized && [a, b].into_iter().any(|n| found.lacks(IN_ORDER[n])) {
+            return None;
+        }
         let (Some(a), Some(b)) = (place(a), place(b)) else { return Some(0.0) };
         let known = found.uncertainty?;
         Some(known.correlation[a][b]? * known.std_error[a]? * known.std_error[b]?)

@@ -15,7 +15,7 @@ pub struct FittedMotor<'a> {
     /// Values of the free parameters, in the order of the space.
     pub values: &'a [f64],
     /// Parameters that the recordings do not identify.
-    pub unidentified: &'a [Parameter],
+    pub unidentified: &'a [(Parameter, Scope)],
     /// Standard errors and correlations; `None` without a refinement.
     pub uncertainty: Option<&'a Uncertainty>,
     /// σ of the residuals of current and speed; `None` for a channel not measured.
@@ -23,6 +23,12 @@ pub struct FittedMotor<'a> {
 }
 
 impl FittedMotor<'_> {
+    /// Returns whether the recordings do not identify a parameter, in whichever of them.
+    #[must_use]
+    pub fn lacks(&self, parameter: Parameter) -> bool {
+        self.unidentified.iter().any(|(of, _)| *of == parameter)
+    }
+
     /// Returns the value that all recordings share of a parameter, free or fixed; `None` where the model lacks it.
     #[must_use]
     pub fn shared(&self, parameter: Parameter) -> Option<f64> {

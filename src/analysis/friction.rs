@@ -15,7 +15,7 @@ use crate::text::significant;
 use crate::warning::{Place, Warning, name_of};
 
 /// The parameters that are friction.
-const FRICTION: [Parameter; 2] = [Parameter::B, Parameter::Coulomb];
+pub(super) const FRICTION: [Parameter; 2] = [Parameter::B, Parameter::Coulomb];
 /// A difference of less than this factor is none that matters.
 const FACTOR_MIN: f64 = 1.1;
 /// More recordings are not looked through.
@@ -24,7 +24,7 @@ const RECORDINGS_MAX: u32 = 20;
 const REACH: f64 = 1e3;
 
 /// The warnings of a joint fit whose recordings have different friction. `plain` is the problem of the fit, `shared` its refinement.
-pub(crate) fn friction_differs(records: &[Record], plain: &Problem, shared: &Refined) -> Vec<Warning> {
+pub(super) fn friction_differs(records: &[Record], plain: &Problem, shared: &Refined) -> Vec<Warning> {
     let several = u32::try_from(records.len()).is_ok_and(|count| (2..=RECORDINGS_MAX).contains(&count));
     if !several {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Analysis of a finished fit: residual tests, the noise floor, intersample behaviour, characteristics, friction,
+//! Analysis of a finished fit: residual tests, the noise floor, intersample behaviour, characteristics, homogeneity,
 //! validation.
 
 mod characteristics;
@@ -7,6 +7,7 @@ mod feedforward;
 mod fit_metrics;
 mod fitted;
 mod friction;
+mod homogeneity;
 mod input_noise;
 mod intersample;
 mod noise_floor;
@@ -20,7 +21,7 @@ pub(crate) use characteristics_document::characteristics_document;
 pub use feedforward::{Regression, regression, regressions};
 pub(crate) use fit_metrics::{FitMetrics, fit_percent, poor_fit};
 pub use fitted::FittedMotor;
-pub(crate) use friction::friction_differs;
+pub(crate) use homogeneity::homogeneity;
 pub(crate) use input_noise::input_noise;
 pub use intersample::{Intersample, detect_intersample, suspicions};
 pub(crate) use intersample::{

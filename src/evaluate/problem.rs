@@ -65,6 +65,13 @@ impl Problem {
         Self { features: space.features(), space, ..self.clone() }
     }
 
+    /// Returns the problem of one recording; what is free or fixed for a recording alone is still numbered as before.
+    #[must_use]
+    pub fn only(&self, recording: usize) -> Self {
+        let signals = vec![self.signals[recording].clone()];
+        Self { samples: signals.iter().map(|s| s.samples()).sum(), signals, ..self.clone() }
+    }
+
     /// The same with other initial states for the recordings whose own is free.
     #[must_use]
     pub fn starting_from(mut self, initial: &[[f64; 2]]) -> Self {

@@ -2,6 +2,7 @@
 
 use super::method::Method;
 use super::missing_channel::missing_channel;
+use super::repeated::check_repeated;
 use super::spec::IdentifySpec;
 use crate::analysis::poor_fit;
 use crate::estimate::{Refined, describe};
@@ -19,6 +20,7 @@ pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem)
         return Err(Error::usage(message, text!("Leave " [Fix] " out, or use " [Method = "auto"] ".")));
     }
     spec.search(problem.space()).check()?;
+    check_repeated(records)?;
     let values: usize = records
         .iter()
         .zip(problem.signals())
@@ -72,25 +74,8 @@ pub(super) fn after(
     Ok(Some(Warning::new("not_identifiable", text!("{what}; {first}" {rest}))))
 }
 
-/// The one parameter that the recordings cannot tell, where they tell all others: a direction of its own, or one of the
-/// motor that runs to a bound nobody gave.
-pub(super) fn unknown_alone(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<Parameter> {
-    let axes = space.free();
-    let alone = |direction: &Vec<f64>| {
-        let moves: Vec<usize> = (0..axes.len()).filter(|n| direction[*n].abs() > ALONE).collect();
-        if let [only] = moves[..] { Some(axes[only].parameter) } else { None }
-    };
-    match &refined.uncertainty.unknown[..] {
-        [] => running(spec, space, refined).map(|(parameter, _)| parameter),
-        directions => directions.iter().find_map(alone),
-    }
-}
-
-/// A direction belongs to a parameter alone when no other takes part by more than this.
-const ALONE: f64 = 0.05;
-
 /// The parameter that runs to a bound nobody gave, and which.
-fn running(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<(Parameter, &'static str)> {
+pub(super) fn running(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<(Parameter, &'static str)> {
     let runs = |(axis, side): (&Axis, &Option<&'static str>)| {
         let side = side.filter(|_| spec.auto_bounds.contains(&axis.parameter))?;
         (!axis.parameter.is_extension()).then_some((axis.parameter, side))

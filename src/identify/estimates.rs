@@ -46,7 +46,7 @@ impl ParameterEstimate {
 
     /// Where it stands among others: by parameter, then by recording.
     pub(crate) fn order(&self) -> (usize, Option<u32>) {
-        (self.parameter as usize, if let Scope::Recording(n) = self.scope { Some(n) } else { None })
+        self.scope.order(self.parameter)
     }
 }
 
@@ -188,7 +188,7 @@ impl Identification {
             ..ParameterEstimate::new(parameter, scope, Some(value))
         });
         let mut all: Vec<ParameterEstimate> = free.chain(held).collect();
-        for unknown in all.iter_mut().filter(|e| self.unidentified.contains(&e.parameter)) {
+        for unknown in all.iter_mut().filter(|e| self.unidentified.contains(&(e.parameter, e.scope))) {
             *unknown = ParameterEstimate::new(unknown.parameter, unknown.scope, None);
         }
         all.sort_by_key(ParameterEstimate::order);

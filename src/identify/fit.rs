@@ -5,6 +5,7 @@
 
 use super::checks;
 use super::model_selection::{Selection, SelectionStep, select};
+use super::open_groups::Unidentified;
 use super::pipeline::unidentified;
 use super::prepare::Prepared;
 use super::refine::from_search;
@@ -12,7 +13,7 @@ use super::result::Identification;
 use super::search::SearchResult;
 use super::spec::IdentifySpec;
 use super::start::{around, asked_space, start, steiglitz_mcbride};
-use super::unidentified::{fix_unidentified, not_told};
+use super::unidentified::fix_unidentified;
 use super::warnings;
 use crate::Result;
 use crate::analysis::{FitMetrics, fit_percent};
@@ -113,11 +114,11 @@ fn finished(prepared: &Prepared<'_>, problem: &Arc<Problem>, found: SearchResult
     let mut warnings = warnings::with_normalized(Vec::new(), prepared.normalized.as_ref());
     let mut result = if prepared.spec.is_polished() {
         let mut fit = from_search(prepared, problem, found, Vec::new())?;
-        let dropped = fix_unidentified(prepared, &mut fit)?;
+        let dropped = fix_unidentified(prepared, &mut fit, Unidentified::default())?;
         fit.refined.uncertainty = widened(&prepared.fitted(&fit.space), &fit.refined);
         warnings.extend(checks::after(prepared.records, &prepared.spec, &fit.space, &fit.refined)?);
-        warnings.extend(dropped.iter().copied().map(not_told));
-        let unidentified = unidentified(prepared, &fit, &dropped);
+        warnings.extend(dropped.warnings());
+        let unidentified = unidentified(prepared, &fit.space, &dropped);
         // From the sums of the refinement: no simulation is needed.
         let fit_percent = fit_percent(prepared.records, &fit.refined);
         checks::fit(prepared.records, &prepared.spec, fit_percent)?;
@@ -126,7 +127,7 @@ fn finished(prepared: &Prepared<'_>, problem: &Arc<Problem>, found: SearchResult
     } else {
         let metrics = FitMetrics::of(prepared.records, &prepared.fitted(problem.space()), &found.values);
         Identification {
-            unidentified: prepared.open().to_vec(),
+            unidentified: unidentified(prepared, problem.space(), &Unidentified::default()),
             fit_percent: metrics.fit_percent(),
             residual_sigma: metrics.residual_sigma(),
             ..Identification::new(problem, found, None)

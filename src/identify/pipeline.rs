@@ -5,24 +5,25 @@ use super::checks;
 use super::method::Method;
 use super::model_selection::{Selection, select};
 use super::normalized::NormalizedModel;
+use super::open_groups::Unidentified;
 use super::prepare::Prepared;
 use super::refine::{Fit, Observer, fit};
 use super::result::{Identification, SearchOutcome};
 use super::spec::IdentifySpec;
 use super::start::{asked_space, start};
 use super::trust::{Missed, trust};
-use super::unidentified::{fix_unidentified, not_told};
+use super::unidentified::fix_unidentified;
 use super::verify::{settle, verify};
 use super::warnings;
 use crate::Result;
 use crate::analysis::{
-    Characteristics, FitMetrics, ResidualTests, coarse_rate, friction_differs, input_noise, intersample_of_current,
+    Characteristics, FitMetrics, ResidualTests, coarse_rate, homogeneity, input_noise, intersample_of_current,
     intersample_of_voltage, noise_floor, regressions, residual_tests, residuals_follow_input,
 };
 use crate::device::with_threads;
 use crate::estimate::widened;
 use crate::evaluate::Scalar;
-use crate::motor::{Input, Parameter};
+use crate::motor::{Input, Parameter, Scope, Space};
 use crate::optimize::Progress;
 use crate::record::Record;
 use crate::warning::Warning;
@@ -75,12 +76,15 @@ fn estimated(
     let start = start(&prepared)?;
     let Selection { space, steps: selection, alternatives, values } = select(&prepared, &start)?;
     let mut fit = fit(&prepared, &start, &space, values, observe)?;
-    let dropped = fix_unidentified(&prepared, &mut fit)?;
+    let mut dropped = fix_unidentified(&prepared, &mut fit, Unidentified::default())?;
     // The residuals are tested beside the verification, which nearly always leaves the fit as it is.
     let estimate = start.estimate.as_ref().ok().filter(|estimate| !estimate.is_resampled);
     let verified = || verify(&prepared, &fit, estimate);
     let (verified, tests) = rayon::join(verified, || tested(&prepared, &fit));
     let (verification, is_replaced) = settle(&prepared, &mut fit, estimate, verified)?;
+    if is_replaced {
+        dropped = fix_unidentified(&prepared, &mut fit, dropped)?;
+    }
     let residual_tests = if is_replaced { tested(&prepared, &fit) } else { tests };
     if spec.is_polished() {
         fit.refined.uncertainty = widened(&prepared.fitted(&fit.space), &fit.refined);
@@ -88,10 +92,10 @@ fn estimated(
     let mut warnings = std::mem::take(&mut fit.found.warnings);
     warnings.extend(checks::after(records, &prepared.spec, &fit.space, &fit.refined)?);
     if spec.is_polished() {
-        warnings.extend(friction_differs(records, &prepared.fitted(&fit.space), &fit.refined));
+        warnings.extend(homogeneity(records, &prepared.fitted(&fit.space), &fit.refined, prepared.open()));
     }
-    warnings.extend(dropped.iter().copied().map(not_told));
-    let unidentified = unidentified(&prepared, &fit, &dropped);
+    warnings.extend(dropped.warnings());
+    let unidentified = unidentified(&prepared, &fit.space, &dropped);
     let missed = missed(&fit);
     let found = assembled(&prepared, fit);
     let mut result = Identification { verification, unidentified, residual_tests, selection, alternatives, ..found };
@@ -124,11 +128,12 @@ fn tested(prepared: &Prepared<'_>, fit: &Fit) -> Vec<ResidualTests> {
 }
 
 /// Returns what no fit of these recordings identifies, and what this one does not.
-pub(super) fn unidentified(prepared: &Prepared<'_>, fit: &Fit, dropped: &[Parameter]) -> Vec<Parameter> {
-    let features = fit.space.features();
-    let open = prepared.open().iter().filter(|p| !p.is_extension() || features.has(**p));
-    let mut all: Vec<Parameter> = open.chain(dropped).copied().collect();
-    all.sort_by_key(|p| *p as usize);
+pub(super) fn unidentified(prepared: &Prepared<'_>, space: &Space, dropped: &Unidentified) -> Vec<(Parameter, Scope)> {
+    let free = space.free().iter().map(|axis| (axis.parameter, axis.scope));
+    let fixed = space.fixed().iter().map(|(parameter, scope, _)| (*parameter, *scope));
+    let is_open = |of: &(Parameter, Scope)| prepared.open().contains(&of.0);
+    let mut all: Vec<_> = free.chain(fixed).filter(is_open).chain(dropped.all()).collect();
+    all.sort_by_key(|(parameter, scope)| scope.order(*parameter));
     all.dedup();
     all
 }

@@ -1,6 +1,7 @@
 //! The result of an identification.
 
 use super::model_selection::{Alternative, SelectionStep};
+use super::repeated::validation_repeats;
 use super::search::SearchResult;
 use super::spec::IdentifySpec;
 use super::trust::Trust;
@@ -41,7 +42,7 @@ pub struct Identification {
     /// Values of what is free, in the order of the space; extensions and what belongs to one recording are among them.
     pub values: Vec<f64>,
     /// Parameters that the recordings do not tell: what stands for them in `parameters` does the same and says nothing.
-    pub unidentified: Vec<Parameter>,
+    pub unidentified: Vec<(Parameter, Scope)>,
     /// The models that were tried, in their order, where extensions were to be chosen.
     pub selection: Option<Vec<SelectionStep>>,
     /// Other models that explain the recordings as well, where extensions were to be chosen.
@@ -207,6 +208,7 @@ pub fn hold_out(
     spec: &IdentifySpec,
 ) -> Result<()> {
     if !held_out.is_empty() {
+        found.warnings.extend(validation_repeats(records, held_out));
         let all: Vec<&Record> = records.iter().chain(held_out).collect();
         found.noise_floor = noise_floor(&all, spec.model)?;
         found.validation = Some(validate(held_out, spec, found)?);

@@ -189,7 +189,7 @@ const MECHANICAL_S: [f64; 2] = [1e-5, 60.0];
 /// Returns what no usual motor shows: a unit may be wrong by a power of ten.
 fn implausible(records: &[Record], found: &Identification) -> Option<String> {
     let motor = &found.parameters;
-    let told = |p: &[Parameter]| p.iter().all(|p| !found.unidentified.contains(p));
+    let told = |p: &[Parameter]| p.iter().all(|p| !found.unidentified.iter().any(|(of, _)| of == p));
     let largest = |channel: usize| {
         let signals = records.iter().filter_map(|record| record.measured()[channel]);
         signals.map(peak).fold(0.0, f64::max)

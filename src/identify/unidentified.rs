@@ -1,97 +1,146 @@
-//! Parameters that recordings do not identify: each is fixed where it is, so that the others stay.
+//! Parameters that recordings do not identify. One of each unknown direction is held, so that the others stay; what
+//! changes with the choice is open too, and the intervals of the rest allow for it.
 
-use super::checks::unknown_alone;
+use super::null_space::{neutral, next_unknown};
+use super::open_groups::Unidentified;
 use super::prepare::Prepared;
+use super::profile::{Held, Points, QUANTILE, profile};
 use super::refine::{Fit, refine_widening};
+use super::result::side;
 use crate::Result;
-use crate::analysis::variance_inflation;
+use crate::analysis::{fit_percent, variance_inflation};
 use crate::estimate::Refined;
-use crate::motor::{Axis, Extension, Input, Parameter, Scope, Space};
-use crate::record::Record;
-use crate::warning::Warning;
+use crate::motor::{Parameter, Scope, Space};
 
-/// Parameters that may be found to be unknown, one after the other.
-const DROPPED: usize = 6;
+/// Parameters that may be held, one after the other.
+const HELD_MAX: usize = 12;
+/// A weighted sum of squares that rises by less than this stays the same.
+const SAME: f64 = 1.0;
+/// Better optima that are followed.
+const RESTARTS: usize = 3;
+/// Residuals of more σ than these of the noise are not noise.
+const FAR: f64 = 2.0;
+/// A channel that is fitted worse than this is not explained \[%\].
+const NOTHING_PERCENT: f64 = 20.0;
+/// A channel that is fitted worse than this may belong to a wrong optimum, if a parameter runs to a bound \[%\].
+const DOUBTFUL_PERCENT: f64 = 80.0;
 
-/// Holds parameters of which the recordings tell nothing, each by itself, where they are: what else there is stays.
-/// What a motor that stands for others leaves open, `stood`, is unknown anyway.
-pub(super) fn fix_unidentified(prepared: &Prepared<'_>, attempt: &mut Fit) -> Result<Vec<Parameter>> {
-    let (records, spec, stood) = (prepared.records, prepared.spec.as_ref(), prepared.open());
-    let mut dropped = Vec::new();
-    while dropped.len() < DROPPED && spec.is_polished() {
-        let Some(parameter) = unknown_alone(spec, &attempt.space, &attempt.refined) else { break };
-        let shared = |axis: &Axis| axis.parameter == parameter && axis.scope == Scope::Shared;
-        let Some(place) = attempt.space.free().iter().position(shared) else { break };
-        if attempt.space.free().len() == 1 {
+/// Holds parameters that the recordings do not identify: what else there is stays. Where nothing else would be known the
+/// fit is left as it is. Those that are `known` to be unidentified are held already.
+///
+/// # Errors
+/// As a refinement.
+pub(super) fn fix_unidentified(prepared: &Prepared<'_>, fit: &mut Fit, known: Unidentified) -> Result<Unidentified> {
+    if !prepared.spec.is_polished() {
+        return Ok(known);
+    }
+    for _ in 0..RESTARTS {
+        let (space, values) = (fit.space.clone(), fit.found.values.clone());
+        let (unidentified, better) = held(prepared, fit, known.clone())?;
+        let Some(better) = better else { return Ok(unidentified) };
+        // The profile leads to a better optimum.
+        fit.found.values = values;
+        (fit.refined, fit.space) = refine_widening(&prepared.fitted(&space), &prepared.spec, &space, &better)?;
+        fit.problem = prepared.searched(fit.space.clone());
+    }
+    Ok(held(prepared, fit, known)?.0)
+}
+
+/// Holds parameters that the recordings do not identify, and returns them with values of all that were free where a profile
+/// fits better.
+fn held(prepared: &Prepared<'_>, fit: &mut Fit, known: Unidentified) -> Result<(Unidentified, Option<Vec<f64>>)> {
+    let (refined, space, values) = (fit.refined.clone(), fit.space.clone(), fit.found.values.clone());
+    let mut unidentified = known.clone();
+    let mut searched = Vec::new();
+    while unidentified.held.len() < HELD_MAX && fit.space.free().len() > 1 {
+        let Some(unknown) = next_unknown(&prepared.spec, &fit.space, &fit.refined) else { break };
+        let (axis, value) = (fit.space.free()[unknown.place], fit.refined.values[unknown.place]);
+        let least = if unknown.at_bound { DOUBTFUL_PERCENT } else { NOTHING_PERCENT };
+        if is_nothing(prepared, fit) || is_doubtful(prepared, fit, least) {
             break;
         }
-        let value = attempt.refined.values[place];
-        let (refined, space) = fixed_at(prepared, attempt, place, value)?;
-        // One of the motor is unknown by itself only if it may as well be elsewhere. At a bound that is said of an
-        // inductance alone that is too small for the clock to show, and of friction that a current shows nothing of.
-        let at_bound = attempt.refined.at_bound[place].is_some();
-        let elsewhere = if at_bound { ELSEWHERE } else { std::f64::consts::E } * value;
-        let small = match parameter {
-            Parameter::L => elsewhere < refined.parameters.r * shortest(records),
-            // Without a voltage the inertia is told all the same.
-            Parameter::B => attempt.problem.input() == Input::Current && attempt.refined.at_bound[place] == Some("min"),
-            _ => false,
-        };
-        if !parameter.is_extension() && !stood.contains(&parameter) {
-            let (other, _) = fixed_at(prepared, attempt, place, elsewhere)?;
-            if (at_bound && !small) || !is_same(&space, &refined, &other) {
-                break;
-            }
-        }
-        attempt.found.values.remove(place);
-        (attempt.refined, attempt.space) = (refined, space);
-        attempt.problem = prepared.searched(attempt.space.clone());
-        dropped.push(parameter);
+        let (value, (refined, space)) = held_at(prepared, fit, unknown.place, value)?;
+        searched.push((axis, fit.found.values.remove(unknown.place)));
+        (fit.refined, fit.space) = (refined, space);
+        unidentified.held.push(Held { axis, value, others: unknown.others });
     }
-    Ok(dropped)
+    if unidentified.held.is_empty() {
+        return Ok((unidentified, None));
+    }
+    let places = 0..unidentified.held.len();
+    let profiles = places.map(|n| profile(prepared, fit, &unidentified.held, n)).collect::<Result<Vec<Points>>>()?;
+    let better = unidentified.better(&profiles, &space, &fit.space);
+    let narrow = unidentified.allow(fit, profiles, &prepared.spec.auto_bounds);
+    if fit.refined.uncertainty.std_error.iter().all(Option::is_none) || !fit.refined.uncertainty.unknown.is_empty() {
+        (fit.refined, fit.space, fit.found.values) = (refined, space, values);
+        return Ok((known, better));
+    }
+    for (held, range) in narrow {
+        free(fit, &held, range)?;
+        fit.found.values.extend(searched.iter().find(|(axis, _)| *axis == held.axis).map(|(_, value)| *value));
+    }
+    fit.problem = prepared.searched(fit.space.clone());
+    Ok((unidentified, better))
 }
 
-fn shortest(records: &[Record]) -> f64 {
-    records.iter().map(Record::period_s).fold(f64::INFINITY, f64::min)
+/// Returns whether a fit explains no channel: there is no part of an answer then.
+fn is_nothing(prepared: &Prepared<'_>, fit: &Fit) -> bool {
+    fit_percent(prepared.records, &fit.refined).iter().flatten().all(|percent| *percent < NOTHING_PERCENT)
 }
 
-/// How far from a bound a parameter is put to see whether it matters.
-const ELSEWHERE: f64 = 10.0;
-/// Others may move by this many standard errors when it does not.
-const MOVED: f64 = 1.0;
+/// Returns whether a fit may be a wrong optimum: the residuals of a channel are far above its noise, and less than `least`
+/// percent of it are fitted. What is unknown there is no finding.
+fn is_doubtful(prepared: &Prepared<'_>, fit: &Fit, least: f64) -> bool {
+    let percent = fit_percent(prepared.records, &fit.refined);
+    let is_far = |channel: usize| {
+        let signals = fit.problem.signals().iter().zip(&fit.refined.sigmas);
+        let mut measured = signals.filter(|(signals, _)| signals.has(channel));
+        measured.any(|(signals, sigma)| sigma[channel] > FAR * signals.noise(channel))
+    };
+    (0..2).any(|channel| percent[channel].is_some_and(|percent| percent < least) && is_far(channel))
+}
 
-/// The refinement with one parameter held at a value.
-fn fixed_at(prepared: &Prepared<'_>, attempt: &Fit, place: usize, value: f64) -> Result<(Refined, Space)> {
-    let (mut free, mut fixed) = (attempt.space.free().to_vec(), attempt.space.fixed().to_vec());
-    let mut values = attempt.refined.values.clone();
-    fixed.push((free[place].parameter, Scope::Shared, value));
-    free.remove(place);
+/// Frees a parameter that its profile identifies, between the values of the profile.
+fn free(fit: &mut Fit, held: &Held, range: [f64; 2]) -> Result<()> {
+    let Held { axis, value, .. } = held;
+    let is_other = |(p, scope, _): &&(Parameter, Scope, f64)| (*p, *scope) != (axis.parameter, axis.scope);
+    let fixed = fit.space.fixed().iter().filter(is_other).copied().collect();
+    fit.space = Space::new(fit.space.free().iter().copied().chain([*axis]).collect(), fixed)?;
+    let refined = &mut fit.refined;
+    let side = side(axis, *value);
+    refined.values.push(*value);
+    refined.at_bound.push(side);
+    let uncertainty = &mut refined.uncertainty;
+    let is_known = side.is_none();
+    uncertainty.std_error.push(is_known.then(|| (range[1] - value).max(value - range[0]) / QUANTILE));
+    uncertainty.ci95.push(is_known.then_some(range));
+    let size = uncertainty.correlation.len() + 1;
+    uncertainty.correlation.iter_mut().for_each(|row| row.push(None));
+    uncertainty.correlation.push(vec![None; size]);
+    Ok(())
+}
+
+/// Holds a parameter where it changes nothing, if the fit stays the same, or else where it is. Returns its value with the
+/// refinement of the others.
+fn held_at(prepared: &Prepared<'_>, fit: &Fit, place: usize, value: f64) -> Result<(f64, (Refined, Space))> {
+    let sigma = &fit.refined.sigmas;
+    let limit = fit.refined.weighted(sigma) + SAME * variance_inflation(&fit.refined.uncertainty);
+    if let Some(neutral) = neutral(&fit.space.free()[place])
+        && let Ok(held) = fixed_at(prepared, fit, place, neutral)
+        && held.0.weighted(sigma) <= limit
+    {
+        return Ok((neutral, held));
+    }
+    Ok((value, fixed_at(prepared, fit, place, value)?))
+}
+
+/// Refines the others with one parameter held at a value.
+fn fixed_at(prepared: &Prepared<'_>, fit: &Fit, place: usize, value: f64) -> Result<(Refined, Space)> {
+    let (mut free, mut fixed) = (fit.space.free().to_vec(), fit.space.fixed().to_vec());
+    let mut values = fit.refined.values.clone();
+    let axis = free.remove(place);
     values.remove(place);
+    fixed.push((axis.parameter, axis.scope, value));
     let space = Space::new(free, fixed)?;
     refine_widening(&prepared.fitted(&space), &prepared.spec, &space, &values)
-}
-
-/// Whether two fits are the same within their standard errors, made as much larger as correlated residuals count less.
-/// What is late is not asked: an inductance delays as it does.
-fn is_same(space: &Space, one: &Refined, other: &Refined) -> bool {
-    let allowed = MOVED * variance_inflation(&one.uncertainty).sqrt();
-    let errors = one.uncertainty.std_error.iter().zip(space.free());
-    let pairs = one.values.iter().zip(&other.values).zip(errors);
-    let near = |((a, b), (error, axis)): ((&f64, &f64), (&Option<f64>, &Axis))| {
-        let is_late = Extension::of(axis.parameter).is_some_and(Extension::is_late);
-        is_late
-            || error.is_none_or(|error| {
-                (axis.coordinate(*a) - axis.coordinate(*b)).abs() * axis.slope(*a) <= allowed * error
-            })
-    };
-    pairs.into_iter().all(near)
-}
-
-pub(super) fn not_told(parameter: Parameter) -> Warning {
-    let (symbol, name) = (parameter.symbol(), parameter.name());
-    let message = format!(
-        "the recordings do not tell {symbol}, the {name}: the others hold whatever it is; record faster, or under a voltage \
-         that changes more"
-    );
-    Warning::new("not_identifiable", message)
 }

@@ -30,6 +30,12 @@ impl Scope {
         }
     }
 
+    /// Returns where a parameter of this scope stands among others: by parameter, then by recording.
+    #[must_use]
+    pub fn order(self, parameter: Parameter) -> (usize, Option<u32>) {
+        (parameter as usize, if let Self::Recording(n) = self { Some(n) } else { None })
+    }
+
     /// The parameter and the scope of a name in a table, as [`Self::name`] writes it; `None` for what is no such name.
     #[must_use]
     pub fn named(name: &str) -> Option<(Parameter, Self)> {

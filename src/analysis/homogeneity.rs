@@ -1,0 +1,159 @@
+//! Tests whether the recordings of a joint fit show one motor.
+//!
+//! Each recording is refined alone from the joint optimum. The gain of a recording is the fall of its weighted sum of
+//! squares, in units of the residuals that are left, divided by the inflation of the variance by their correlation. Where
+//! all recordings show one motor, the gains add up to a χ² with as many degrees of freedom as the single fits have more
+//! than the joint one (S. S. Wilks 1938).
+
+use super::friction::{FRICTION, friction_differs};
+use super::residuals::variance_inflation;
+use crate::estimate::{Refined, refine_on};
+use crate::evaluate::Problem;
+use crate::motor::{Axis, Parameter, Scope, Space};
+use crate::numeric::{chi_square_limit, count};
+use crate::record::Record;
+use crate::text::significant;
+use crate::warning::{Place, Warning, name_of};
+use rayon::prelude::*;
+
+/// More recordings are not looked through.
+const RECORDINGS_MAX: usize = 20;
+/// Values that differ by less than this part are the same in practice.
+const PART_MIN: f64 = 0.05;
+/// Residuals that become smaller by this part matter, whichever parameters do it.
+const SMALLER: f64 = 0.1;
+/// The 99.5 % quantile of the normal distribution.
+const QUANTILE: f64 = 2.58;
+
+/// The fit of one recording alone.
+struct Own {
+    axes: Vec<Axis>,
+    refined: Refined,
+    gain: f64,
+    /// The correlation of its residuals makes variances so many times as large.
+    inflation: f64,
+}
+
+/// A parameter that differs: that of one recording, and that of the others.
+struct Difference {
+    parameter: Parameter,
+    own: f64,
+    others: f64,
+    /// How far apart they are, in standard errors.
+    distance: f64,
+}
+
+/// Returns the warnings of a joint fit whose recordings show different motors. `plain` is the problem of the fit, `shared`
+/// its refinement; parameters that the recordings do not identify are `open`.
+pub(crate) fn homogeneity(records: &[Record], plain: &Problem, shared: &Refined, open: &[Parameter]) -> Vec<Warning> {
+    let mut warnings = friction_differs(records, plain, shared);
+    if !(2..=RECORDINGS_MAX).contains(&records.len()) {
+        return warnings;
+    }
+    let own: Option<Vec<Own>> = (0..records.len()).into_par_iter().map(|n| alone(plain, shared, n)).collect();
+    let Some((odd, differences)) = own.as_ref().and_then(|own| differing(plain, shared, own, open)) else {
+        return warnings;
+    };
+    let by_friction = differences.iter().all(|difference| FRICTION.contains(&difference.parameter));
+    if warnings.is_empty() || !by_friction {
+        let gain = own.as_ref().map_or(0.0, |own| own[odd].gain);
+        warnings.push(warning(records, odd, &differences, gain));
+    }
+    warnings
+}
+
+/// Refines one recording alone, from the joint optimum.
+fn alone(plain: &Problem, shared: &Refined, recording: usize) -> Option<Own> {
+    let place = u32::try_from(recording).ok()?;
+    let (space, all) = (plain.space(), plain.space().free().iter().zip(&shared.values));
+    let of = all.filter(|(axis, _)| axis.scope.covers(place));
+    let (axes, start): (Vec<Axis>, Vec<f64>) =
+        of.map(|(axis, value)| (Axis { scope: Scope::Shared, ..*axis }, *value)).unzip();
+    let fixed = space.fixed().iter().filter(|(_, scope, _)| scope.covers(place));
+    let fixed = fixed.map(|(parameter, _, value)| (*parameter, Scope::Shared, *value)).collect();
+    let problem = plain.only(recording).with_space(Space::new(axes.clone(), fixed).ok()?);
+    let refined = refine_on(&problem, &start, None).ok()?;
+    let inflation = variance_inflation(&refined.uncertainty);
+    let sums = |of: &Refined, n: usize| {
+        of.squares[n].iter().zip(refined.sigmas[0]).map(|(squares, sigma)| squares / (sigma * sigma)).sum::<f64>()
+    };
+    let gain = (sums(shared, recording) - sums(&refined, 0)).max(0.0) / inflation;
+    // σ is estimated too: the logarithm of the likelihood ratio grows less than the sum.
+    let signals = &plain.signals()[recording];
+    let values = (0..2).filter(|c| signals.has(*c)).map(|c| signals.count(c)).sum::<usize>();
+    let independent = (count(values) / inflation).max(1.0);
+    Some(Own { axes, gain: independent * (gain / independent).ln_1p(), refined, inflation })
+}
+
+/// The recording that differs most and the parameters by which it does, where the recordings show different motors.
+fn differing(plain: &Problem, shared: &Refined, own: &[Own], open: &[Parameter]) -> Option<(usize, Vec<Difference>)> {
+    let rank: usize = own.iter().map(|own| own.refined.uncertainty.rank).sum();
+    let freedom = rank.checked_sub(shared.uncertainty.rank).filter(|freedom| *freedom > 0)?;
+    let total: f64 = own.iter().map(|own| own.gain).sum();
+    if total <= chi_square_limit(freedom) {
+        return None;
+    }
+    let named = |odd: usize| -> Vec<Difference> {
+        let shared = plain.space().free().iter().filter(|axis| axis.scope == Scope::Shared);
+        let told = shared.filter(|axis| !open.contains(&axis.parameter));
+        told.filter_map(|axis| difference(axis, own, odd)).collect()
+    };
+    // The one that differs is farther from the mean of the others than they are from means that it is part of.
+    let distance = |differences: &[Difference]| differences.iter().map(|d| d.distance).fold(0.0, f64::max);
+    let by_gain = |a: &usize, b: &usize| own[*a].gain.total_cmp(&own[*b].gain);
+    let largest = (0..own.len()).max_by(by_gain)?;
+    let found = (0..own.len()).map(|n| (n, named(n))).filter(|(n, _)| own.len() > 2 || *n == largest);
+    let found = found.max_by(|(_, a), (_, b)| distance(a).total_cmp(&distance(b)));
+    found.filter(|(_, differences)| !differences.is_empty()).or_else(|| {
+        let is_smaller = |channel: usize| {
+            own[largest].refined.sigmas[0][channel] < (1.0 - SMALLER) * shared.sigmas[largest][channel]
+        };
+        (0..2).any(is_smaller).then(|| (largest, Vec::new()))
+    })
+}
+
+/// How a parameter of one recording differs from the mean of the others, weighted by their information.
+fn difference(axis: &Axis, own: &[Own], odd: usize) -> Option<Difference> {
+    let told = |of: &Own| {
+        let place = of.axes.iter().position(|own| own.parameter == axis.parameter)?;
+        let (value, error) = (of.refined.values[place], of.refined.uncertainty.std_error[place]?);
+        Some((axis.coordinate(value), error / axis.slope(value) * of.inflation.sqrt()))
+    };
+    let (value, error) = told(&own[odd])?;
+    let others: Vec<(f64, f64)> = (0..own.len()).filter(|n| *n != odd).filter_map(|n| told(&own[n])).collect();
+    let weight: f64 = others.iter().map(|(_, error)| error.powi(-2)).sum();
+    let mean = others.iter().map(|(value, error)| value * error.powi(-2)).sum::<f64>() / weight;
+    let distance = (value - mean).abs() / error.hypot(weight.sqrt().recip());
+    let [one, other] = [value, mean].map(|at| axis.value(at));
+    let matters = (one - other).abs() > PART_MIN * one.abs().max(other.abs());
+    (distance > QUANTILE && matters).then_some(Difference {
+        parameter: axis.parameter,
+        own: one,
+        others: other,
+        distance,
+    })
+}
+
+fn warning(records: &[Record], odd: usize, differences: &[Difference], gain: f64) -> Warning {
+    let name = match &records[odd].source().path {
+        Some(_) => name_of(&records[odd]),
+        None => format!("recording {}", odd + 1),
+    };
+    let one = |Difference { parameter, own, others, .. }: &Difference| {
+        let (symbol, unit) = (parameter.symbol(), parameter.unit());
+        let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+        format!("{symbol} is {}{unit} there and {} in the others", significant(*own, 3), significant(*others, 3))
+    };
+    let list: Vec<String> = differences.iter().map(one).collect();
+    let what = if list.is_empty() { "other parameters fit it better".to_owned() } else { list.join(", ") };
+    let message = format!(
+        "the recordings do not show one motor: {name} differs most, {what}; the joint fit is a compromise, and its standard \
+         errors are too small"
+    );
+    let remedy = "Fit the recordings one by one; check whether the motor, its temperature or its load changed.";
+    Warning {
+        place: Some(Place { recording: Some(name), figures: vec![("gain", gain)], ..Place::default() }),
+        remedy: Some(remedy.into()),
+        ..Warning::new("recordings_differ", message)
+    }
+}

@@ -1,0 +1,57 @@
+//! Intervals that allow for a parameter that is not identified: the hull over the points of its profile.
+
+use super::profile::Point;
+use crate::analysis::variance_inflation;
+use crate::estimate::{Refined, Uncertainty};
+use crate::motor::Axis;
+
+/// A parameter whose logarithm, or part of its range, is known no better than this is unknown.
+const SPREAD_MAX: f64 = 1.0;
+
+/// What a profile does to another parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Moved {
+    /// Its interval allows for it.
+    Within,
+    /// It moves by more than its standard error.
+    Beyond,
+    /// Nothing of it is known.
+    Lost,
+}
+
+/// Widens the interval of a free parameter to the hull over points of a profile and returns how it moves.
+pub(super) fn widen(refined: &mut Refined, place: usize, axis: &Axis, points: &[Point]) -> Moved {
+    let (value, more) = (refined.values[place], variance_inflation(&refined.uncertainty).sqrt());
+    let uncertainty = &mut refined.uncertainty;
+    let (Some(error), Some(interval)) = (uncertainty.std_error[place], uncertainty.ci95[place]) else {
+        return if refined.at_bound[place].is_some() { Moved::Within } else { Moved::Lost };
+    };
+    let coordinate = |value: f64| axis.coordinate(value);
+    let own = error / axis.slope(value);
+    let quantile = (coordinate(interval[1]) - coordinate(value)) / own;
+    let of = |point: &Point| {
+        let Point { refined, .. } = point;
+        refined.uncertainty.ci95[place].unwrap_or([refined.values[place]; 2])
+    };
+    let hull = points.iter().map(of).fold(interval, |hull, of| [hull[0].min(of[0]), hull[1].max(of[1])]);
+    let half = 0.5 * (coordinate(hull[1]) - coordinate(hull[0])) / quantile;
+    let farther = (hull[1] - value).max(value - hull[0]) / quantile;
+    if hull.iter().zip(interval).any(|(hull, own)| hull.to_bits() != own.to_bits()) {
+        uncertainty.ci95[place] = Some(hull);
+        uncertainty.std_error[place] = Some(error.max(farther));
+    }
+    let distance = |point: &Point| (coordinate(point.refined.values[place]) - coordinate(value)).abs();
+    let farthest = points.iter().map(distance).fold(0.0, f64::max);
+    match (half.is_finite() && half < SPREAD_MAX, farthest > own * more) {
+        (false, _) => Moved::Lost,
+        (true, true) => Moved::Beyond,
+        (true, false) => Moved::Within,
+    }
+}
+
+/// Removes a parameter from an uncertainty, whose size stays.
+pub(super) fn forget(uncertainty: &mut Uncertainty, place: usize) {
+    (uncertainty.std_error[place], uncertainty.ci95[place]) = (None, None);
+    uncertainty.correlation[place].fill(None);
+    uncertainty.correlation.iter_mut().for_each(|row| row[place] = None);
+}
