@@ -98,7 +98,10 @@ fn identify_without_flags_says_how_sure_it_is() {
     assert_eq!(document["residuals"]["speed"]["white"], true);
     assert!(document["warnings"].as_array().unwrap().is_empty());
     let text = ok(&["identify", EXAMPLE]);
-    assert!(text.contains("std. error") && text.contains("verdict   agrees with"), "{text}");
+    assert!(
+        text.starts_with("  trust     good: ") && text.contains("std. error") && text.contains("search    agrees with"),
+        "{text}"
+    );
     let sm = json(&["identify", EXAMPLE, "--json", "--method", "sm", "--polish", "none"]);
     assert!(sm["parameters"]["R"]["std_error"].is_null() && sm["verification"]["status"] == "agrees");
     fails(&["identify", EXAMPLE, "--method", "sm", "--fix", "R=0.9"], 2, "cannot hold any");

@@ -240,8 +240,9 @@ fn against_full_matrices(record: &Record, initial: Initial) -> f64 {
         };
         let x = DMatrix::from_columns(&(0..size).map(column).collect::<Vec<_>>());
         let covariance = dense(&noise.coefficients, variance * noise.innovation, record.len());
-        bread += x.transpose() * &x / variance;
-        middle += x.transpose() * covariance * &x / variance.powi(2);
+        let weight = refined.weights[0][channel].powi(-2);
+        bread += x.transpose() * &x * weight;
+        middle += x.transpose() * covariance * &x * weight.powi(2);
     }
     let inverse = bread.try_inverse().unwrap();
     let full = (&inverse * middle * &inverse)[(0, 0)].sqrt();

@@ -154,7 +154,9 @@ fn what_is_odd_is_said_everywhere_with_place_and_remedy() {
         let error = document["parameters"]["R"]["std_error"].as_f64().unwrap();
         (value(document, "R") - 0.921_042).abs() / error
     };
-    assert!(apart(&document) > 20.0 && apart(&masked) < 4.0, "{} {}", apart(&document), apart(&masked));
+    // Errors of coloured residuals are wider: the clipped current is 20 of them off.
+    assert!(apart(&document) > 10.0 && apart(&masked) < 4.0, "{} {}", apart(&document), apart(&masked));
+    assert_ne!(document["trust"]["level"], "good", "{}", document["trust"]);
     assert!(!masked["warnings"].to_string().contains("current_clipped"), "{}", masked["warnings"]);
     // A good recording has no warnings; remarks are for those who ask.
     assert_eq!(text(&run(&["identify", EXAMPLE]).stderr), "");

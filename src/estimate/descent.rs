@@ -4,7 +4,7 @@
 use super::normal::{Fit, Normal, Sigma};
 use super::refined::{EVALUATIONS_MAX, Refined, STEP_MAX};
 use super::uncertainty::{uncertainty, whiteness};
-use super::weights::{residual_sigma, weights};
+use super::weights::{balanced, is_far, is_sacrificed, likeliest, residual_sigma};
 use crate::evaluate::Signals;
 use crate::numeric;
 use crate::setting::text;
@@ -17,7 +17,17 @@ const UNDAMPED: f64 = 1e-2;
 /// Longest step in a logarithm.
 const TRUST: f64 = 1.0;
 
+/// How weights follow from residuals.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Weighting {
+    /// So that no channel and no recording is sacrificed.
+    Balanced,
+    /// By maximum likelihood.
+    Likeliest,
+}
+
 /// A descent on its way.
+#[derive(Clone)]
 pub(super) struct Search<'a> {
     fit: &'a Fit<'a>,
     lower: DVector<f64>,
@@ -137,14 +147,39 @@ impl<'a> Search<'a> {
         if longest > TRUST { step * (TRUST / longest) } else { step }
     }
 
+    /// Sets first weights: balanced ones, none below those that it was begun with.
+    pub(super) fn begin(&mut self) {
+        let found = balanced(self.fit.problem.signals(), &self.residual_sigma());
+        for (own, found) in self.sigma.iter_mut().zip(&found) {
+            *own = [0, 1].map(|channel| own[channel].max(found[channel]));
+        }
+    }
+
     /// Sets the weights by the residuals; returns the largest relative change of a σ.
-    pub(super) fn reweight(&mut self) -> f64 {
-        let sigma = weights(self.fit.problem.signals(), &self.residual_sigma());
+    pub(super) fn reweight(&mut self, by: Weighting) -> f64 {
+        let (signals, residual) = (self.fit.problem.signals(), self.residual_sigma());
+        let sigma = match by {
+            Weighting::Balanced => balanced(signals, &residual),
+            Weighting::Likeliest => {
+                let is_extended = !self.fit.problem.features().is_linear();
+                likeliest(signals, &residual, is_extended.then(|| self.pooled_sigma()))
+            }
+        };
         let pairs = sigma.iter().flatten().zip(self.sigma.iter().flatten());
         let largest = pairs.map(|(new, old)| (new / old - 1.0).abs()).fold(0.0, f64::max);
         self.sigma = sigma;
         self.damping = self.damping.min(1e-3);
         largest
+    }
+
+    /// Returns whether some residuals are far above the noise.
+    pub(super) fn is_far(&self) -> bool {
+        is_far(self.fit.problem.signals(), &self.residual_sigma())
+    }
+
+    /// Returns whether it leaves much more of some channel than another descent.
+    pub(super) fn sacrifices(&self, balanced: &Self) -> bool {
+        is_sacrificed(self.fit.problem.signals(), &self.residual_sigma(), &balanced.residual_sigma())
     }
 
     /// What is left of one in the degrees of freedom.

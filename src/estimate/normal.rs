@@ -26,6 +26,7 @@ pub(super) struct Fit<'a> {
 }
 
 /// JᵀJ, Jᵀe and eᵀe of each recording and channel.
+#[derive(Clone)]
 pub(super) struct Normal(Vec<[Products; 2]>);
 
 impl Normal {

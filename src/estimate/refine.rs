@@ -4,7 +4,7 @@
 //! log likelihood of white normal noise. Where σ is not given it is that of the residuals, in rounds of reweighting until it stands; the fixed point is the
 //! maximum-likelihood estimate.
 
-use super::descent::Search;
+use super::descent::{Search, Weighting};
 use super::normal::Fit;
 use super::refined::{Refined, SMALLEST, STEP_MAX};
 use crate::criterion::{Criterion, Norm, Scale};
@@ -100,6 +100,19 @@ pub(super) enum Effort {
     Thorough,
 }
 
+/// Descends in rounds of weights until they stand; returns whether the last has come to its end.
+fn rounds(search: &mut Search<'_>, by: Weighting) -> bool {
+    let mut converged = false;
+    for _ in 0..ROUNDS_MAX {
+        let last = search.reweight(by) < SIGMA_CHANGE;
+        converged = search.run(if last { STEP_MAX } else { STEP_MAX_ROUND });
+        if last {
+            break;
+        }
+    }
+    converged
+}
+
 /// Like [`refine`].
 pub(super) fn refine_problem(
     problem: &Problem,
@@ -123,17 +136,18 @@ pub(super) fn refine_problem(
     if !thorough {
         search = search.at_most(EVALUATIONS_ROUGH);
     }
-    if thorough && sigma.is_none() {
-        search.reweight();
+    let is_weighed = thorough && sigma.is_none();
+    if is_weighed {
+        search.begin();
     }
-    let mut converged = search.run(if thorough && sigma.is_some() { STEP_MAX } else { STEP_MAX_ROUND });
-    if thorough && sigma.is_none() {
-        for _ in 0..ROUNDS_MAX {
-            let change = search.reweight();
-            let last = change < SIGMA_CHANGE;
-            converged = search.run(if last { STEP_MAX } else { STEP_MAX_ROUND });
-            if last {
-                break;
+    let mut converged = search.run(if thorough && !is_weighed { STEP_MAX } else { STEP_MAX_ROUND });
+    if is_weighed {
+        converged = rounds(&mut search, Weighting::Balanced);
+        if search.is_far() {
+            let mut likeliest = search.clone();
+            let ended = rounds(&mut likeliest, Weighting::Likeliest);
+            if !likeliest.sacrifices(&search) {
+                (search, converged) = (likeliest, ended);
             }
         }
     }

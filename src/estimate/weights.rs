@@ -1,10 +1,10 @@
 //! The weights of a fit: σ of each recording and channel, by what the model leaves.
 //!
-//! Residuals that are noise are weighted by their own σ, which is the maximum-likelihood estimate. Residuals of a model that
-//! misses something are not: a channel or a recording that is fitted badly would count for less and be fitted worse. For
-//! these the fit minimizes the sum of the relative residuals `s/d`, with `s` the rms of the residuals and `d` the standard
-//! deviation of the signal. The weight of its majorizing quadratic is `1/(s d)` (D. R. Hunter, K. Lange 2004); it is scaled
-//! by the mean of `s/d`, so that noise and misfit are comparable.
+//! Residuals that are noise are weighted by their own σ, which is the maximum-likelihood estimate. Where a model misses
+//! something, these weights may sacrifice a channel or a recording: what is fitted badly counts for less and is fitted worse.
+//! Balanced weights do not. They minimize the sum of the relative residuals `s/d`, with `s` the rms of the residuals and `d`
+//! the standard deviation of the signal. The weight of its majorizing quadratic is `1/(s d)` (D. R. Hunter, K. Lange 2004);
+//! it is scaled by the mean of `s/d`, so that noise and misfit are comparable.
 
 use super::normal::{Normal, Sigma};
 use super::refined::SMALLEST;
@@ -34,11 +34,13 @@ pub(super) fn residual_sigma(signals: &[Arc<Signals>], normal: &Normal, freedom:
     signals.iter().enumerate().map(of).collect()
 }
 
-/// Returns the σ that each recording and channel is divided by, from the standard deviations of its residuals.
-pub(super) fn weights(signals: &[Arc<Signals>], residual: &Sigma) -> Sigma {
-    // The part of the variance that the noise of the signal may explain.
-    let noise =
-        |signals: &Signals, channel: usize, residual: f64| (NOISY * signals.noise(channel) / residual).powi(2).min(1.0);
+/// Returns the part of the variance of residuals that the noise of their signal may explain.
+fn noise(signals: &Signals, channel: usize, residual: f64) -> f64 {
+    (NOISY * signals.noise(channel) / residual).powi(2).min(1.0)
+}
+
+/// Returns balanced weights, from the standard deviations of the residuals.
+pub(super) fn balanced(signals: &[Arc<Signals>], residual: &Sigma) -> Sigma {
     let pairs = || signals.iter().zip(residual).flat_map(|(of, s)| [0, 1].map(|channel| (of, channel, s[channel])));
     let far = pairs().filter(|(of, channel, s)| of.has(*channel) && noise(of, *channel, *s) < 1.0);
     let (sum, count) = far.fold((0.0, 0.0), |(sum, count), (of, channel, s)| {
@@ -60,4 +62,35 @@ pub(super) fn weights(signals: &[Arc<Signals>], residual: &Sigma) -> Sigma {
         })
     };
     signals.iter().zip(residual).map(of).collect()
+}
+
+/// Returns maximum-likelihood weights: the standard deviations of the residuals, and for an extended motor, where these are far
+/// above the noise, those of all recordings together. What a model misses it misses in all of them.
+pub(super) fn likeliest(signals: &[Arc<Signals>], residual: &Sigma, pooled: Option<[Option<f64>; 2]>) -> Sigma {
+    let Some(pooled) = pooled else { return residual.clone() };
+    let of = |(signals, own): (&Arc<Signals>, &[f64; 2])| {
+        [0, 1].map(|channel| {
+            let (Some(pooled), true) = (pooled[channel], signals.has(channel)) else { return own[channel] };
+            let noise = noise(signals, channel, own[channel]);
+            (noise * own[channel].powi(2) + (1.0 - noise) * pooled.powi(2)).sqrt()
+        })
+    };
+    signals.iter().zip(residual).map(of).collect()
+}
+
+/// Returns whether some residuals are far above the noise of their signal.
+pub(super) fn is_far(signals: &[Arc<Signals>], residual: &Sigma) -> bool {
+    let far = |(of, s): (&Arc<Signals>, &[f64; 2])| (0..2).any(|c| of.has(c) && noise(of, c, s[c]) < 1.0);
+    signals.iter().zip(residual).any(far)
+}
+
+/// Residuals that grow by this factor over balanced ones are sacrificed.
+const SACRIFICED: f64 = 1.25;
+
+/// Returns whether residuals far above the noise are much larger than balanced ones.
+pub(super) fn is_sacrificed(signals: &[Arc<Signals>], residual: &Sigma, balanced: &Sigma) -> bool {
+    let worse = |(of, (s, before)): (&Arc<Signals>, (&[f64; 2], &[f64; 2]))| {
+        (0..2).any(|c| of.has(c) && noise(of, c, s[c]) < 1.0 && s[c] > SACRIFICED * before[c])
+    };
+    signals.iter().zip(residual.iter().zip(balanced)).any(worse)
 }

@@ -4,7 +4,8 @@
 //! lock step: [`PreparedSearch`] is what comes before it and what follows, by the stages of the pipeline.
 
 use super::checks;
-use super::model_selection::{Selection, SelectionStep, select};
+use super::model_selection::{Selection, select};
+use super::models::SelectionStep;
 use super::open_groups::Unidentified;
 use super::pipeline::unidentified;
 use super::prepare::Prepared;

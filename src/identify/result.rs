@@ -1,10 +1,10 @@
 //! The result of an identification.
 
-use super::model_selection::{Alternative, SelectionStep};
+use super::models::{Alternative, SelectionStep};
 use super::repeated::validation_repeats;
 use super::search::SearchResult;
 use super::spec::IdentifySpec;
-use super::trust::Trust;
+use super::trust_level::Trust;
 use super::verify::Verification;
 use crate::Result;
 use crate::analysis::{self, FittedMotor, NoiseFloor, Regression, ResidualTests, Validation, noise_floor};

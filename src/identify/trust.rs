@@ -5,48 +5,14 @@
 
 use super::result::Identification;
 use super::spec::IdentifySpec;
+use super::trust_level::{Trust, TrustLevel, TrustReason};
 use super::verify::Status;
 use crate::analysis::{ResidualTest, ResidualTests};
 use crate::motor::{Extension, Parameter, With};
-use crate::named::named;
 use crate::numeric::{chi_square_limit, peak};
 use crate::record::{Record, Severity};
 use crate::setting::{Text, text};
 use crate::warning::{Warning, name_of};
-
-named! {
-    /// How far the standard errors of a result can be believed.
-    #[derive(PartialOrd, Ord, serde::Serialize)]
-    #[serde(rename_all = "lowercase")]
-    pub enum TrustLevel (default Check) {
-        /// They can be believed.
-        Good = "good",
-        /// Something is to be looked at first.
-        Check = "check",
-        /// They cannot be believed.
-        Poor = "poor",
-    }
-}
-
-/// A reason not to believe a result without more ado.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct TrustReason {
-    /// A short name that does not change.
-    pub code: &'static str,
-    /// In words.
-    pub message: Text,
-}
-
-/// Whether a result can be believed.
-#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
-pub struct Trust {
-    /// How far.
-    pub level: TrustLevel,
-    /// Why not further, the gravest reason first; empty where the level is good.
-    pub reasons: Vec<TrustReason>,
-    /// Settings or the operation to try next; `None` where the level is good.
-    pub next: Option<Text>,
-}
 
 use TrustLevel::{Check, Poor};
 
@@ -80,7 +46,9 @@ pub(super) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identificat
     let coloured = residuals(&found.residual_tests);
     // Residuals that are noise leave nothing for another optimum to explain.
     let is_noise = coloured.is_none() && missed.is_empty() && !found.residual_tests.is_empty();
-    if let Some((level, code, message)) = search(found).filter(|(_, code, _)| !is_noise || *code != "search_inconclusive") {
+    if let Some((level, code, message)) =
+        search(found).filter(|(_, code, _)| !is_noise || *code != "search_inconclusive")
+    {
         add(level, code, message.into());
     }
     if let Some(message) = coloured {

@@ -1,0 +1,168 @@
+//! Models that a selection tries, and their fits.
+
+use super::bic::{Fit, effective, is_far};
+use super::extension_bounds::extended_space;
+use super::prepare::Prepared;
+use super::refine::refine_widening;
+use super::start::Start;
+use crate::analysis::fit_percent;
+use crate::channels;
+use crate::estimate::{Refined, best_start, carried, explained, global_reference, warmed};
+use crate::evaluate::Problem;
+use crate::motor::{Axis, Extension, Parameter, Scope, Space};
+use crate::record::Record;
+use crate::{Error, ErrorKind, Result};
+use std::sync::Arc;
+
+/// A model that was tried.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct SelectionStep {
+    /// Its extensions.
+    pub with: Vec<Extension>,
+    /// Its free parameters.
+    pub free: usize,
+    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed; `None` for a channel not measured.
+    #[serde(serialize_with = "channels::by_name")]
+    pub fit_percent: [Option<f64>; 2],
+    /// Schwarz's criterion less that of the model that it was made from; below zero it is better. `None` for the linear
+    /// motor.
+    #[serde(rename = "criterion_gain")]
+    pub gain: Option<f64>,
+    /// Whether it was taken.
+    pub taken: bool,
+}
+
+/// Another model that explains the recordings as well as the one that was taken.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Alternative {
+    /// Its extensions.
+    pub with: Vec<Extension>,
+    /// As of [`SelectionStep`].
+    #[serde(serialize_with = "channels::by_name")]
+    pub fit_percent: [Option<f64>; 2],
+    /// Schwarz's criterion less that of the model that was taken.
+    #[serde(rename = "criterion_gain")]
+    pub gain: f64,
+    /// Its free parameters with their values.
+    #[serde(serialize_with = "by_name")]
+    pub parameters: Vec<(Parameter, Scope, f64)>,
+}
+
+fn by_name<S: serde::Serializer>(
+    parameters: &[(Parameter, Scope, f64)],
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    serializer.collect_map(parameters.iter().map(|(parameter, scope, value)| (scope.name(*parameter), value)))
+}
+
+/// An optimum is lower when its sum of squares is by this part.
+const LOWER: f64 = 1e-6;
+/// Fits of models to recordings.
+#[derive(Clone, Copy)]
+pub(super) struct Models<'a> {
+    pub prepared: &'a Prepared<'a>,
+    pub start: &'a Start,
+}
+
+impl Models<'_> {
+    /// Refines a model thoroughly from the best of some starts under the weights `sigma`. `base` is a space that has the bounds
+    /// of the motor.
+    pub(super) fn thorough(
+        &self,
+        (base, sigma): (&Space, &[[f64; 2]]),
+        with: &[Extension],
+        starts: impl Fn(&Arc<Problem>) -> Result<Vec<Vec<f64>>>,
+    ) -> Result<Fit> {
+        let (problem, plain) = self.problems(base, with)?;
+        let starts = starts(&problem)?;
+        let rough = best_start(&plain, &starts, sigma);
+        let values = rough.map(|refined| refined.values).or_else(|| starts.into_iter().next()).unwrap_or_default();
+        self.refined(with, &plain, &values)
+    }
+
+    /// Refines a model thoroughly, its bounds widened where nobody gave them.
+    fn refined(&self, with: &[Extension], plain: &Problem, values: &[f64]) -> Result<Fit> {
+        let (refined, space) = refine_widening(plain, &self.prepared.spec, plain.space(), values)?;
+        Ok(fit(with, &plain.with_space(space), refined))
+    }
+
+    /// Refines a rough fit thoroughly.
+    pub(super) fn finished(&self, rough: Fit) -> Fit {
+        self.refined(&rough.with, &self.prepared.fitted(&rough.space), &rough.refined.values).unwrap_or(rough)
+    }
+
+    /// Refines a model roughly under the weights of a smaller one: from where that is, and from each way to explain a delay.
+    pub(super) fn rough(&self, from: &Fit, with: &[Extension]) -> Result<Fit> {
+        let (problem, plain) = self.problems(&from.space, with)?;
+        let sigma = &from.refined.weights;
+        let mut starts = vec![warmed(&problem, (&from.space, &from.refined.values))?];
+        starts.extend(explained(&problem, &[from.refined.parameters.to_array()])?.into_iter().take(ANEW));
+        let refined = best_start(&plain, &starts, sigma).ok_or_else(nowhere)?;
+        Ok(fit(with, &plain, refined))
+    }
+
+    /// Returns a fit, or the lowest optimum that starts from all over the box lead to where it leaves residuals far above the
+    /// noise.
+    pub(super) fn settled(&self, own: Fit) -> Result<Fit> {
+        let plain = self.prepared.fitted(&own.space);
+        if !is_far(&plain, &own.refined) {
+            return Ok(own);
+        }
+        let sigma = &own.refined.weights;
+        let found = global_reference(&plain, sigma, Some(own.refined.weighted(sigma)))?.refined;
+        if found.weighted(sigma) >= own.refined.weighted(sigma) * (1.0 - LOWER) {
+            return Ok(own);
+        }
+        self.refined(&own.with, &plain, &found.values)
+    }
+
+    /// Returns the problem of a search and that of a fit.
+    fn problems(&self, base: &Space, with: &[Extension]) -> Result<(Arc<Problem>, Problem)> {
+        let Self { prepared, start } = *self;
+        let motor = start.motors.first().copied().unwrap_or([1.0; 5]);
+        let given = |p: Parameter| start.space.free().iter().any(|axis| axis.parameter == p);
+        let own = base.free().iter().filter(|axis| given(axis.parameter)).copied().collect();
+        let base = Space::new(own, start.space.fixed().to_vec())?;
+        let space = extended_space(prepared.records, &prepared.spec, &base, (with, &motor))?;
+        let plain = prepared.fitted(&space);
+        Ok((prepared.searched(space), plain))
+    }
+}
+
+pub(super) fn alternative(records: &[Record], fit: &Fit, gain: f64) -> Alternative {
+    let values = fit.space.free().iter().zip(&fit.refined.values);
+    Alternative {
+        with: fit.with.clone(),
+        fit_percent: fit_percent(records, &fit.refined),
+        gain,
+        parameters: values.map(|(axis, value)| (axis.parameter, axis.scope, *value)).collect(),
+    }
+}
+
+/// Returns what a fit to other recordings says of a problem: the parameters that all recordings share.
+pub(super) fn shared(problem: &Arc<Problem>, from: &Fit) -> Vec<f64> {
+    let shared = |(axis, value): (&Axis, &f64)| (axis.scope == Scope::Shared).then_some((*axis, *value));
+    let (free, values): (Vec<Axis>, Vec<f64>) =
+        from.space.free().iter().zip(&from.refined.values).filter_map(shared).unzip();
+    match Space::new(free, Vec::new()) {
+        Ok(space) => carried(problem, (&space, &values)),
+        Err(_) => carried(problem, (&from.space, &from.refined.values)),
+    }
+}
+
+fn fit(with: &[Extension], plain: &Problem, refined: Refined) -> Fit {
+    let (effective, count) = effective(plain, &refined);
+    Fit { with: with.to_vec(), space: plain.space().clone(), refined, effective, count }
+}
+
+fn nowhere() -> Error {
+    Error::new(ErrorKind::NotIdentified, "no start of this model can be refined", "Name other extensions.")
+}
+
+/// Explanations that are tried anew for an extension.
+const ANEW: usize = 2;
+
+pub(super) fn step(records: &[Record], fit: &Fit, gain: Option<f64>, taken: bool) -> SelectionStep {
+    let fit_percent = fit_percent(records, &fit.refined);
+    SelectionStep { with: fit.with.clone(), free: fit.space.free().len(), fit_percent, gain, taken }
+}
