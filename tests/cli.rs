@@ -108,6 +108,43 @@ fn identify_without_flags_says_how_sure_it_is() {
 }
 
 #[test]
+fn a_result_that_cannot_be_trusted_names_the_next_command() {
+    let good = json(&["identify", EXAMPLE, "--json", "--strict"]);
+    assert_eq!(good["trust"], serde_json::json!({"level": "good", "reasons": [], "next": null}));
+    let folder = Folder::new();
+    let file = folder.path("with friction.csv");
+    ok(&[
+        "simulate",
+        "--parameters",
+        "m2,Tc=0.03",
+        "--input",
+        "step:8@0.2",
+        "--duration",
+        "1",
+        "--noise",
+        "40dB",
+        "--out",
+        &file,
+    ]);
+    let output = run(&["identify", &file, "--json", "--strict"]);
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let trust = &document["trust"];
+    assert!(trust["level"] != "good" && !trust["reasons"].as_array().unwrap().is_empty(), "{trust}");
+    assert!(trust["reasons"].as_array().unwrap().iter().all(|r| r["code"].is_string() && r["message"].is_string()));
+    assert_eq!(trust["next"], format!("motorfit identify '{file}' --json --strict --with auto"), "{trust}");
+    let text = ok(&["identify", &file]);
+    assert!(text.starts_with("  trust     ") && text.contains("\n  next      motorfit identify '"), "{text}");
+    // What it says helps.
+    let again = json(&["identify", &file, "--json", "--strict", "--with", "auto"]);
+    assert_eq!(
+        (&again["trust"]["level"], &again["with"]),
+        (&"good".into(), &serde_json::json!(["coulomb"])),
+        "{again}"
+    );
+}
+
+#[test]
 fn a_reversed_sign_is_named() {
     let folder = Folder::new();
     let text = std::fs::read_to_string(EXAMPLE).unwrap();

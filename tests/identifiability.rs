@@ -70,7 +70,6 @@ fn one_open_combination_leaves_the_rest() {
         "coulomb,sensor-average,dead-time",
         "coulomb,load",
         "dead-time,coulomb,load",
-        "coulomb,offset,brush-drop,load",
     ];
     for case in cases {
         let found = identify(&record, &with(case)).unwrap_or_else(|error| panic!("{case}: {error}"));
@@ -78,6 +77,10 @@ fn one_open_combination_leaves_the_rest() {
         let known = check_m2(&found, case);
         assert!(known >= 2, "{case}: {}", shown(&found));
     }
+    // Under one level of the voltage an offset that the brushes hold back scales it: the motor scales with it.
+    let found = identify(&record, &with("coulomb,offset,brush-drop,load")).unwrap();
+    check_m2(&found, "coulomb,offset,brush-drop,load");
+    assert!(found.warnings.iter().any(|warning| warning.code == "not_identifiable"), "{}", shown(&found));
     let found = identify(&record, &with("coulomb,load")).unwrap();
     let value = |symbol: &str| found.estimates().into_iter().find(|e| e.name() == symbol).unwrap().value;
     assert!(value("Tc").is_none() && value("TL").is_none() && value("K").is_some() && value("R").is_some());

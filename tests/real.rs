@@ -157,6 +157,27 @@ fn averaging_sensors_and_friction_explain_a_step() {
 }
 
 #[test]
+fn auto_finds_models_that_explain_held_out_recordings_and_sensors_that_average() {
+    let Some(records) = tutla53() else { return };
+    let part = |rest: usize| -> Vec<Record> { records.iter().skip(rest).step_by(2).cloned().collect() };
+    let (fitted, held_out) = (part(0), part(1));
+    let auto = IdentifySpec { with: With::Auto, ..IdentifySpec::default() };
+    let found = identify(&fitted, &auto).unwrap();
+    let held = validate(&held_out, &auto, &found).unwrap().fit_percent[1].unwrap();
+    println!("tutla53: held out {held:.2} %: {:?}, {:?}", found.extensions(), found.trust);
+    assert!(held >= 94.5, "{held}");
+    let Some(folder) = set("waam-ufjf-ensaio-frequencia") else { return };
+    let columns = "time=Tempo:s,current=Corrente:mA,speed=Velocidade:rad/s,voltage=Degrau:6.66745..7.79294";
+    let file = folder.join("dados.csv");
+    let document = json(&["identify", file.to_str().unwrap(), "--json", "--columns", columns, "--with", "auto"]);
+    let [current, speed] = ["current", "speed"].map(|channel| document["fit_percent"][channel].as_f64().unwrap());
+    println!("waam: {current:.2} %, {speed:.2} %: {}", document["trust"]);
+    assert!(current >= 87.0 && speed >= 97.0, "{current} {speed}");
+    // Two sensors average, and residuals are not noise: nobody is told to trust this blindly.
+    assert_ne!(document["trust"]["level"], "good");
+}
+
+#[test]
 fn one_channel_gives_what_it_can() {
     // The paper's motor at 40 dB under a voltage that changes, with one channel left out.
     let folder = Folder::new();

@@ -25,6 +25,7 @@ mod weights;
 pub use failure::SmFailure;
 pub(crate) use gram::products_about_means;
 pub use initial::initial_states;
+pub(crate) use multistart::optima;
 pub use reference::{Reference, ReferenceKind, global_reference, squares_on};
 pub use refine::{RefineOptions, fit_problem, refine, refine_on, refine_roughly};
 pub use refined::Refined;

@@ -70,6 +70,18 @@ pub(super) fn multistart(problem: &Problem, sigma: &Sigma, known: Option<f64>) -
     Ok(Ends { refined: best, starts: refined, arrivals })
 }
 
+/// Returns where starts from all over the box of a problem that [`super::fit_problem`] has made lead to, as far as the sum of
+/// squares weighted by `sigma` is at most `limit`.
+///
+/// # Errors
+/// As an evaluation.
+pub(crate) fn optima(problem: &Problem, sigma: &[[f64; 2]], limit: f64) -> Result<Vec<Refined>> {
+    let sigma = &sigma.to_vec();
+    let starts = starts(problem, sigma)?;
+    let ends = starts.par_iter().filter_map(|start| refine_roughly(problem, start, sigma).ok());
+    Ok(ends.filter(|end| end.weighted(sigma) <= limit).collect())
+}
+
 /// Returns the lowest sum of squares, and how many refinements ended there.
 fn lowest(ends: &[Refined], sigma: &Sigma) -> (f64, usize) {
     let costs: Vec<f64> = ends.iter().map(|end| end.weighted(sigma)).collect();

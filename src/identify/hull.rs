@@ -49,6 +49,28 @@ pub(super) fn widen(refined: &mut Refined, place: usize, axis: &Axis, points: &[
     }
 }
 
+/// Widens the interval of a free parameter to the hull of itself and its copies about other values.
+pub(super) fn shift(refined: &mut Refined, place: usize, axis: &Axis, values: &[f64]) -> Moved {
+    let (value, uncertainty) = (refined.values[place], &mut refined.uncertainty);
+    let (Some(error), Some([low, high])) = (uncertainty.std_error[place], uncertainty.ci95[place]) else {
+        return Moved::Within;
+    };
+    let at = axis.coordinate(value);
+    let ends = [axis.coordinate(low) - at, axis.coordinate(high) - at];
+    let by = |of: fn(f64, f64) -> f64| values.iter().fold(0.0, |by, value| of(by, axis.coordinate(*value) - at));
+    let moved = [by(f64::min), by(f64::max)];
+    if moved[1] - moved[0] > SPREAD_MAX {
+        return Moved::Lost;
+    }
+    let farthest = moved[1].max(-moved[0]);
+    if farthest > 0.0 {
+        let quantile = 0.5 * (ends[1] - ends[0]) / (error / axis.slope(value));
+        uncertainty.ci95[place] = Some([axis.value(at + moved[0] + ends[0]), axis.value(at + moved[1] + ends[1])]);
+        uncertainty.std_error[place] = Some(error + axis.slope(value) * farthest / quantile);
+    }
+    if farthest > ends[1] { Moved::Beyond } else { Moved::Within }
+}
+
 /// Removes a parameter from an uncertainty, whose size stays.
 pub(super) fn forget(uncertainty: &mut Uncertainty, place: usize) {
     (uncertainty.std_error[place], uncertainty.ci95[place]) = (None, None);

@@ -1,12 +1,15 @@
 //! The parameters that recordings do not identify, in groups of which only combinations are known.
 
-use super::hull::{Moved, forget, widen};
+use super::hull::{Moved, forget, shift, widen};
 use super::profile::{Held, Points};
 use super::refine::Fit;
 use super::result::side;
 use crate::motor::{Axis, Parameter, Scope, Space};
 use crate::setting::text;
 use crate::warning::Warning;
+
+/// Values of parameters.
+pub(super) type Named = Vec<((Parameter, Scope), f64)>;
 
 /// The parameters that recordings do not identify.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -61,6 +64,22 @@ impl Unidentified {
             forget(&mut fit.refined.uncertainty, n);
         }
         narrow.into_iter().map(|(held, points)| (held, points.range)).collect()
+    }
+
+    /// Lets the intervals of a fit allow for other optima that fit as well, each with the values of some parameters: a profile
+    /// that goes from one point to the next does not reach them.
+    pub(super) fn allow_for(&mut self, fit: &mut Fit, optima: &[Named]) {
+        let axes = fit.space.free().to_vec();
+        for (n, axis) in axes.iter().enumerate() {
+            let name = (axis.parameter, axis.scope);
+            let of =
+                |all: &Vec<((Parameter, Scope), f64)>| all.iter().find(|(p, _)| *p == name).map(|(_, value)| *value);
+            let values: Vec<f64> = optima.iter().filter_map(of).collect();
+            if !self.contains(name) && shift(&mut fit.refined, n, axis, &values) == Moved::Lost {
+                join(&mut self.groups, vec![name]);
+                forget(&mut fit.refined.uncertainty, n);
+            }
+        }
     }
 
     /// Returns where a profile fits better, with a value for each free axis of `space`; `rest` is what is free beside those

@@ -11,7 +11,7 @@ use crate::motor::{Axis, Parameter, Scope, Space};
 /// The 97.5 % quantile of the normal distribution.
 pub(super) const QUANTILE: f64 = 1.96;
 /// The 95 % quantile of χ² with one degree of freedom.
-const LIMIT: f64 = 3.84;
+pub(super) const LIMIT: f64 = 3.84;
 /// The first step from where the parameter is held, and the growth of the steps, in its coordinate.
 const FIRST: f64 = 0.05;
 const GROWTH: f64 = 3.0;

@@ -113,6 +113,9 @@ fn from_motors(prepared: &Prepared<'_>, motors: &[[f64; 5]], space: &Space, obse
     let starts = explained(&problem, motors)?;
     let found = evaluated(&problem, spec, starts.first().cloned().unwrap_or_default())?;
     let fit = from_starts(prepared, &problem, found, &starts)?;
+    if spec.method == Method::SteiglitzMcBride {
+        return Ok(fit);
+    }
     let affordable = problem.active().saturating_mul(spec.population * spec.generations) <= AFFORDABLE;
     let doubtful = affordable && is_far(&problem, &fit.refined);
     if !doubtful && !fit.is_poor(prepared) {

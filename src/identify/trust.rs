@@ -63,10 +63,10 @@ pub(super) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identificat
             add(level, code, message.into());
         }
     }
-    all.sort_by_key(|(level, _)| std::cmp::Reverse(*level));
+    all.sort_by_key(|(level, _)| std::cmp::Reverse(*level as u8));
     let level = all.first().map_or(TrustLevel::Good, |(level, _)| *level);
     let reasons: Vec<TrustReason> = all.into_iter().map(|(_, reason)| reason).collect();
-    let next = (level > TrustLevel::Good).then(|| next(spec, found, &reasons));
+    let next = (level != TrustLevel::Good).then(|| next(spec, found, &reasons));
     Trust { level, reasons, next }
 }
 

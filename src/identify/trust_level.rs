@@ -5,7 +5,7 @@ use crate::setting::Text;
 
 named! {
     /// How far the standard errors of a result can be believed.
-    #[derive(PartialOrd, Ord, serde::Serialize)]
+    #[derive(serde::Serialize)]
     #[serde(rename_all = "lowercase")]
     pub enum TrustLevel (default Check) {
         /// They can be believed.

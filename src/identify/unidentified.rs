@@ -2,14 +2,14 @@
 //! changes with the choice is open too, and the intervals of the rest allow for it.
 
 use super::null_space::{neutral, next_unknown};
-use super::open_groups::Unidentified;
+use super::open_groups::{Named, Unidentified};
 use super::prepare::Prepared;
-use super::profile::{Held, Points, QUANTILE, profile};
+use super::profile::{Held, LIMIT, Points, QUANTILE, profile};
 use super::refine::{Fit, refine_widening};
 use super::result::side;
 use crate::Result;
 use crate::analysis::{fit_percent, variance_inflation};
-use crate::estimate::Refined;
+use crate::estimate::{Refined, optima};
 use crate::motor::{Parameter, Scope, Space};
 
 /// Parameters that may be held, one after the other.
@@ -22,8 +22,6 @@ const RESTARTS: usize = 3;
 const FAR: f64 = 2.0;
 /// A channel that is fitted worse than this is not explained \[%\].
 const NOTHING_PERCENT: f64 = 20.0;
-/// A channel that is fitted worse than this may belong to a wrong optimum, if a parameter runs to a bound \[%\].
-const DOUBTFUL_PERCENT: f64 = 80.0;
 
 /// Holds parameters that the recordings do not identify: what else there is stays. Where nothing else would be known the
 /// fit is left as it is. Those that are `known` to be unidentified are held already.
@@ -55,8 +53,7 @@ fn held(prepared: &Prepared<'_>, fit: &mut Fit, known: Unidentified) -> Result<(
     while unidentified.held.len() < HELD_MAX && fit.space.free().len() > 1 {
         let Some(unknown) = next_unknown(&prepared.spec, &fit.space, &fit.refined) else { break };
         let (axis, value) = (fit.space.free()[unknown.place], fit.refined.values[unknown.place]);
-        let least = if unknown.at_bound { DOUBTFUL_PERCENT } else { NOTHING_PERCENT };
-        if is_nothing(prepared, fit) || is_doubtful(prepared, fit, least) {
+        if is_nothing(prepared, fit) || is_doubtful(prepared, fit, NOTHING_PERCENT) {
             break;
         }
         let (value, (refined, space)) = held_at(prepared, fit, unknown.place, value)?;
@@ -71,6 +68,7 @@ fn held(prepared: &Prepared<'_>, fit: &mut Fit, known: Unidentified) -> Result<(
     let profiles = places.map(|n| profile(prepared, fit, &unidentified.held, n)).collect::<Result<Vec<Points>>>()?;
     let better = unidentified.better(&profiles, &space, &fit.space);
     let narrow = unidentified.allow(fit, profiles, &prepared.spec.auto_bounds);
+    unidentified.allow_for(fit, &others(prepared, &space, &refined)?);
     if fit.refined.uncertainty.std_error.iter().all(Option::is_none) || !fit.refined.uncertainty.unknown.is_empty() {
         (fit.refined, fit.space, fit.found.values) = (refined, space, values);
         return Ok((known, better));
@@ -81,6 +79,17 @@ fn held(prepared: &Prepared<'_>, fit: &mut Fit, known: Unidentified) -> Result<(
     }
     fit.problem = prepared.searched(fit.space.clone());
     Ok((unidentified, better))
+}
+
+/// Returns the other optima of a refinement that its data do not exclude, each with its parameters.
+fn others(prepared: &Prepared<'_>, space: &Space, refined: &Refined) -> Result<Vec<Named>> {
+    let limit = refined.weighted(&refined.weights) + LIMIT * variance_inflation(&refined.uncertainty);
+    let ends = optima(&prepared.fitted(space), &refined.weights, limit)?;
+    let named = |end: &Refined| {
+        let values = space.free().iter().zip(&end.values);
+        values.map(|(axis, value)| ((axis.parameter, axis.scope), *value)).collect()
+    };
+    Ok(ends.iter().map(named).collect())
 }
 
 /// Returns whether a fit explains no channel: there is no part of an answer then.

@@ -67,7 +67,7 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     let parameters_told = found.estimates();
     let answer = parameters_told.iter().filter(shared).filter_map(value).chain(instead).collect::<Vec<_>>().join(", ");
     let tail = if found.uncertainty.is_some() { " (95 % intervals)" } else { " (without a polish: no intervals)" };
-    let mut sure = vec![Part::Text(verdict(found).to_owned())];
+    let mut sure = vec![Part::Text(trust_text(found)), Part::Text(verdict(found).to_owned())];
     sure.extend(warnings(&found.warnings));
     sure.push(Part::Table(parameters_table(found)));
     sure.push(Part::Table(fit_table(found, spec)));
@@ -91,6 +91,18 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     let name = records.first().and_then(|record| record.source().path.as_ref()?.file_name());
     let name = name.map_or("a recording".into(), |name| name.to_string_lossy());
     Page { title: format!("Motor of {name}"), answer: format!("{answer}{tail}."), sections }
+}
+
+/// Returns how far the result can be believed, and why not further.
+fn trust_text(found: &Identification) -> String {
+    let reasons: Vec<String> = found.trust.reasons.iter().map(|reason| reason.message.spelled(command_line)).collect();
+    let level = found.trust.level.name();
+    if reasons.is_empty() {
+        return format!("Trust: {level}. Residuals, search and recordings agree with these standard errors.");
+    }
+    let next =
+        found.trust.next.as_ref().map_or(String::new(), |next| format!(" Next: {}.", next.spelled(command_line)));
+    format!("Trust: {level}. {}.{next}", reasons.join("; "))
 }
 
 fn verdict(found: &Identification) -> &'static str {

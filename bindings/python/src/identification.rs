@@ -43,6 +43,8 @@ result! {
         cost = |of, py| given(py, of.found.cost);
         /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of the current and of the speed.
         fit_percent = Found::fit_percent;
+        /// How far the standard errors can be believed: "good", "check" or "poor".
+        trust = |of, py| given(py, of.found.trust.level.name());
         /// What the reader should know: texts.
         warnings = |of, py| given(py, of.found.warnings.iter().map(|warning| warning.spelled(keyword)).collect::<Vec<_>>());
         /// The recordings that it was fitted to.
