@@ -205,7 +205,7 @@ fn wrong_fits_are_not_trusted() {
             })
             .collect(),
     );
-    let count = motors(10) as usize * (WRONG.len() + MISSING.len() + 1);
+    let count = usize::try_from(motors(10)).unwrap() * (WRONG.len() + MISSING.len() + 1);
     println!("{total} of {count} wrong fits trusted");
     assert!(100 * total <= count, "more than 1 %");
 }

@@ -114,7 +114,7 @@ pub fn record(numbers: &mut Numbers, truth: &Truth, excitation: usize, count: us
     let voltage = voltage(numbers, truth, excitation, count);
     let time_s = (0..count).map(|n| n as f64 * truth.period_s).collect();
     let excitation = Excitation { time_s, voltage, torque: None };
-    noisy(numbers, &simulated(truth.motor.clone(), &excitation, Discretization::Zoh).unwrap(), decibels)
+    noisy(numbers, &simulated(truth.motor, &excitation, Discretization::Zoh).unwrap(), decibels)
 }
 
 /// One recording of each excitation.
