@@ -113,19 +113,11 @@ fn a_result_that_cannot_be_trusted_names_the_next_command() {
     assert_eq!(good["trust"], serde_json::json!({"level": "good", "reasons": [], "next": null}));
     let folder = Folder::new();
     let file = folder.path("with friction.csv");
-    ok(&[
-        "simulate",
-        "--parameters",
-        "m2,Tc=0.03",
-        "--input",
-        "step:8@0.2",
-        "--duration",
-        "1",
-        "--noise",
-        "40dB",
-        "--out",
-        &file,
-    ]);
+    // Several levels: under one step Coulomb friction is some viscous friction.
+    let level = |n: u32| [0.0, 8.0, 3.0, -6.0][(n / 250) as usize % 4];
+    let rows: String = (0..1500).map(|n| format!("{},{}\n", f64::from(n) * 1e-3, level(n))).collect();
+    let input = folder.file("input.csv", format!("time_s,voltage_V\n{rows}"));
+    ok(&["simulate", "--parameters", "m2,Tc=0.03", "--input", &input, "--noise", "40dB", "--out", &file]);
     let output = run(&["identify", &file, "--json", "--strict"]);
     assert_eq!(output.status.code(), Some(4), "{output:?}");
     let document: Value = serde_json::from_slice(&output.stdout).unwrap();
