@@ -30,6 +30,14 @@ pub fn excerpt(text: &str) -> String {
     shown
 }
 
+/// Returns a word as a shell takes it, free of control characters.
+#[must_use]
+pub fn shell_quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:,=+@%".contains(c);
+    let word = printable(word);
+    if !word.is_empty() && word.chars().all(plain) { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
+}
+
 /// [`excerpt`] in quotation marks.
 #[must_use]
 pub fn quoted(text: &str) -> String {

@@ -1,9 +1,9 @@
 //! The one next command of a result that cannot be trusted as it is: complete, and quoted for a shell.
 
-use super::out::shell_quoted;
 use motorfit::report::command_line;
 use motorfit::setting::Text;
 use motorfit::settings::{Kind, READING, row};
+use motorfit::text::shell_quoted;
 use std::path::PathBuf;
 
 /// Returns the command that takes the next step after this one: with other settings, or an inspection of its recordings.

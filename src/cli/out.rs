@@ -2,7 +2,7 @@
 
 use super::output::Style;
 use motorfit::report::Reproduced;
-use motorfit::text::printable;
+use motorfit::text::shell_quoted;
 use motorfit::{Error, Result};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -108,13 +108,6 @@ pub(super) fn write_file(path: &Path, text: &str) -> Result<()> {
     file.write_all(text.as_bytes()).and_then(|()| file.as_file().sync_all()).map_err(failed)?;
     file.persist(path).map_err(|error| failed(error.error))?;
     Ok(())
-}
-
-/// Returns a word as a shell takes it.
-pub(super) fn shell_quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:,=+@%".contains(c);
-    let word = printable(word);
-    if !word.is_empty() && word.chars().all(plain) { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
 
 /// How this run can be made again: its command line, with all options.

@@ -5,7 +5,8 @@ use crate::evaluate::{Level, Problem, cpu_name};
 use crate::identify::{BatchCosts, Identification, IdentifySpec, bounds};
 use crate::motor::{Parameter, Scope};
 use crate::record::{Record, Severity};
-use crate::text::printable_json;
+use crate::setting::{Command, Reference, Text};
+use crate::text::{printable_json, shell_quoted};
 use crate::warning::Warning;
 use serde_json::{Value, json as value};
 
@@ -42,7 +43,7 @@ pub fn identify_document(records: &[Record], spec: &IdentifySpec, found: &Identi
     for (entry, reason) in record["trust"]["reasons"].as_array_mut().into_iter().flatten().zip(&found.trust.reasons) {
         entry["message"] = reason.message.spelled(command_line).into();
     }
-    record["trust"]["next"] = value!(found.trust.next.as_ref().map(|step| step.spelled(command_line)));
+    record["trust"]["next"] = value!(found.trust.next.as_ref().map(|step| next_command(records, step)));
     let asked = value!({
         "motorfit": env!("CARGO_PKG_VERSION"),
         "trust": null,
@@ -60,6 +61,18 @@ pub fn identify_document(records: &[Record], spec: &IdentifySpec, found: &Identi
         "initial": spec.model.initial.name(),
     });
     joined(asked, record)
+}
+
+/// Returns the command for the next step, of recordings that are files.
+fn next_command(records: &[Record], step: &Text) -> String {
+    let step = step.spelled(command_line);
+    let path = |record: &Record| Some(shell_quoted(&record.source().path.as_ref()?.to_string_lossy()));
+    let Some(mut paths) = records.iter().map(path).collect::<Option<Vec<String>>>() else { return step };
+    // Parts of a file have its path.
+    paths.dedup();
+    let identify = command_line(&Reference::Command(Command::Identify));
+    let (operation, flags) = if step.starts_with("--") { (identify, step) } else { (step, String::new()) };
+    [operation, paths.join(" "), flags].join(" ").trim_end().to_owned()
 }
 
 /// Values of the five parameters by their symbols.

@@ -214,9 +214,12 @@ def test_columns_of_frames_go_by_their_names(evaluator):
 
 
 def test_names_say_whose_they_are(record):
-    several = motorfit.Evaluator([record, record], per_recording="R")
+    other = step(seed=2)
+    several = motorfit.Evaluator([record, other], per_recording="R")
     assert several.names == ["R[0]", "R[1]", "L", "K", "B", "J"]
-    assert several.names == motorfit.identify([record, record], per_recording="R").free
+    assert several.names == motorfit.identify([record, other], per_recording="R").free
+    with pytest.raises(motorfit.DataError, match="the same recording"):
+        motorfit.identify([record, record])
 
 
 def test_an_evaluator_pickles(record):

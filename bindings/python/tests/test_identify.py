@@ -20,6 +20,8 @@ from conftest import M2, step
 def without_times(document):
     """All but what differs from one run to the next, and the file that only one of them has read."""
     document = {key: value for key, value in document.items() if key not in ("seconds", "device")}
+    # The program knows the rest of its command line.
+    document["trust"] = {**document["trust"], "next": document["trust"]["next"] is not None}
     return document
 
 
@@ -42,6 +44,7 @@ def test_the_numbers_are_those_of_the_command_line(program, tmp_path, flags, set
     printed = json.loads(program("identify", path, "--json", "--device", "cpu", *flags).stdout)
     found = motorfit.identify(motorfit.Record.from_file(path), device="cpu", **settings)
     assert without_times(found.to_dict()) == without_times(printed)
+    assert found.trust == printed["trust"]["level"]
 
 
 def test_a_joint_fit_and_held_out_recordings_too(program, tmp_path):
