@@ -48,7 +48,7 @@ fn shown(found: &Identification) -> String {
     format!("{}\n    {}", list.join(", "), said.collect::<Vec<_>>().join("\n    "))
 }
 
-/// What is given of the M2 motor must be right.
+/// Checks that every parameter given of the M2 motor is right.
 fn check_m2(found: &Identification, case: &str) -> usize {
     let known = found.estimates().into_iter().filter(|e| e.value.is_some() && !e.parameter.is_extension());
     let mut count = 0;

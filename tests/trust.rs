@@ -23,7 +23,7 @@ fn with(list: &[Extension]) -> IdentifySpec {
     IdentifySpec { with: With::These(list.to_vec()), ..IdentifySpec::default() }
 }
 
-/// What joint fits are made with.
+/// The extensions of the motors of joint fits.
 const MODELS: [&[Extension]; 8] = [
     &[],
     &[Coulomb],

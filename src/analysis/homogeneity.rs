@@ -39,7 +39,7 @@ struct Difference {
     parameter: Parameter,
     own: f64,
     others: f64,
-    /// How far apart they are, in standard errors.
+    /// The distance between them, in standard errors.
     distance: f64,
 }
 
@@ -112,7 +112,7 @@ fn differing(plain: &Problem, shared: &Refined, own: &[Own], open: &[Parameter])
     })
 }
 
-/// How a parameter of one recording differs from the mean of the others, weighted by their information.
+/// The difference of a parameter of one recording from the mean of the others, weighted by their information.
 fn difference(axis: &Axis, own: &[Own], odd: usize) -> Option<Difference> {
     let told = |of: &Own| {
         let place = of.axes.iter().position(|own| own.parameter == axis.parameter)?;

@@ -110,7 +110,7 @@ fn curves(records: &[Record], spec: &IdentifySpec, found: &Identification) -> St
 /// Columns of the terminal that tables keep to.
 const WIDTH: usize = 100;
 
-/// Whether the result can be believed, why not, and the one command to run then.
+/// Returns the line on trust: the level, the reasons and the one command to run next.
 fn trust_line(found: &Identification, next: Option<&str>) -> String {
     let trust = &found.trust;
     let reasons: Vec<String> = trust.reasons.iter().map(|reason| reason.message.spelled(command_line)).collect();

@@ -17,7 +17,7 @@ const UNDAMPED: f64 = 1e-2;
 /// Longest step in a logarithm.
 const TRUST: f64 = 1.0;
 
-/// How weights follow from residuals.
+/// Ways to make weights of residuals.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Weighting {
     /// So that no channel and no recording is sacrificed.
@@ -70,9 +70,9 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Ends after fewer simulations.
+    /// Ends after so many simulations more.
     pub(super) fn at_most(mut self, evaluations: usize) -> Self {
-        self.evaluations_max = evaluations;
+        self.evaluations_max = self.evaluations + evaluations;
         self
     }
 

@@ -40,7 +40,7 @@ pub(super) struct Ends {
     pub refined: Refined,
     /// Starts that were refined.
     pub starts: usize,
-    /// How many of them ended there.
+    /// The number of them that ended there.
     pub arrivals: usize,
 }
 

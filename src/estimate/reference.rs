@@ -30,7 +30,7 @@ pub struct Reference {
     pub refined: Refined,
     /// Starts that were refined.
     pub starts: usize,
-    /// How many of them ended in this fit.
+    /// The number of them that ended in this fit.
     pub arrivals: usize,
 }
 

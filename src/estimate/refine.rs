@@ -6,7 +6,7 @@
 
 use super::descent::{Search, Weighting};
 use super::normal::Fit;
-use super::refined::{Refined, SMALLEST, STEP_MAX};
+use super::refined::{EVALUATIONS_MAX, Refined, SMALLEST, STEP_MAX};
 use crate::criterion::{Criterion, Norm, Scale};
 use crate::evaluate::{Model, Problem, Signals};
 use crate::motor::Space;
@@ -144,7 +144,8 @@ pub(super) fn refine_problem(
     if is_weighed {
         converged = rounds(&mut search, Weighting::Balanced);
         if search.is_far() {
-            let mut likeliest = search.clone();
+            // With simulations of its own: what the balanced rounds took is not missing here.
+            let mut likeliest = search.clone().at_most(EVALUATIONS_MAX);
             let ended = rounds(&mut likeliest, Weighting::Likeliest);
             if !likeliest.sacrifices(&search) {
                 (search, converged) = (likeliest, ended);

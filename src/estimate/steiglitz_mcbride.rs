@@ -26,7 +26,7 @@ pub struct Estimate {
     pub iterations: usize,
     /// Whether the last step was far below its standard error.
     pub converged: bool,
-    /// Whether it is that of a copy at even steps, because the recording has an irregular clock.
+    /// True for the estimate of a copy at even steps, made because the recording has an irregular clock.
     pub is_resampled: bool,
 }
 

@@ -14,8 +14,6 @@ use std::sync::Arc;
 
 /// Residuals below this part of a channel's rms are rounding.
 const SIGMA_MIN: f64 = 1e-13;
-/// Residuals below so many σ of the noise of their signal are noise.
-const NOISY: f64 = 2.0;
 
 /// Returns the standard deviation of the residuals of each recording and channel, with `freedom` the part of the values that
 /// is not taken by unknowns; 1 for a channel that was not measured.
@@ -34,15 +32,10 @@ pub(super) fn residual_sigma(signals: &[Arc<Signals>], normal: &Normal, freedom:
     signals.iter().enumerate().map(of).collect()
 }
 
-/// Returns the part of the variance of residuals that the noise of their signal may explain.
-fn noise(signals: &Signals, channel: usize, residual: f64) -> f64 {
-    (NOISY * signals.noise(channel) / residual).powi(2).min(1.0)
-}
-
 /// Returns balanced weights, from the standard deviations of the residuals.
 pub(super) fn balanced(signals: &[Arc<Signals>], residual: &Sigma) -> Sigma {
     let pairs = || signals.iter().zip(residual).flat_map(|(of, s)| [0, 1].map(|channel| (of, channel, s[channel])));
-    let far = pairs().filter(|(of, channel, s)| of.has(*channel) && noise(of, *channel, *s) < 1.0);
+    let far = pairs().filter(|(of, channel, s)| of.is_above_noise(*channel, *s));
     let (sum, count) = far.fold((0.0, 0.0), |(sum, count), (of, channel, s)| {
         let samples = numeric::count(of.count(channel));
         (sum + samples * s / of.deviation(channel), count + samples)
@@ -57,7 +50,7 @@ pub(super) fn balanced(signals: &[Arc<Signals>], residual: &Sigma) -> Sigma {
             if !signals.has(channel) {
                 return s;
             }
-            let noise = noise(signals, channel, s);
+            let noise = signals.noise_share(channel, s);
             (noise * s * s + (1.0 - noise) * level * signals.deviation(channel) * s).sqrt()
         })
     };
@@ -71,7 +64,7 @@ pub(super) fn likeliest(signals: &[Arc<Signals>], residual: &Sigma, pooled: Opti
     let of = |(signals, own): (&Arc<Signals>, &[f64; 2])| {
         [0, 1].map(|channel| {
             let (Some(pooled), true) = (pooled[channel], signals.has(channel)) else { return own[channel] };
-            let noise = noise(signals, channel, own[channel]);
+            let noise = signals.noise_share(channel, own[channel]);
             (noise * own[channel].powi(2) + (1.0 - noise) * pooled.powi(2)).sqrt()
         })
     };
@@ -80,7 +73,7 @@ pub(super) fn likeliest(signals: &[Arc<Signals>], residual: &Sigma, pooled: Opti
 
 /// Returns whether some residuals are far above the noise of their signal.
 pub(super) fn is_far(signals: &[Arc<Signals>], residual: &Sigma) -> bool {
-    let far = |(of, s): (&Arc<Signals>, &[f64; 2])| (0..2).any(|c| of.has(c) && noise(of, c, s[c]) < 1.0);
+    let far = |(of, s): (&Arc<Signals>, &[f64; 2])| (0..2).any(|c| of.is_above_noise(c, s[c]));
     signals.iter().zip(residual).any(far)
 }
 
@@ -90,7 +83,7 @@ const SACRIFICED: f64 = 1.25;
 /// Returns whether residuals far above the noise are much larger than balanced ones.
 pub(super) fn is_sacrificed(signals: &[Arc<Signals>], residual: &Sigma, balanced: &Sigma) -> bool {
     let worse = |(of, (s, before)): (&Arc<Signals>, (&[f64; 2], &[f64; 2]))| {
-        (0..2).any(|c| of.has(c) && noise(of, c, s[c]) < 1.0 && s[c] > SACRIFICED * before[c])
+        (0..2).any(|c| of.is_above_noise(c, s[c]) && s[c] > SACRIFICED * before[c])
     };
     signals.iter().zip(residual.iter().zip(balanced)).any(worse)
 }

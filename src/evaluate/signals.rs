@@ -25,12 +25,15 @@ named! {
     }
 }
 
+/// Residuals below so many σ of the noise of their signal are noise.
+const NOISY: f64 = 2.0;
+
 /// One recording, ready to run.
 #[derive(Debug, Clone)]
 pub struct Signals {
     pub(crate) step_s: Vec<f64>,
     pub(crate) step_index: Vec<u16>,
-    /// What every step of an irregular clock is a whole multiple of \[s\].
+    /// The time that every step of an irregular clock is a whole multiple of \[s\].
     pub(crate) unit_s: f64,
     /// Voltage, or the current where that is the input.
     pub(crate) voltage: Vec<f64>,
@@ -168,6 +171,19 @@ impl Signals {
     pub(crate) fn noise(&self, channel: usize) -> f64 {
         let of = |channel: usize| noise_sigma(&self.measured.iter().map(|y| y[channel]).collect::<Vec<_>>());
         self.noise.get_or_init(|| [0, 1].map(of))[channel]
+    }
+
+    /// Returns the part of the variance of residuals, of standard deviation `sigma`, that noise may explain: 1 up to
+    /// [`NOISY`] σ of the noise that the channel itself shows, less where they are far above it.
+    #[must_use]
+    pub(crate) fn noise_share(&self, channel: usize, sigma: f64) -> f64 {
+        (NOISY * self.noise(channel) / sigma).powi(2).min(1.0)
+    }
+
+    /// Returns whether a channel was measured and residuals of standard deviation `sigma` are far above its noise.
+    #[must_use]
+    pub(crate) fn is_above_noise(&self, channel: usize, sigma: f64) -> bool {
+        self.has(channel) && self.noise_share(channel, sigma) < 1.0
     }
 
     /// Returns the standard deviation of a channel, of the samples that count; the root mean square of a constant channel,

@@ -70,13 +70,10 @@ pub(super) fn gain(from: &Fit, to: &Fit) -> f64 {
     change + more * (by.effective * by.count).max(std::f64::consts::E).ln()
 }
 
-/// Residuals of more σ than these of the noise are not noise.
-pub(super) const FAR: f64 = 2.0;
-
 /// Whether what a refinement leaves is far above the noise: a better optimum may be elsewhere.
 pub(super) fn is_far(problem: &Problem, refined: &Refined) -> bool {
     let far = |(signals, sigma): (&Arc<Signals>, &[f64; 2])| {
-        (0..2).any(|channel| signals.has(channel) && sigma[channel] > FAR * signals.noise(channel))
+        (0..2).any(|channel| signals.is_above_noise(channel, sigma[channel]))
     };
     problem.signals().iter().zip(&refined.sigmas).any(far)
 }

@@ -8,7 +8,7 @@ use crate::motor::Axis;
 /// A parameter whose logarithm, or part of its range, is known no better than this is unknown.
 const SPREAD_MAX: f64 = 1.0;
 
-/// What a profile does to another parameter.
+/// The effect of a profile on another parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Moved {
     /// Its interval allows for it.

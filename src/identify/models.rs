@@ -28,7 +28,7 @@ pub struct SelectionStep {
     /// motor.
     #[serde(rename = "criterion_gain")]
     pub gain: Option<f64>,
-    /// Whether it was taken.
+    /// True for a model that was taken.
     pub taken: bool,
 }
 

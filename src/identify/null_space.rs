@@ -20,7 +20,7 @@ pub(super) struct Unknown {
     pub place: usize,
     /// The others that take part in its direction.
     pub others: Vec<(Parameter, Scope)>,
-    /// Whether it runs to a bound that nobody gave.
+    /// True where it runs to a bound that nobody gave.
     pub at_bound: bool,
 }
 

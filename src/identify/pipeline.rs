@@ -1,6 +1,5 @@
 //! The pipeline of an identification: prepare → start → select → refine → verify → analyse → result.
 
-use super::bic::FAR;
 use super::checks;
 use super::method::Method;
 use super::model_selection::{Selection, select};
@@ -112,8 +111,11 @@ fn missed(fit: &Fit) -> Vec<Missed> {
     let signals = fit.problem.signals();
     let of = |recording: usize, channel: usize| {
         let (of, sigma) = (&signals[recording], fit.refined.sigmas[recording][channel]);
-        let is_far = of.has(channel) && sigma > FAR * of.noise(channel);
-        is_far.then(|| Missed { recording, channel, fit_percent: 100.0 * (1.0 - sigma / of.deviation(channel)) })
+        of.is_above_noise(channel, sigma).then(|| Missed {
+            recording,
+            channel,
+            fit_percent: 100.0 * (1.0 - sigma / of.deviation(channel)),
+        })
     };
     (0..signals.len()).flat_map(|recording| [0, 1].map(|channel| of(recording, channel))).flatten().collect()
 }

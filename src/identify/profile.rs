@@ -15,7 +15,7 @@ pub(super) const LIMIT: f64 = 3.84;
 /// The first step from where the parameter is held, and the growth of the steps, in its coordinate.
 const FIRST: f64 = 0.05;
 const GROWTH: f64 = 3.0;
-/// How far a profile goes where nobody gave bounds, in the logarithm.
+/// The reach of a profile where nobody gave bounds, in the logarithm.
 const REACH: f64 = 30.0;
 /// The factor by which bounds of others that nobody gave are moved out.
 const WIDER: f64 = 100.0;

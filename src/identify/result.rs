@@ -33,7 +33,7 @@ pub struct SearchOutcome {
 /// What was found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification {
-    /// How far the result can be believed.
+    /// The level of trust in the result, with its reasons.
     pub trust: Trust,
     /// What drives the motor in the recordings.
     pub input: Input,

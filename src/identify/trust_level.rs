@@ -1,10 +1,10 @@
-//! How far a result can be believed, as results say it.
+//! The level of trust in a result, as results carry it.
 
 use crate::named::named;
 use crate::setting::Text;
 
 named! {
-    /// How far the standard errors of a result can be believed.
+    /// The level of trust in the standard errors of a result.
     #[derive(serde::Serialize)]
     #[serde(rename_all = "lowercase")]
     pub enum TrustLevel (default Check) {
@@ -26,10 +26,10 @@ pub struct TrustReason {
     pub message: Text,
 }
 
-/// Whether a result can be believed.
+/// The level of trust in a result, with its reasons and the next step.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct Trust {
-    /// How far.
+    /// The level.
     pub level: TrustLevel,
     /// Why not further, the gravest reason first; empty where the level is good.
     pub reasons: Vec<TrustReason>,

@@ -18,8 +18,6 @@ const HELD_MAX: usize = 12;
 const SAME: f64 = 1.0;
 /// Better optima that are followed.
 const RESTARTS: usize = 3;
-/// Residuals of more σ than these of the noise are not noise.
-const FAR: f64 = 2.0;
 /// A channel that is fitted worse than this is not explained \[%\].
 const NOTHING_PERCENT: f64 = 20.0;
 
@@ -53,7 +51,7 @@ fn held(prepared: &Prepared<'_>, fit: &mut Fit, known: Unidentified) -> Result<(
     while unidentified.held.len() < HELD_MAX && fit.space.free().len() > 1 {
         let Some(unknown) = next_unknown(&prepared.spec, &fit.space, &fit.refined) else { break };
         let (axis, value) = (fit.space.free()[unknown.place], fit.refined.values[unknown.place]);
-        if is_nothing(prepared, fit) || is_doubtful(prepared, fit, NOTHING_PERCENT) {
+        if is_nothing(prepared, fit) || is_doubtful(prepared, fit) {
             break;
         }
         let (value, (refined, space)) = held_at(prepared, fit, unknown.place, value)?;
@@ -97,16 +95,15 @@ fn is_nothing(prepared: &Prepared<'_>, fit: &Fit) -> bool {
     fit_percent(prepared.records, &fit.refined).iter().flatten().all(|percent| *percent < NOTHING_PERCENT)
 }
 
-/// Returns whether a fit may be a wrong optimum: the residuals of a channel are far above its noise, and less than `least`
-/// percent of it are fitted. What is unknown there is no finding.
-fn is_doubtful(prepared: &Prepared<'_>, fit: &Fit, least: f64) -> bool {
+/// Returns whether a fit may be a wrong optimum: next to nothing of a channel is fitted, and its residuals are far above its
+/// noise. What is unknown there is no finding.
+fn is_doubtful(prepared: &Prepared<'_>, fit: &Fit) -> bool {
     let percent = fit_percent(prepared.records, &fit.refined);
     let is_far = |channel: usize| {
-        let signals = fit.problem.signals().iter().zip(&fit.refined.sigmas);
-        let mut measured = signals.filter(|(signals, _)| signals.has(channel));
-        measured.any(|(signals, sigma)| sigma[channel] > FAR * signals.noise(channel))
+        let mut signals = fit.problem.signals().iter().zip(&fit.refined.sigmas);
+        signals.any(|(signals, sigma)| signals.is_above_noise(channel, sigma[channel]))
     };
-    (0..2).any(|channel| percent[channel].is_some_and(|percent| percent < least) && is_far(channel))
+    (0..2).any(|channel| percent[channel].is_some_and(|percent| percent < NOTHING_PERCENT) && is_far(channel))
 }
 
 /// Frees a parameter that its profile identifies, between the values of the profile.

@@ -48,7 +48,7 @@ pub struct Verification {
     pub reference: Option<ReferenceKind>,
     /// Starts that were refined for it.
     pub starts: usize,
-    /// How many of them ended in the lowest optimum.
+    /// The number of them that ended in the lowest optimum.
     pub arrivals: usize,
     /// What Steiglitz–McBride gives, where it serves.
     pub steiglitz_mcbride: Option<Parameters>,

@@ -43,7 +43,7 @@ result! {
         cost = |of, py| given(py, of.found.cost);
         /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of the current and of the speed.
         fit_percent = Found::fit_percent;
-        /// How far the standard errors can be believed: "good", "check" or "poor".
+        /// The level of trust in the standard errors: "good", "check" or "poor".
         trust = |of, py| given(py, of.found.trust.level.name());
         /// What the reader should know: texts.
         warnings = |of, py| given(py, of.found.warnings.iter().map(|warning| warning.spelled(keyword)).collect::<Vec<_>>());
