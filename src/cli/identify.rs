@@ -74,22 +74,22 @@ fn report(records: &[Record], spec: &IdentifySpec, found: &Identification, docum
         ("population, generations", format!("{}, {}", spec.population, spec.generations)),
         ("seed", spec.seed.to_string()),
         ("criterion, scale", format!("{}, {}", spec.criterion.norm.name(), spec.criterion.scale.name())),
-        ("discretization, initial", format!("{}, {}", spec.model.discretization.name(), spec.model.initial.name())),
+        ("discretization, initial", format!("{}, {}", found.model.discretization.name(), found.model.initial.name())),
         ("bounds", bounds.collect::<Vec<_>>().join(", ")),
         ("evaluations", format!("{}, {}", found.evaluations, found.stop.name())),
         ("time", engineering(found.seconds, "s", 3)),
     ]);
     vec![
         ("report.html".to_owned(), identify_page(records, spec, found, &how).html()),
-        ("curves.csv".to_owned(), curves(records, spec, found)),
+        ("curves.csv".to_owned(), curves(records, found)),
         ("result.json".to_owned(), document),
     ]
 }
 
 /// Measured and modelled signals of all recordings, one below the other.
-fn curves(records: &[Record], spec: &IdentifySpec, found: &Identification) -> String {
+fn curves(records: &[Record], found: &Identification) -> String {
     let mut columns = vec![Vec::new(); 7];
-    let modelled = found.modelled(records, spec).unwrap_or_default();
+    let modelled = found.modelled(records).unwrap_or_default();
     for ((n, record), [current, speed]) in (1_u32..).zip(records).zip(modelled) {
         let samples = record.samples();
         let none = || vec![f64::NAN; record.len()];

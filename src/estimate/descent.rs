@@ -219,7 +219,12 @@ impl<'a> Search<'a> {
             (false, false) => Some("max"),
         });
         let (values, initial) = (fit.values(at), fit.initial(at));
-        let mut uncertainty = uncertainty(fit, &values, &matrix, &free);
+        // An extension that ended where it changes nothing may be larger by its own error, which the others allow for.
+        let is_idle = |n: &usize| !free.contains(n) && axes[*n].is_idle(values[*n]) && matrix[(*n, *n)] > 1.0;
+        let idle: Vec<usize> = (0..axes.len()).filter(is_idle).collect();
+        let informed: Vec<usize> = free.iter().chain(&idle).copied().collect();
+        let mut uncertainty = uncertainty(fit, &values, &matrix, &informed);
+        idle.iter().for_each(|n| uncertainty.forget(*n));
         if is_tested {
             uncertainty.whiteness = whiteness(fit, &values, &initial);
         }

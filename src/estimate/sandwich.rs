@@ -38,7 +38,8 @@ pub fn widened(problem: &Problem, refined: &Refined) -> Uncertainty {
 fn sandwich(problem: &Problem, refined: &Refined) -> Option<Uncertainty> {
     let Refined { values, uncertainty: own, at_bound, .. } = refined;
     let (fit, space) = (Fit::new(problem), problem.space().free());
-    let moving: Vec<usize> = (0..space.len()).filter(|n| at_bound[*n].is_none()).collect();
+    let moves = |n: &usize| at_bound[*n].is_none() || space[*n].is_idle(values[*n]);
+    let moving: Vec<usize> = (0..space.len()).filter(moves).collect();
     let states: Vec<usize> = (space.len()..fit.unknowns).collect();
     let sigma = refined.weights.clone();
     let (matrix, _) = fit.weighted(&fit.normal(&fit.at(values, &refined.initial)), &sigma);

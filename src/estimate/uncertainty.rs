@@ -47,6 +47,15 @@ pub struct Whiteness {
     pub lag1: f64,
 }
 
+impl Uncertainty {
+    /// Removes what is known of a parameter; its place stays.
+    pub(crate) fn forget(&mut self, place: usize) {
+        (self.std_error[place], self.ci95[place]) = (None, None);
+        self.correlation[place].fill(None);
+        self.correlation.iter_mut().for_each(|row| row[place] = None);
+    }
+}
+
 impl Whiteness {
     /// Tests residuals of a channel whose root mean square is `size`; `None` for too few of them, or for rounding.
     #[must_use]

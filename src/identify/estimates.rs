@@ -1,7 +1,6 @@
 //! The estimates of a result: its parameters one by one, and as maps by their names.
 
 use super::result::{Identification, side};
-use super::spec::IdentifySpec;
 use crate::Result;
 use crate::estimate::fit_problem;
 use crate::motor::{Axis, Extension, Input, Parameter, Scope};
@@ -207,8 +206,8 @@ impl Identification {
     ///
     /// # Errors
     /// As for a problem of these recordings.
-    pub fn modelled(&self, records: &[Record], spec: &IdentifySpec) -> Result<Vec<[Vec<f64>; 2]>> {
-        let problem = fit_problem(records, &self.space, spec.model)?;
+    pub fn modelled(&self, records: &[Record]) -> Result<Vec<[Vec<f64>; 2]>> {
+        let problem = fit_problem(records, &self.space, self.model)?;
         let initial = |n: usize| self.initial.get(n).copied().unwrap_or_default();
         let mut shown: Vec<_> = (0..records.len()).map(|n| problem.simulate(&self.values, n, initial(n))).collect();
         if self.input == Input::Current {

@@ -3,25 +3,26 @@
 //! [`fit_on`] is Steiglitz–McBride with the polish. A population search comes in two parts, so that many of them can be run in
 //! lock step: [`PreparedSearch`] is what comes before it and what follows, by the stages of the pipeline.
 
+use super::automatic::{Chosen, choose, without_undersampled};
 use super::checks;
-use super::model_selection::{Selection, select};
 use super::models::SelectionStep;
 use super::open_groups::Unidentified;
 use super::pipeline::unidentified;
 use super::prepare::Prepared;
 use super::refine::from_search;
-use super::result::Identification;
+use super::result::{Identification, left_out};
 use super::search::SearchResult;
 use super::spec::IdentifySpec;
-use super::start::{around, asked_space, start, steiglitz_mcbride};
+use super::start::{around, asked_space, steiglitz_mcbride};
 use super::unidentified::fix_unidentified;
 use super::warnings;
 use crate::Result;
 use crate::analysis::{FitMetrics, fit_percent};
 use crate::estimate::widened;
-use crate::evaluate::{Problem, Scalar};
+use crate::evaluate::{Model, Problem, Scalar};
 use crate::optimize::Stop;
 use crate::record::Record;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Steiglitz–McBride, then the spec's polish, of a linear motor, on the problem whose cost is reported and that of a fit
@@ -71,6 +72,9 @@ pub struct SearchRun<'a> {
 pub struct PreparedSearch {
     problem: Arc<Problem>,
     selection: Option<Vec<SelectionStep>>,
+    model: Model,
+    /// The recordings without the samples that do not count.
+    masked: Option<Vec<Record>>,
 }
 
 impl PreparedSearch {
@@ -79,15 +83,18 @@ impl PreparedSearch {
     /// # Errors
     /// As [`super::identify`].
     pub fn new(records: &[Record], spec: &IdentifySpec) -> Result<Self> {
-        let prepared = Prepared::new(records, spec)?;
-        let asked = prepared.searched(asked_space(records, &prepared.spec)?);
-        checks::before(records, &prepared.spec, &asked)?;
         // The estimate of a linear motor is needed for bounds alone.
-        if prepared.is_linear() && spec.auto_bounds.is_empty() {
-            return Ok(Self { problem: asked, selection: None });
+        if !spec.is_extended() && spec.auto_bounds.is_empty() && has_all_channels(records) {
+            let prepared = Prepared::new(records, Cow::Borrowed(spec))?;
+            let problem = prepared.searched(asked_space(records, spec)?);
+            checks::before(records, spec, &problem)?;
+            return Ok(Self { problem, selection: None, model: spec.model, masked: None });
         }
-        let Selection { space, steps, .. } = select(&prepared, &start(&prepared)?)?;
-        Ok(Self { problem: prepared.searched(space), selection: steps })
+        let masked = without_undersampled(records, spec);
+        let Chosen { prepared, selection, .. } = choose(records, masked.as_deref(), spec)?;
+        let (problem, model) = (prepared.searched(selection.space), prepared.spec.model);
+        let is_masked = !left_out(records, prepared.records).is_empty();
+        Ok(Self { problem, selection: selection.steps, model, masked: masked.filter(|_| is_masked) })
     }
 
     /// What candidates are evaluated on.
@@ -105,8 +112,10 @@ impl PreparedSearch {
         let SearchRun { values, evaluations, device: [device_kind, precision] } = run;
         let found = SearchResult::new(spec.method.name(), values.to_vec(), Stop::BudgetSpent, evaluations);
         let found = SearchResult { device_kind, precision, ..found };
-        let prepared = Prepared::new(records, spec)?;
-        Ok(Identification { selection: self.selection.clone(), ..finished(&prepared, &self.problem, found)? })
+        let spec = IdentifySpec { model: self.model, ..spec.clone() };
+        let prepared = Prepared::new(self.masked.as_deref().unwrap_or(records), Cow::Owned(spec))?;
+        let left_out = left_out(records, prepared.records);
+        Ok(Identification { selection: self.selection.clone(), left_out, ..finished(&prepared, &self.problem, found)? })
     }
 }
 
@@ -134,6 +143,7 @@ fn finished(prepared: &Prepared<'_>, problem: &Arc<Problem>, found: SearchResult
             ..Identification::new(problem, found, None)
         }
     };
+    result.model = prepared.spec.model;
     result.warnings = warnings;
     // A code once: the lines of a batch have no more of them.
     for warning in warnings::of_result(&result, None) {

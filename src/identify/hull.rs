@@ -2,7 +2,7 @@
 
 use super::profile::Point;
 use crate::analysis::variance_inflation;
-use crate::estimate::{Refined, Uncertainty};
+use crate::estimate::Refined;
 use crate::motor::Axis;
 
 /// A parameter whose logarithm, or part of its range, is known no better than this is unknown.
@@ -69,11 +69,4 @@ pub(super) fn shift(refined: &mut Refined, place: usize, axis: &Axis, values: &[
         uncertainty.std_error[place] = Some(error + axis.slope(value) * farthest / quantile);
     }
     if farthest > ends[1] { Moved::Beyond } else { Moved::Within }
-}
-
-/// Removes a parameter from an uncertainty, whose size stays.
-pub(super) fn forget(uncertainty: &mut Uncertainty, place: usize) {
-    (uncertainty.std_error[place], uncertainty.ci95[place]) = (None, None);
-    uncertainty.correlation[place].fill(None);
-    uncertainty.correlation.iter_mut().for_each(|row| row[place] = None);
 }

@@ -4,6 +4,7 @@
 //! space, every generation evaluated at once. The polish refines it to the maximum-likelihood estimate. Both are held
 //! against a search of the whole box. `pipeline.rs` reads from the first stage to the last.
 
+mod automatic;
 mod batch_costs;
 mod bic;
 mod checks;
@@ -13,6 +14,7 @@ mod extension_bounds;
 mod fit;
 mod hull;
 mod identifiability;
+mod lacking;
 mod method;
 mod missing_channel;
 mod model_selection;
@@ -45,7 +47,7 @@ pub use identifiability::{Identifiability, Inspection};
 pub use method::{Method, Polish};
 pub use models::{Alternative, SelectionStep};
 pub use pipeline::{identify, identify_with};
-pub use result::{Identification, SearchOutcome, hold_out, validate};
+pub use result::{Identification, LeftOut, SearchOutcome, hold_out, validate};
 pub(crate) use serialize::bounds;
 pub use spec::IdentifySpec;
 pub use trust_level::{Trust, TrustLevel, TrustReason};

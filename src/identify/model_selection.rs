@@ -23,8 +23,8 @@ pub(super) struct Selection {
     pub steps: Option<Vec<SelectionStep>>,
     /// Models that explain the recordings as well.
     pub alternatives: Vec<Alternative>,
-    /// The optimum of the selected model.
-    pub values: Option<Vec<f64>>,
+    /// The fit of the selected model, where the model was selected.
+    pub best: Option<Fit>,
 }
 
 /// Extensions at most.
@@ -34,14 +34,14 @@ const FINALISTS: usize = 3;
 /// Samples on which the models of a step are ranked, if fewer recordings have as many; the best are compared on all.
 const SAMPLES: usize = 60_000;
 /// Models whose criteria differ by less than this are not told apart: odds of e³ = 20 to 1.
-const TOLD_APART: f64 = 6.0;
+pub(super) const TOLD_APART: f64 = 6.0;
 
 /// Stage 3, select: the extensions that the spec names or, where it leaves them open, those that forward selection takes.
 ///
 /// # Errors
 /// `Usage` for parameters of single recordings that the model lacks, and as a fit.
 pub(super) fn select(prepared: &Prepared<'_>, start: &Start) -> Result<Selection> {
-    let named = |space| Selection { space, steps: None, alternatives: Vec::new(), values: None };
+    let named = |space| Selection { space, steps: None, alternatives: Vec::new(), best: None };
     if prepared.is_linear() {
         return Ok(named(start.space.clone()));
     }
@@ -59,8 +59,7 @@ fn selected(prepared: &Prepared<'_>, start: &Start) -> Result<Selection> {
     let mut steps = Vec::new();
     let best = climb.up(&mut steps)?;
     let (best, alternatives) = climb.exchanged(best, &mut steps);
-    let values = Some(best.refined.values);
-    Ok(Selection { space: best.space, steps: Some(steps), alternatives, values })
+    Ok(Selection { space: best.space.clone(), steps: Some(steps), alternatives, best: Some(best) })
 }
 
 /// Returns some of many recordings, from all over them; none where all are few enough, or have parameters of their own.
@@ -113,7 +112,7 @@ impl Climb<'_> {
 
     /// Returns the models with one extension more, roughly refined, the best first.
     fn ranked(&self, best: &Fit) -> Result<Vec<Fit>> {
-        let candidates = candidates(self.all.prepared.records, best);
+        let candidates = candidates(self.all.prepared.records, &best.space);
         let larger = |extension: &Extension| best.with.iter().copied().chain([*extension]).collect::<Vec<_>>();
         let (models, from) = match &self.few {
             Some(few) => (
@@ -165,7 +164,7 @@ impl Climb<'_> {
         let records = self.all.prepared.records;
         let mut best = best;
         for _ in 0..HEIGHT {
-            let possible = candidates(records, &best);
+            let possible = candidates(records, &best.space);
             let pairs = best.with.iter().flat_map(|old| possible.iter().map(move |new| (*old, *new)));
             let models: Vec<Vec<Extension>> = pairs
                 .filter(|(old, new)| old.resembles(*new))
@@ -202,7 +201,7 @@ fn badness(from: &Fit, to: &Fit) -> f64 {
 }
 
 /// Extensions that could be next: not what the model has, nor what the recordings cannot show.
-fn candidates(records: &[Record], model: &Fit) -> Vec<Extension> {
+pub(super) fn candidates(records: &[Record], model: &Space) -> Vec<Extension> {
     let any = |of: &dyn Fn(f64) -> bool| records.iter().any(|record| record.input().iter().any(|v| of(*v)));
     let both_ways = any(&|v| v > 0.0) && any(&|v| v < 0.0);
     let by_current = is_driven_by_current(records);
@@ -212,7 +211,7 @@ fn candidates(records: &[Record], model: &Fit) -> Vec<Extension> {
         Needs::Current => is_measured(records, 0),
         Needs::Nothing => true,
     };
-    let features = model.space.features();
+    let features = model.features();
     Extension::ALL.into_iter().filter(|e| !features.has_any(e.parameters())).filter(can).collect()
 }
 

@@ -4,7 +4,7 @@
 use super::checks::running;
 use super::spec::IdentifySpec;
 use crate::estimate::Refined;
-use crate::motor::{Axis, Parameter, Scope, Space};
+use crate::motor::{Parameter, Scope, Space};
 
 /// A parameter takes part in a direction when its step is more than this part of that of the parameter that is held.
 const TAKES_PART: f64 = 0.05;
@@ -46,10 +46,4 @@ pub(super) fn next_unknown(spec: &IdentifySpec, space: &Space, refined: &Refined
     let place = largest(&is_alone).or_else(|| largest(&extension)).or_else(|| largest(&|_| true))?;
     let name = |n: usize| (axes[n].parameter, axes[n].scope);
     Some(Unknown { place, others: others(place).into_iter().map(name).collect(), at_bound: false })
-}
-
-/// Returns the value at which the parameter of an extension changes nothing, where its axis has it.
-pub(super) fn neutral(axis: &Axis) -> Option<f64> {
-    let value = if axis.parameter == Parameter::Saturation { axis.max } else { axis.parameter.neutral() };
-    (axis.parameter.is_extension() && (axis.min..=axis.max).contains(&value)).then_some(value)
 }

@@ -1,6 +1,6 @@
 //! The parameters that recordings do not identify, in groups of which only combinations are known.
 
-use super::hull::{Moved, forget, shift, widen};
+use super::hull::{Moved, shift, widen};
 use super::profile::{Held, Points};
 use super::refine::Fit;
 use super::result::side;
@@ -61,7 +61,7 @@ impl Unidentified {
         let resting: Vec<usize> = (0..axes.len()).filter(rests).collect();
         resting.into_iter().for_each(|n| join(&mut self.groups, vec![name(n)]));
         for (n, _) in axes.iter().enumerate().filter(|(n, _)| self.contains(name(*n))) {
-            forget(&mut fit.refined.uncertainty, n);
+            fit.refined.uncertainty.forget(n);
         }
         narrow.into_iter().map(|(held, points)| (held, points.range)).collect()
     }
@@ -77,7 +77,7 @@ impl Unidentified {
             let values: Vec<f64> = optima.iter().filter_map(of).collect();
             if !self.contains(name) && shift(&mut fit.refined, n, axis, &values) == Moved::Lost {
                 join(&mut self.groups, vec![name]);
-                forget(&mut fit.refined.uncertainty, n);
+                fit.refined.uncertainty.forget(n);
             }
         }
     }

@@ -1,16 +1,17 @@
 //! The pipeline of an identification: prepare → start → select → refine → verify → analyse → result.
 
+use super::automatic::{Chosen, choose, without_undersampled};
 use super::checks;
+use super::lacking::{Lacking, lacking};
 use super::method::Method;
-use super::model_selection::{Selection, select};
+use super::model_selection::Selection;
 use super::normalized::NormalizedModel;
 use super::open_groups::Unidentified;
 use super::prepare::Prepared;
 use super::refine::{Fit, Observer, fit};
-use super::result::{Identification, SearchOutcome};
+use super::result::{Identification, SearchOutcome, left_out};
 use super::spec::IdentifySpec;
-use super::start::{asked_space, start};
-use super::trust::{Missed, trust};
+use super::trust::{Evidence, Missed, trust};
 use super::unidentified::fix_unidentified;
 use super::verify::{settle, verify};
 use super::warnings;
@@ -54,27 +55,28 @@ pub fn identify_with(
 fn run(records: &[Record], spec: &IdentifySpec, observe: &mut Observer<'_>) -> Result<Identification> {
     let of_recordings = || warnings::of_recordings(records, spec);
     let (of_recordings, result) = rayon::join(of_recordings, || estimated(records, spec, observe));
-    let (mut result, normalized, missed) = result?;
+    let (mut result, normalized, evidence) = result?;
     let mut warnings = warnings::with_normalized(of_recordings, normalized.as_ref());
     warnings.append(&mut result.warnings);
     result.warnings = warnings;
-    result.trust = trust(records, spec, &result, &missed);
+    result.trust = trust(records, spec, &result, &evidence);
     Ok(result)
 }
 
-/// Runs the stages; beside the result, the model that represents all motors where a channel is missing, and which channels
-/// have residuals far above their noise.
+/// Runs the stages; beside the result, the model that represents all motors where a channel is missing, and evidence against
+/// the result.
 fn estimated(
     records: &[Record],
     spec: &IdentifySpec,
     observe: &mut Observer<'_>,
-) -> Result<(Identification, Option<NormalizedModel>, Vec<Missed>)> {
+) -> Result<(Identification, Option<NormalizedModel>, Evidence)> {
     let started = Instant::now();
-    let prepared = Prepared::new(records, spec)?;
-    checks::before(records, &prepared.spec, &prepared.searched(asked_space(records, &prepared.spec)?))?;
-    let start = start(&prepared)?;
-    let Selection { space, steps: selection, alternatives, values } = select(&prepared, &start)?;
-    let mut fit = fit(&prepared, &start, &space, values, observe)?;
+    let masked = without_undersampled(records, spec);
+    let Chosen { prepared, start, selection } = choose(records, masked.as_deref(), spec)?;
+    let left_out = left_out(records, prepared.records);
+    let records = prepared.records;
+    let Selection { space, steps: selection, alternatives, best } = selection;
+    let mut fit = fit(&prepared, &start, &space, best.map(|best| best.refined.values), observe)?;
     let mut dropped = fix_unidentified(&prepared, &mut fit, Unidentified::default())?;
     // The residuals are tested beside the verification, which nearly always leaves the fit as it is.
     let estimate = start.estimate.as_ref().ok().filter(|estimate| !estimate.is_resampled);
@@ -95,15 +97,18 @@ fn estimated(
     }
     warnings.extend(dropped.warnings());
     let unidentified = unidentified(&prepared, &fit.space, &dropped);
-    let missed = missed(&fit);
+    let lacking = if spec.is_polished() { lacking(&prepared, &fit) } else { Lacking::default() };
+    warnings.extend(lacking.warnings());
+    let evidence = Evidence { missed: missed(&fit), lacking: lacking.extension() };
     let found = assembled(&prepared, fit);
-    let mut result = Identification { verification, unidentified, residual_tests, selection, alternatives, ..found };
+    let found = Identification { verification, unidentified, left_out, ..found };
+    let mut result = Identification { residual_tests, selection, alternatives, ..found };
     checks::fit(records, &prepared.spec, result.fit_percent)?;
     warnings.extend(warnings::of_result(&result, start.estimate.as_ref().err().copied()));
     result.warnings = warnings;
     analyse(&prepared, &mut result)?;
     result.seconds = started.elapsed().as_secs_f64();
-    Ok((result, prepared.normalized, missed))
+    Ok((result, prepared.normalized, evidence))
 }
 
 /// Returns the channels of recordings whose residuals are far above their noise.
@@ -176,7 +181,8 @@ fn assembled(prepared: &Prepared<'_>, fit: Fit) -> Identification {
         Some(refined) => problem.starting_from(&refined.initial),
         None => problem,
     };
-    let mut result = Identification::new(&problem, found, refined);
+    let model = prepared.spec.model;
+    let mut result = Identification { model, ..Identification::new(&problem, found, refined) };
     let metrics = FitMetrics::of(prepared.records, &problem, &result.values);
     result.fit_percent = metrics.fit_percent();
     if result.uncertainty.is_none() {

@@ -32,14 +32,14 @@ impl<'a> Prepared<'a> {
     ///
     /// # Errors
     /// As for a problem, and `Usage` for a spec that asks recordings without a voltage for what acts on one.
-    pub(super) fn new(records: &'a [Record], spec: &'a IdentifySpec) -> Result<Self> {
-        let normalized = match current_driven(records, spec)? {
+    pub(super) fn new(records: &'a [Record], spec: Cow<'a, IdentifySpec>) -> Result<Self> {
+        let normalized = match current_driven(records, &spec)? {
             Some(model) => Some(model),
-            None => single_channel(records, spec)?,
+            None => single_channel(records, &spec)?,
         };
         let spec = match &normalized {
-            Some(model) => Cow::Owned(IdentifySpec { space: model.space.clone(), ..spec.clone() }),
-            None => Cow::Borrowed(spec),
+            Some(model) => Cow::Owned(IdentifySpec { space: model.space.clone(), ..spec.into_owned() }),
+            None => spec,
         };
         Self::with(records, spec, normalized)
     }
@@ -54,6 +54,14 @@ impl<'a> Prepared<'a> {
         let (searched, fitted) = (searched.clone(), fitted.clone());
         let spec = Cow::Borrowed(spec);
         Self { records, spec, normalized: None, searched, fitted, deviations: OnceLock::new() }
+    }
+
+    /// Prepares the recordings under another spec.
+    ///
+    /// # Errors
+    /// As [`Prepared::new`].
+    pub(super) fn under(&self, spec: IdentifySpec) -> Result<Self> {
+        Self::new(self.records, Cow::Owned(spec))
     }
 
     /// Prepares some of the recordings alike.

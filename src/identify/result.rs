@@ -9,10 +9,10 @@ use super::verify::Verification;
 use crate::Result;
 use crate::analysis::{self, FittedMotor, NoiseFloor, Regression, ResidualTests, Validation, noise_floor};
 use crate::estimate::{Refined, Uncertainty};
-use crate::evaluate::{Problem, Scalar};
+use crate::evaluate::{Model, Problem, Scalar};
 use crate::motor::{Axis, Input, Parameter, Parameters, Scope, Space};
 use crate::optimize::Stop;
-use crate::record::Record;
+use crate::record::{Excluded, Record};
 use crate::warning::Warning;
 use serde::Serialize;
 
@@ -30,6 +30,36 @@ pub struct SearchOutcome {
     pub cost: f64,
 }
 
+/// Samples that were left out of a fit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LeftOut {
+    /// The number of the recording, from 0 on.
+    #[serde(rename = "record")]
+    pub recording: usize,
+    /// The time of the first of them \[s\].
+    pub from_s: f64,
+    /// The time of the last of them \[s\].
+    pub to_s: f64,
+    /// Their number.
+    pub samples: usize,
+}
+
+/// Returns the samples of `records` that do not count in `used`, which are the same recordings.
+pub(super) fn left_out(records: &[Record], used: &[Record]) -> Vec<LeftOut> {
+    let of = |(recording, (record, used)): (usize, (&Record, &Record))| {
+        let more = used.excluded().iter().filter(|excluded| !record.excluded().contains(excluded));
+        let time = &record.samples().time_s;
+        let one = |e: &Excluded| LeftOut {
+            recording,
+            from_s: time[e.start],
+            to_s: time[e.end - 1],
+            samples: e.end - e.start,
+        };
+        more.map(one).collect::<Vec<_>>()
+    };
+    records.iter().zip(used).enumerate().flat_map(of).collect()
+}
+
 /// What was found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification {
@@ -37,6 +67,10 @@ pub struct Identification {
     pub trust: Trust,
     /// What drives the motor in the recordings.
     pub input: Input,
+    /// How the motor was simulated: the spec's model or, where `auto` chose, another course of the voltage between samples.
+    pub model: Model,
+    /// Samples that `auto` left out.
+    pub left_out: Vec<LeftOut>,
     /// The parameters after the polish, those held included.
     pub parameters: Parameters,
     /// Values of what is free, in the order of the space; extensions and what belongs to one recording are among them.
@@ -111,6 +145,8 @@ impl Identification {
         Self {
             trust: Trust::default(),
             input: problem.input(),
+            model: *problem.model(),
+            left_out: Vec::new(),
             parameters: problem.parameters(&values, 0),
             unidentified: Vec::new(),
             selection: None,
@@ -193,7 +229,12 @@ impl<'a> From<&'a Identification> for FittedMotor<'a> {
 /// # Errors
 /// As for a problem of these recordings.
 pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Result<Validation> {
-    analysis::validate(records, &found.into(), spec.model, spec.criterion)
+    let validated = |records: &[Record]| analysis::validate(records, &found.into(), found.model, spec.criterion);
+    if found.left_out.is_empty() {
+        return validated(records);
+    }
+    let own = |record: &Record| record.without_undersampled().unwrap_or_else(|| record.clone());
+    validated(&records.iter().map(own).collect::<Vec<_>>())
 }
 
 /// Adds to a result of `records` what held-out recordings say of it, where there are any: how well it explains them, and how
@@ -210,7 +251,7 @@ pub fn hold_out(
     if !held_out.is_empty() {
         found.warnings.extend(validation_repeats(records, held_out));
         let all: Vec<&Record> = records.iter().chain(held_out).collect();
-        found.noise_floor = noise_floor(&all, spec.model)?;
+        found.noise_floor = noise_floor(&all, found.model)?;
         found.validation = Some(validate(held_out, spec, found)?);
     }
     Ok(())

@@ -21,6 +21,8 @@ impl Serialize for Identification {
         let record = json!({
             "trust": self.trust,
             "input": self.input.name(),
+            "discretization": self.model.discretization.name(),
+            "left_out": self.left_out,
             "bounds": bounds(&self.space),
             "device": {"kind": self.device_kind, "name": self.device, "precision": self.precision},
             "parameters": estimates::document(&self.estimates()),

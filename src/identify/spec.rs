@@ -24,6 +24,9 @@ pub struct IdentifySpec {
     pub criterion: Criterion,
     /// How the motor is simulated.
     pub model: Model,
+    /// True where `auto` extensions may take another course of the voltage between samples than the model's: a line, or a
+    /// value that is held.
+    pub auto_discretization: bool,
     /// What is free within which bounds, and what is held.
     pub space: Space,
     /// Parameters whose bounds become a decade to each side of the Steiglitz–McBride estimate, where there is one.
@@ -52,6 +55,7 @@ impl Default for IdentifySpec {
             seed: 1,
             criterion: Criterion::default(),
             model: Model::default(),
+            auto_discretization: true,
             space: Space::table2(),
             auto_bounds: Parameter::ALL.to_vec(),
             with: With::default(),

@@ -17,12 +17,13 @@ use crate::warning::{Warning, name_of};
 use TrustLevel::{Check, Poor};
 
 /// Warnings that are reasons, with the level that each leaves and what it says in short.
-const WARNINGS: [(&str, TrustLevel, &str); 18] = [
+const WARNINGS: [(&str, TrustLevel, &str); 19] = [
     ("sign_reversed", Poor, "a channel has the opposite sign"),
     ("units", Poor, "magnitudes fit no motor in these units"),
     ("recordings_differ", Poor, "the recordings are not of one motor under one condition"),
     ("not_converged", Poor, "the refinement has not come to its end"),
     ("friction_differs", Check, "friction differs between the recordings"),
+    ("model_incomplete", Check, "the residuals show an effect that the model lacks"),
     ("not_separated", Check, "another model explains the recordings as well"),
     ("at_bound", Check, "a parameter ended at a bound"),
     ("between_samples", Check, "the voltage goes on otherwise between samples"),
@@ -38,14 +39,14 @@ const WARNINGS: [(&str, TrustLevel, &str); 18] = [
     ("dead_time_long", Check, "the dead time is longer than a motor explains"),
 ];
 
-/// Judges a result, its warnings included. `missed` names recordings and channels that the model misses by far.
-pub(super) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identification, missed: &[Missed]) -> Trust {
+/// Judges a result, its warnings included, with what else speaks against it.
+pub(super) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identification, evidence: &Evidence) -> Trust {
     let mut all: Vec<(TrustLevel, TrustReason)> = Vec::new();
     let mut add = |level, code, message: Text| all.push((level, TrustReason { code, message }));
-    fits(records, found, missed).into_iter().for_each(|(level, code, message)| add(level, code, message));
+    fits(records, found, &evidence.missed).into_iter().for_each(|(level, code, message)| add(level, code, message));
     let coloured = residuals(&found.residual_tests);
     // Residuals that are noise leave nothing for another optimum to explain.
-    let is_noise = coloured.is_none() && missed.is_empty() && !found.residual_tests.is_empty();
+    let is_noise = coloured.is_none() && evidence.missed.is_empty() && !found.residual_tests.is_empty();
     if let Some((level, code, message)) =
         search(found).filter(|(_, code, _)| !is_noise || *code != "search_inconclusive")
     {
@@ -66,13 +67,21 @@ pub(super) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identificat
     all.sort_by_key(|(level, _)| std::cmp::Reverse(*level as u8));
     let level = all.first().map_or(TrustLevel::Good, |(level, _)| *level);
     let reasons: Vec<TrustReason> = all.into_iter().map(|(_, reason)| reason).collect();
-    let next = (level != TrustLevel::Good).then(|| next(spec, found, &reasons));
+    let next = (level != TrustLevel::Good).then(|| next(spec, found, (&reasons, evidence)));
     Trust { level, reasons, next }
 }
 
 /// Returns whether the model has what a finding is about.
 fn is_modelled(found: &Identification, code: &str) -> bool {
     code == "averaged_sensor" && found.extensions().contains(&Extension::SensorAverage)
+}
+
+/// What speaks against a result beside its warnings.
+pub(super) struct Evidence {
+    /// Recordings and channels that the model misses by far.
+    pub missed: Vec<Missed>,
+    /// An effect that the residuals show and the model lacks.
+    pub lacking: Option<Extension>,
 }
 
 /// A channel of a recording with residuals far above its noise.
@@ -86,6 +95,9 @@ pub(super) struct Missed {
 
 /// Residuals far above the noise leave less than this of a channel unexplained, or its fit is poor \[%\].
 const FIT_MIN: f64 = 80.0;
+/// Of a fit that explains less than this of each channel the parameters are those of any model that explains nothing, however
+/// white its residuals are \[%\].
+const FIT_OF_BEST_MIN: f64 = 30.0;
 /// The same of a channel of one recording.
 const FIT_OF_RECORDING_MIN: f64 = 50.0;
 
@@ -93,7 +105,9 @@ fn fits(records: &[Record], found: &Identification, missed: &[Missed]) -> Vec<(T
     let mut reasons = Vec::new();
     let far = |channel: usize| missed.iter().any(|of| of.channel == channel);
     let names = ["current", "speed"];
-    let poor = |channel: usize| found.fit_percent[channel].filter(|fit| *fit < FIT_MIN && far(channel));
+    let best = found.fit_percent.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
+    let is_poor = |channel: usize, fit: f64| best < FIT_OF_BEST_MIN || (fit < FIT_MIN && far(channel));
+    let poor = |channel: usize| found.fit_percent[channel].filter(|fit| is_poor(channel, *fit));
     let list: Vec<String> = (0..2)
         .filter_map(|channel| Some(format!("{:.0} % of the {}", poor(channel)?.max(0.0), names[channel])))
         .collect();
@@ -181,17 +195,23 @@ fn implausible(records: &[Record], found: &Identification) -> Option<String> {
 }
 
 /// Returns the next step for the gravest reasons.
-fn next(spec: &IdentifySpec, found: &Identification, reasons: &[TrustReason]) -> Text {
+fn next(spec: &IdentifySpec, found: &Identification, (reasons, evidence): (&[TrustReason], &Evidence)) -> Text {
     let has = |codes: &[&str]| reasons.iter().any(|reason| codes.contains(&reason.code));
     if has(&["between_samples"]) && found.input == crate::motor::Input::Voltage {
-        let better = if spec.model.discretization == crate::motor::Discretization::Foh { "zoh" } else { "foh" };
+        let better = if found.model.discretization == crate::motor::Discretization::Foh { "zoh" } else { "foh" };
         return text!([Discretization = "{better}"]);
     }
     if has(&["sign_reversed", "units", "implausible"]) {
         return text!([Command::Inspect]);
     }
-    if has(&["poor_fit", "recording_missed", "residuals", "averaged_sensor"]) && spec.with != With::Auto {
+    if has(&["poor_fit", "recording_missed", "residuals", "averaged_sensor", "model_incomplete"])
+        && spec.with != With::Auto
+    {
         return text!([With = "auto"]);
+    }
+    if let Some(lacking) = evidence.lacking {
+        let list: Vec<&str> = found.extensions().into_iter().chain([lacking]).map(Extension::name).collect();
+        return text!([With = "{}", list.join(",")]);
     }
     if has(&["at_bound"]) && Parameter::ALL.iter().any(|p| !spec.auto_bounds.contains(p)) {
         return text!([Bounds = "auto"]);

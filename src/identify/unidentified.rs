@@ -1,7 +1,7 @@
 //! Parameters that recordings do not identify. One of each unknown direction is held, so that the others stay; what
 //! changes with the choice is open too, and the intervals of the rest allow for it.
 
-use super::null_space::{neutral, next_unknown};
+use super::null_space::next_unknown;
 use super::open_groups::{Named, Unidentified};
 use super::prepare::Prepared;
 use super::profile::{Held, LIMIT, Points, QUANTILE, profile};
@@ -131,7 +131,7 @@ fn free(fit: &mut Fit, held: &Held, range: [f64; 2]) -> Result<()> {
 fn held_at(prepared: &Prepared<'_>, fit: &Fit, place: usize, value: f64) -> Result<(f64, (Refined, Space))> {
     let sigma = &fit.refined.sigmas;
     let limit = fit.refined.weighted(sigma) + SAME * variance_inflation(&fit.refined.uncertainty);
-    if let Some(neutral) = neutral(&fit.space.free()[place])
+    if let Some(neutral) = fit.space.free()[place].neutral()
         && let Ok(held) = fixed_at(prepared, fit, place, neutral)
         && held.0.weighted(sigma) <= limit
     {

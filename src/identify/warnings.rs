@@ -130,9 +130,7 @@ fn not_separated(found: &Identification) -> Option<Warning> {
 /// Whether a parameter of an extension stands at the bound at which it changes nothing.
 fn is_idle(found: &Identification, parameter: Parameter, side: &str) -> bool {
     let Some(axis) = found.space.free().iter().find(|axis| axis.parameter == parameter) else { return false };
-    let at = if side == "min" { axis.min } else { axis.max };
-    parameter.is_extension()
-        && (at.to_bits() == parameter.neutral().to_bits() || (side == "max" && parameter == Parameter::Saturation))
+    axis.is_idle(if side == "min" { axis.min } else { axis.max })
 }
 
 /// A dead time of more than so many time constants does not belong to a motor.

@@ -93,6 +93,19 @@ impl Axis {
         [(value - distance).max(self.parameter.lowest()), value + distance]
     }
 
+    /// Returns the value at which the parameter of an extension changes nothing, where the axis has it.
+    #[must_use]
+    pub fn neutral(&self) -> Option<f64> {
+        let value = if self.parameter == Parameter::Saturation { self.max } else { self.parameter.neutral() };
+        (self.parameter.is_extension() && (self.min..=self.max).contains(&value)).then_some(value)
+    }
+
+    /// Returns whether the parameter of an extension changes nothing at a value.
+    #[must_use]
+    pub fn is_idle(&self, value: f64) -> bool {
+        self.neutral().is_some_and(|neutral| (neutral - value).abs() <= 1e-9 * (self.max - self.min))
+    }
+
     /// The middle of the bounds: of their logarithms for the five of the motor.
     #[must_use]
     pub fn middle(&self) -> f64 {

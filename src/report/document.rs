@@ -30,13 +30,14 @@ pub(super) fn warnings(list: &[Warning], severity: Severity) -> Value {
 pub fn identify_document(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Value {
     let mut record = value!(found);
     // A library's result knows the numbers of its recordings, a document their files.
-    let parameters = record["parameters"].as_object_mut().into_iter().flatten();
-    let own = parameters.filter_map(|(_, entry)| entry.get_mut("recordings")?.as_array_mut()).flatten();
-    for entry in own {
+    let named = |entry: &mut Value| {
         let of = entry["record"].as_u64().and_then(|n| records.get(usize::try_from(n).ok()?));
         entry["record"] =
             value!(of.and_then(|record| record.source().path.as_ref()).map(|path| path.to_string_lossy()));
-    }
+    };
+    let parameters = record["parameters"].as_object_mut().into_iter().flatten();
+    parameters.filter_map(|(_, entry)| entry.get_mut("recordings")?.as_array_mut()).flatten().for_each(named);
+    record["left_out"].as_array_mut().into_iter().flatten().for_each(named);
     // A library's record has the names of its settings, a document those of flags.
     record["warnings"] = warnings(&found.warnings, Severity::Report);
     record["remarks"] = warnings(&found.warnings, Severity::Mention);
@@ -57,7 +58,7 @@ pub fn identify_document(records: &[Record], spec: &IdentifySpec, found: &Identi
         "scale": spec.criterion.scale.name(),
         // Here among what was asked for; the others come in the order of the record.
         "input": null,
-        "discretization": spec.model.discretization.name(),
+        "discretization": null,
         "initial": spec.model.initial.name(),
     });
     joined(asked, record)

@@ -4,7 +4,7 @@ use super::identified::{window, with_error};
 use super::table::{Table, dash};
 use crate::analysis::{Characteristic, Characteristics};
 use crate::identify::{Identification, IdentifySpec, SelectionStep};
-use crate::motor::{Extension, Input, Scope};
+use crate::motor::{Discretization, Extension, Input, Scope};
 use crate::text::significant;
 
 /// The parameters with what is known of them.
@@ -97,5 +97,14 @@ pub fn selection_text(found: &Identification) -> Option<String> {
     let selection = found.selection.as_ref()?;
     let taken: Vec<&str> = found.extensions().into_iter().map(Extension::name).collect();
     let what = if taken.is_empty() { "no extension".to_owned() } else { taken.join(", ") };
-    Some(format!("{what}; {} models were tried (-v shows them)", selection.len()))
+    let course = match found.model.discretization {
+        Discretization::Foh => "; the voltage is a line between its samples",
+        _ => "",
+    };
+    let samples: usize = found.left_out.iter().map(|of| of.samples).sum();
+    let left_out = match samples {
+        0 => String::new(),
+        _ => format!("; {samples} samples left out, where the voltage is undersampled"),
+    };
+    Some(format!("{what}{course}{left_out}; {} models were tried (-v shows them)", selection.len()))
 }

@@ -74,7 +74,7 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     sure.push(Part::Table(characteristics_table(found)));
     sure.extend(found.selection.as_ref().map(|selection| Part::Table(selection_table(selection))));
     sure.extend(figures::correlations(found).map(Part::Figure));
-    let modelled = found.modelled(records, spec).unwrap_or_default();
+    let modelled = found.modelled(records).unwrap_or_default();
     let response = |(n, (record, signals))| figures::responses(&format!("response-{n}"), record, "model", signals);
     let plots = (1..)
         .zip(records.iter().zip(&modelled))

@@ -82,6 +82,7 @@ pub fn problem(given: &Given) -> Read<IdentifySpec> {
             discretization: given.choice(Setting::Discretization)?.unwrap_or_default(),
             initial: given.choice(Setting::Initial)?.unwrap_or_default(),
         },
+        auto_discretization: !given.has(Setting::Discretization),
         space: space(&limits, &fixed).map_err(|error| Fault { setting: of_space, error })?,
         auto_bounds: given.items(Setting::Bounds, values::auto_bounds)?,
         with,

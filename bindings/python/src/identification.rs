@@ -129,7 +129,7 @@ impl Found {
 
     fn modelled<'py>(&self, py: Python<'py>) -> Answer<'py> {
         let list = PyList::empty(py);
-        for [current, speed] in self.found.modelled(&self.records, &self.spec).raise(py)? {
+        for [current, speed] in self.found.modelled(&self.records).raise(py)? {
             let signals = PyDict::new(py);
             signals.set_item("current_A", array(py, current))?;
             signals.set_item("speed_rad_s", array(py, speed))?;

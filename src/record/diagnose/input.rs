@@ -1,36 +1,16 @@
-//! The input: changes too fast for the clock, only one change, a reset at the end, an idle value.
+//! The input: only one change, a reset at the end, an idle value.
 
 use super::{Finding, Quantity, View, text};
-use crate::numeric::count;
 use crate::text::significant;
 
-/// Standard deviation of the differences over that of the voltage, from which on it is undersampled.
-const RESTLESS: f64 = 0.7;
 /// Samples at the end in which a reset is looked for.
 const LAST: usize = 3;
 
 pub(super) fn input(view: &View<'_>, findings: &mut Vec<Finding>) {
-    findings.extend(undersampled(view));
     let reset = reset(view);
     findings.extend(single_edge(view, reset.as_ref().map_or(view.len(), |reset| reset.places[0].start)));
     findings.extend(reset);
     findings.extend(idle(view));
-}
-
-/// A voltage that changes from sample to sample. One that is held for two samples or more between its changes, as a
-/// binary sequence is, is resolved however often it switches.
-fn undersampled(view: &View<'_>) -> Option<Finding> {
-    // A constant voltage with noise is none.
-    if view.restless <= RESTLESS || view.volts_spread < 0.1 || view.len() < 10 {
-        return None;
-    }
-    let single = view.constant_inputs.iter().filter(|s| s.samples.len() == 1).count();
-    // Of a binary sequence that may switch at every sample a quarter of the samples stand alone.
-    let share = count(single) / count(view.len());
-    let message = "the voltage changes from sample to sample: what it was between them is not known";
-    let remedy = "Record faster, or hold each voltage for several samples.";
-    let finding = Finding::new("undersampled_input", Quantity::Voltage, message, remedy);
-    (share > 0.2).then(|| finding.figure("ratio", view.restless))
 }
 
 /// One change of the voltage, and nothing else, before sample `end`.

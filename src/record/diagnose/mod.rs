@@ -15,6 +15,7 @@ mod ripple;
 mod sampling;
 mod sign;
 mod spectrum;
+mod undersampled;
 mod units;
 mod view;
 
@@ -106,10 +107,11 @@ pub static FINDINGS: [(&str, &str); 19] = [
 type Rule = fn(&View<'_>, &mut Vec<Finding>);
 
 /// The rules in the order in which they look, each with whether it also is one of recordings whose input is the current.
-const RULES: [(Rule, bool); 12] = [
+const RULES: [(Rule, bool); 13] = [
     (clock::jitter, true),
     (units::units, true),
     (sign::sign_reversed, true),
+    (undersampled::undersampled, false),
     (input::input, false),
     (rest::rest, false),
     (motion::motion, false),

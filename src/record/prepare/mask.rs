@@ -10,8 +10,8 @@ use std::ops::Range;
 /// What does not count in a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mask {
-    /// What diagnoses find: saturated current does not count, an input that is reset at the end is cut off, and where
-    /// the drive is disabled the recording is cut.
+    /// What diagnoses find: saturated current does not count, nor stretches in which the voltage changes faster than it is
+    /// sampled; an input that is reset at the end is cut off, and where the drive is disabled the recording is cut.
     Auto,
     /// The channels (current, speed) from one time to another \[s\].
     Time {
@@ -116,6 +116,24 @@ fn cut(record: &Record, cuts: &[Range<usize>], notes: &[String]) -> Result<Vec<R
     pieces.into_iter().enumerate().map(piece).collect()
 }
 
+/// Both channels of some samples.
+fn whole(place: Range<usize>) -> Excluded {
+    Excluded { start: place.start, end: place.end, channels: [true; 2] }
+}
+
+impl Record {
+    /// Returns a copy in which stretches whose voltage changes faster than it is sampled do not count; `None` where there are
+    /// none.
+    pub(crate) fn without_undersampled(&self) -> Option<Self> {
+        let undersampled = findings(self).into_iter().filter(|finding| finding.code == "undersampled_input");
+        let is_masked = |place: &Excluded| self.excluded.iter().any(|e| e.start <= place.start && place.end <= e.end);
+        let places = undersampled.flat_map(|finding| finding.places).map(whole);
+        let more: Vec<Excluded> = places.filter(|place| !is_masked(place)).collect();
+        let excluded = self.excluded.iter().chain(&more).copied().collect();
+        (!more.is_empty()).then(|| Self { excluded, ..self.clone() })
+    }
+}
+
 /// What diagnoses say should not count.
 fn automatic(record: &Record, excluded: &mut Vec<Excluded>, cuts: &mut Vec<Range<usize>>, notes: &mut Vec<String>) {
     for finding in findings(record) {
@@ -127,6 +145,10 @@ fn automatic(record: &Record, excluded: &mut Vec<Excluded>, cuts: &mut Vec<Range
                 let off = |p: &Range<usize>| Excluded { start: p.start, end: p.end, channels: [true, false] };
                 excluded.extend(finding.places.iter().map(off));
                 notes.push(format!("masked: saturated current, {samples} samples"));
+            }
+            "undersampled_input" if samples > 0 => {
+                excluded.extend(finding.places.into_iter().map(whole));
+                notes.push(format!("masked: undersampled voltage, {samples} samples"));
             }
             "voltage_without_current" => {
                 cuts.extend(finding.places);

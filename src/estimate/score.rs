@@ -1,0 +1,67 @@
+//! The score test (C. R. Rao, 1948): whether residuals of a fit show a parameter that the model lacks. The derivatives at the
+//! optimum suffice; nothing is fitted again.
+
+use super::normal::Fit;
+use super::refined::Refined;
+use crate::evaluate::Problem;
+use nalgebra::{DMatrix, DVector};
+
+/// The score of a parameter that a model lacks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Score {
+    /// The place of the parameter among the free axes.
+    pub axis: usize,
+    /// To first order the fall of the weighted sum of squares when the parameter is freed: χ² with one degree of freedom where
+    /// the model lacks nothing.
+    pub statistic: f64,
+    /// The largest shift of another free parameter when this one is freed, in standard errors of the fit without it.
+    pub shift: f64,
+    /// The same for the largest value that the recordings do not exclude.
+    pub unseen: f64,
+}
+
+/// A parameter whose information is less than this part of its own is not separable from the others.
+const SEPARABLE: f64 = 1e-8;
+/// Standard errors that a parameter may be larger than it is estimated.
+const EXCLUDED: f64 = 2.0;
+
+/// Returns the scores of the free axes `tested` of a problem that [`super::fit_problem`] has made, at `values`, where these
+/// axes have no effect and the others are the optimum `of`. Where the bounds do not
+/// admit the step the statistic is zero.
+pub(crate) fn scores(problem: &Problem, values: &[f64], of: &Refined, tested: &[usize]) -> Vec<Score> {
+    let fit = Fit::new(problem);
+    let normal = fit.normal(&fit.at(values, &of.initial));
+    if !normal.is_finite() {
+        return Vec::new();
+    }
+    let (matrix, gradient) = fit.weighted(&normal, &of.sigmas);
+    let kept: Vec<usize> = (0..fit.unknowns).filter(|n| !tested.contains(n) && matrix[(*n, *n)] > 0.0).collect();
+    // In units in which the diagonal is one: the parameters differ by powers of ten in what shows of them.
+    let scale = DVector::from_iterator(kept.len(), kept.iter().map(|n| matrix[(*n, *n)].sqrt()));
+    let own = DMatrix::from_fn(kept.len(), kept.len(), |a, b| matrix[(kept[a], kept[b])] / (scale[a] * scale[b]));
+    let Some(own) = own.cholesky() else { return Vec::new() };
+    let errors = own.inverse().map_diagonal(|v| v.sqrt());
+    let axes = problem.space().free();
+    let score = |&axis: &usize| {
+        let row =
+            DVector::from_iterator(kept.len(), kept.iter().zip(scale.iter()).map(|(n, s)| matrix[(axis, *n)] / s));
+        let rest = DVector::from_iterator(kept.len(), kept.iter().zip(scale.iter()).map(|(n, s)| gradient[*n] / s));
+        let moved = own.solve(&row);
+        let information = matrix[(axis, axis)] - row.dot(&moved);
+        let slope = gradient[axis] - rest.dot(&moved);
+        let step = slope / information;
+        let is_separable = information > SEPARABLE * matrix[(axis, axis)];
+        let is_parameter = |place: &usize| kept[*place] < axes.len();
+        let per_step = (0..kept.len()).filter(is_parameter).map(|n| (moved[n] / errors[n]).abs()).fold(0.0, f64::max);
+        let at = axes[axis].coordinate(values[axis]);
+        let room = [axes[axis].min, axes[axis].max].map(|bound| axes[axis].coordinate(bound) - at);
+        let open = |by: f64, room: f64| if is_separable { by.clamp(0.0, room) } else { room };
+        let error = EXCLUDED / information.sqrt();
+        let unseen = per_step * open(step + error, room[1]).max(open(error - step, -room[0]));
+        if !is_separable || step > room[1] && room[1] <= 0.0 || step < room[0] && room[0] >= 0.0 {
+            return Score { axis, statistic: 0.0, shift: 0.0, unseen };
+        }
+        Score { axis, statistic: slope * slope / information, shift: per_step * step.abs(), unseen }
+    };
+    tested.iter().map(score).collect()
+}
