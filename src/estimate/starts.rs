@@ -31,7 +31,7 @@ fn grid(axis: &Axis) -> Vec<f64> {
             points(&|share| axis.min * (axis.max / axis.min).powf(share))
         }
         // Small ones matter too.
-        Parameter::Coulomb | Parameter::BrushDrop | Parameter::Deadband => {
+        Parameter::Coulomb | Parameter::BrushDrop | Parameter::Deadband | Parameter::DeadTime | Parameter::Latency => {
             points(&|share| axis.min + range * share.powi(2))
         }
         _ => points(&|share| axis.min + range * share),

@@ -83,17 +83,15 @@ fn between_samples(first: Chosen<'_>) -> Result<Chosen<'_>> {
     Ok(if is_better { Chosen { prepared, start, selection } } else { first })
 }
 
-/// Returns whether a model fits better on other terms, with a dead time or without: between a voltage that is held and one
-/// that is a line lies half a period.
+/// Returns whether a model fits better on other terms, also with a dead time: between a voltage that is held and one that is a
+/// line lies half a period.
 fn may_be_better(there: &Models<'_>, best: &Fit) -> bool {
-    let delay = Extension::DeadTime;
-    let mut other = best.with.clone();
-    match other.iter().position(|e| *e == delay) {
-        Some(n) => drop(other.remove(n)),
-        None => other.push(delay),
-    }
-    let fits = [&best.with, &other].map(|with| there.rough(best, with).ok());
-    fits.iter().flatten().any(|fit| gain(best, fit) < -TOLD_APART)
+    let delayed = best.with.iter().copied().chain([Extension::DeadTime]).collect();
+    let models = match best.with.contains(&Extension::DeadTime) {
+        true => vec![best.with.clone()],
+        false => vec![best.with.clone(), delayed],
+    };
+    models.iter().any(|with| there.near(best, with).is_ok_and(|fit| gain(best, &fit) < -TOLD_APART))
 }
 
 /// Residuals of stretches up to this many times as large as those of other samples are explained.

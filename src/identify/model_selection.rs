@@ -87,13 +87,13 @@ impl Climb<'_> {
         let Models { prepared, start } = self.all;
         let by = (&start.space, prepared.deviations());
         let mut best = self.all.thorough(by, &[], |problem| explained(problem, &start.motors))?;
-        best = self.all.settled(best)?;
+        best = self.all.lower(&best)?.unwrap_or(best);
         let records = self.all.prepared.records;
         steps.push(step(records, &best, None, true));
         while best.with.len() < HEIGHT {
             let mut tried = self.ranked(&best)?;
             let others = tried.split_off(tried.len().min(FINALISTS));
-            let mut fits: Vec<Fit> = tried.into_par_iter().map(|fit| self.all.finished(fit)).collect();
+            let mut fits: Vec<Fit> = tried.into_par_iter().map(|fit| self.finished(&best, fit)).collect();
             fits.sort_by(|a, b| badness(&best, a).total_cmp(&badness(&best, b)));
             let taken = fits.iter().position(|fit| is_worth(&best, fit));
             for (n, fit) in fits.iter().enumerate() {
@@ -103,8 +103,12 @@ impl Climb<'_> {
                 steps.extend(others.iter().map(|fit| step(records, fit, Some(gain(&best, fit)), false)));
             }
             match taken {
-                Some(n) => best = self.pruned(self.all.settled(fits.swap_remove(n))?)?,
-                None => break,
+                Some(n) => best = self.pruned(fits.swap_remove(n))?,
+                // From a lower optimum the way may lead on.
+                None => match self.all.lower(&best)?.filter(|lower| gain(&best, lower) < -EXCHANGE) {
+                    Some(lower) => best = lower,
+                    None => break,
+                },
             }
         }
         Ok(best)
@@ -139,6 +143,11 @@ impl Climb<'_> {
         Ok(fits.into_par_iter().take(FINALISTS).filter_map(|fit| on_all(fit).ok()).collect())
     }
 
+    /// Refines a rough fit thoroughly where it may be as good as the best.
+    fn finished(&self, best: &Fit, rough: Fit) -> Fit {
+        if gain(best, &rough) > FAR_WORSE { rough } else { self.all.finished(rough) }
+    }
+
     /// Removes extensions that another has made idle.
     fn pruned(&self, fit: Fit) -> Result<Fit> {
         let mut best = fit;
@@ -171,7 +180,7 @@ impl Climb<'_> {
                 .map(|(old, new)| best.with.iter().map(|e| if *e == old { new } else { *e }).collect())
                 .collect();
             let tried = models.par_iter().filter_map(|with| self.all.rough(&best, with).ok());
-            let tried: Vec<Fit> = tried.map(|fit| self.all.finished(fit)).collect();
+            let tried: Vec<Fit> = tried.map(|fit| self.finished(&best, fit)).collect();
             let gains: Vec<f64> = tried.iter().map(|fit| gain(&best, fit)).collect();
             let lowest = (0..tried.len()).min_by(|a, b| gains[*a].total_cmp(&gains[*b]));
             let taken = lowest.filter(|n| gains[*n] < -EXCHANGE);
@@ -189,6 +198,8 @@ impl Climb<'_> {
     }
 }
 
+/// A model whose rough fit is worse by this much will not be as good: its end is within some hundredths.
+const FAR_WORSE: f64 = 3.0 * TOLD_APART;
 /// A model is exchanged for another of the same size where the criterion falls by more than rounding.
 const EXCHANGE: f64 = 0.1;
 

@@ -91,29 +91,41 @@ impl Models<'_> {
         self.refined(&rough.with, &self.prepared.fitted(&rough.space), &rough.refined.values).unwrap_or(rough)
     }
 
-    /// Refines a model roughly under the weights of a smaller one: from where that is, and from each way to explain a delay.
+    /// Refines a model roughly under the weights of a smaller one: from where that is, and, with a new
+    /// delay, from each way to explain one.
     pub(super) fn rough(&self, from: &Fit, with: &[Extension]) -> Result<Fit> {
+        self.from_starts(from, with, true)
+    }
+
+    /// Refines a model roughly from where another is alone.
+    pub(super) fn near(&self, from: &Fit, with: &[Extension]) -> Result<Fit> {
+        self.from_starts(from, with, false)
+    }
+
+    fn from_starts(&self, from: &Fit, with: &[Extension], anew: bool) -> Result<Fit> {
         let (problem, plain) = self.problems(&from.space, with)?;
         let sigma = &from.refined.weights;
         let mut starts = vec![warmed(&problem, (&from.space, &from.refined.values))?];
-        starts.extend(explained(&problem, &[from.refined.parameters.to_array()])?.into_iter().take(ANEW));
+        if anew && with.iter().any(|e| e.is_late() && !from.with.contains(e)) {
+            starts.extend(explained(&problem, &[from.refined.parameters.to_array()])?.into_iter().take(ANEW));
+        }
         let refined = best_start(&plain, &starts, sigma).ok_or_else(nowhere)?;
         Ok(fit(with, &plain, refined))
     }
 
-    /// Returns a fit, or the lowest optimum that starts from all over the box lead to where it leaves residuals far above the
-    /// noise.
-    pub(super) fn settled(&self, own: Fit) -> Result<Fit> {
+    /// Returns a lower optimum than that of a fit which leaves residuals far above the noise, where starts from all over the box
+    /// lead to one.
+    pub(super) fn lower(&self, own: &Fit) -> Result<Option<Fit>> {
         let plain = self.prepared.fitted(&own.space);
         if !is_far(&plain, &own.refined) {
-            return Ok(own);
+            return Ok(None);
         }
         let sigma = &own.refined.weights;
         let found = global_reference(&plain, sigma, Some(own.refined.weighted(sigma)))?.refined;
         if found.weighted(sigma) >= own.refined.weighted(sigma) * (1.0 - LOWER) {
-            return Ok(own);
+            return Ok(None);
         }
-        self.refined(&own.with, &plain, &found.values)
+        self.refined(&own.with, &plain, &found.values).map(Some)
     }
 
     /// Returns the problem of a search and that of a fit.

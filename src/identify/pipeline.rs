@@ -76,7 +76,7 @@ fn estimated(
     let left_out = left_out(records, prepared.records);
     let records = prepared.records;
     let Selection { space, steps: selection, alternatives, best } = selection;
-    let mut fit = fit(&prepared, &start, &space, best.map(|best| best.refined.values), observe)?;
+    let mut fit = fit(&prepared, &start, &space, best.map(|best| best.refined), observe)?;
     let mut dropped = fix_unidentified(&prepared, &mut fit, Unidentified::default())?;
     // The residuals are tested beside the verification, which nearly always leaves the fit as it is.
     let estimate = start.estimate.as_ref().ok().filter(|estimate| !estimate.is_resampled);

@@ -45,7 +45,7 @@ impl Fit {
     }
 }
 
-/// Fits a model from where it starts, or from its `optimum` where that is known.
+/// Fits a model from where it starts, or takes its `optimum` where the selection of the model has found it.
 ///
 /// # Errors
 /// As a refinement and a search.
@@ -53,12 +53,16 @@ pub(super) fn fit(
     prepared: &Prepared<'_>,
     start: &Start,
     model: &Space,
-    optimum: Option<Vec<f64>>,
+    optimum: Option<Refined>,
     observe: &mut Observer<'_>,
 ) -> Result<Fit> {
     if !prepared.is_linear() {
         return match optimum.filter(|_| !prepared.spec.method.is_search() && prepared.spec.is_polished()) {
-            Some(optimum) => from_optimum(prepared, optimum, model),
+            Some(refined) => {
+                let (problem, space) = (prepared.searched(model.clone()), model.clone());
+                let found = evaluated(&problem, &prepared.spec, refined.values.clone())?;
+                Ok(Fit { found, problem, refined, space })
+            }
             None => from_motors(prepared, &start.motors, model, observe),
         };
     }
@@ -91,13 +95,6 @@ fn from_estimate(
 
 /// Candidate-steps that a search may take where it is not asked for: about a second.
 const AFFORDABLE: usize = 1_000_000_000;
-
-/// Fits a model from its optimum, as the selection of the model found it.
-fn from_optimum(prepared: &Prepared<'_>, optimum: Vec<f64>, space: &Space) -> Result<Fit> {
-    let problem = prepared.searched(space.clone());
-    let starts = [optimum.clone()];
-    from_starts(prepared, &problem, evaluated(&problem, &prepared.spec, optimum)?, &starts)
-}
 
 /// Fits a model from motors near the right one: its extensions from grids along their axes, then the best of these starts
 /// refined.
