@@ -178,6 +178,63 @@ fn auto_finds_models_that_explain_held_out_recordings_and_sensors_that_average()
 }
 
 #[test]
+fn auto_leaves_out_what_is_undersampled() {
+    let Some(folder) = set("labmrd-odrive") else { return };
+    let path = |n: usize| folder.join(format!("chirp{n}.csv")).to_str().unwrap().to_owned();
+    let run = |more: &[String]| {
+        let mut args: Vec<String> =
+            ["identify", "--json", "--with", "auto", "--columns", "time=timestep (8Hz):8kHz"].map(str::to_owned).to_vec();
+        args.extend_from_slice(more);
+        let document = json(&args.iter().map(String::as_str).collect::<Vec<_>>());
+        assert_eq!(document["discretization"], "foh");
+        assert_ne!(document["trust"]["level"], "good", "its residuals are correlated");
+        document
+    };
+    let speed = |at: &serde_json::Value| at["fit_percent"]["speed"].as_f64().unwrap();
+    let fits: Vec<f64> = (1..=5).map(|n| speed(&run(&[path(n)]))).collect();
+    let validate: Vec<String> = [4, 5].into_iter().flat_map(|n| ["--validate".to_owned(), path(n)]).collect();
+    let joint = run(&[&[path(1), path(2), path(3)], &validate[..]].concat());
+    let (fitted, held_out) = (speed(&joint), speed(&joint["validation"]));
+    println!("chirps one by one {fits:.2?} %, three {fitted:.2} %, held out {held_out:.2} %");
+    assert!(fits.iter().chain([&fitted, &held_out]).all(|fit| *fit >= 97.5));
+    // The chirp passes a sixth of the sampling rate after 4 s, and goes on to its end.
+    let left_out = joint["left_out"].as_array().unwrap();
+    assert_eq!(left_out.len(), 3);
+    for (n, of) in left_out.iter().enumerate() {
+        assert_eq!(of["record"], path(n + 1));
+        let [from, to] = ["from_s", "to_s"].map(|key| of[key].as_f64().unwrap());
+        assert!((4.0..4.6).contains(&from) && to > 6.9, "{from} to {to}");
+    }
+}
+
+#[test]
+fn auto_finds_a_motor_whose_voltage_is_logged_late() {
+    let Some(folder) = set("newcomer-logs") else { return };
+    for name in ["reg2.csv", "k_good.csv"] {
+        let document = json(&["identify", folder.join(name).to_str().unwrap(), "--json", "--with", "auto"]);
+        assert_eq!(document["discretization"], "foh");
+        let error = |symbol: &str, truth: f64| document["parameters"][symbol]["value"].as_f64().unwrap() / truth - 1.0;
+        let errors = [("R", 2.5), ("K", 0.02), ("J", 1.5e-5)].map(|(symbol, truth)| error(symbol, truth));
+        println!("{name}: R, K, J off by {errors:.3?}: {}", document["trust"]);
+        // A line between samples is the mean of what the drive did: with the voltage held J is off by 8 to 9 %.
+        assert!(errors.iter().all(|error| error.abs() < 0.04), "{errors:?}");
+        assert_ne!(document["trust"]["level"], "good");
+    }
+}
+
+#[test]
+fn a_model_that_explains_nothing_is_not_trusted() {
+    let Some(folder) = set("labmrd-odrive") else { return };
+    for n in 1..=5 {
+        let path = folder.join(format!("noise{n}.csv")).to_str().unwrap().to_owned();
+        // A random voltage at every sample, not synchronous with what was logged: kV is fifty times that of the steps.
+        let document = json(&["identify", &path, "--json", "--columns", "time=timestep (8Hz):8kHz", "--with", "auto"]);
+        assert!(document["fit_percent"]["speed"].as_f64().unwrap() < 10.0);
+        assert_eq!(document["trust"]["level"], "poor", "{}", document["trust"]);
+    }
+}
+
+#[test]
 fn one_channel_gives_what_it_can() {
     // The paper's motor at 40 dB under a voltage that changes, with one channel left out.
     let folder = Folder::new();

@@ -7,10 +7,10 @@
 #[path = "support/joint.rs"]
 mod joint;
 
-use joint::{EXCITATIONS, Truth, motor, noisy, numbers, record, records};
+use joint::{EXCITATIONS, Truth, late, motor, noisy, numbers, record, records};
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::identify::{Identification, IdentifySpec, TrustLevel, identify};
-use motorfit::motor::{Discretization, Extension, Extension::*, With};
+use motorfit::motor::{Discretization, Extension, Extension::*, Parameter, With};
 use motorfit::record::{Record, Samples};
 use rayon::prelude::*;
 
@@ -103,6 +103,79 @@ fn right_fits_are_trusted_and_their_intervals_cover() {
     // 99 % are promised: of 300 fits, 597 of 600 measured, some five may be taken for wrong. 95 % of some 1750 values has a
     // standard deviation of 0.5 %, and up to twice that for errors that are correlated within a fit.
     assert!(good >= 0.983 && (0.925..0.975).contains(&covered), "{good} {covered}");
+}
+
+#[test]
+fn auto_tells_a_late_voltage_and_a_latency_of_one_recording() {
+    let auto = IdentifySpec { with: With::Auto, ..IdentifySpec::default() };
+    let one = |seed: u64| {
+        let (mut numbers, decibels) = (numbers(3000 + seed), [40.0, 25.0][usize::from(seed % 2 == 1)]);
+        let model: &[Extension] = if seed % 4 < 2 { &[] } else { &[Coulomb] };
+        let truth = motor(&mut numbers, model);
+        let all: Vec<Record> = (0..EXCITATIONS).map(|n| late(&mut numbers, &truth, n, 1000, decibels)).collect();
+        let found = identify(&all, &auto).unwrap();
+        let more = found.extensions().iter().filter(|e| !model.contains(e)).count();
+        let is_line = found.model.discretization == Discretization::Foh
+            && model.iter().all(|e| found.extensions().contains(e))
+            && more <= 1;
+        // A latency in the third recording, none in the others.
+        let slow = motor(&mut numbers, &[Latency]);
+        let mut quick = Truth { motor: slow.motor, ..slow };
+        quick.motor.set(Parameter::Latency, 0.0);
+        let of = |n: usize| if n == 2 { &slow } else { &quick };
+        let all: Vec<Record> = (0..EXCITATIONS).map(|n| record(&mut numbers, of(n), n, 1000, decibels)).collect();
+        let found = identify(&all, &auto).unwrap();
+        let late = found.estimates().into_iter().filter(|e| e.parameter == Parameter::Latency);
+        let values: Vec<f64> = late.map(|e| e.value.unwrap_or(0.0) / slow.period_s).collect();
+        let truth = slow.motor.get(Parameter::Latency) / slow.period_s;
+        // To half a sample: between samples a latency shows in the first ones alone.
+        let is_own = found.extensions() == [Latency]
+            && found.model.discretization == Discretization::Zoh
+            && values.iter().enumerate().all(|(n, value)| (value - if n == 2 { truth } else { 0.0 }).abs() < 0.5);
+        if !is_line || !is_own {
+            println!("seed {seed} at {decibels} dB: line {is_line}, latency {is_own}: {values:.2?}, truth {truth:.2}");
+        }
+        [is_line, is_own]
+    };
+    let verdicts: Vec<[bool; 2]> = (0..motors(8)).map(one).collect();
+    let share = [0, 1].map(|n| verdicts.iter().filter(|v| v[n]).count() as f64 / verdicts.len() as f64);
+    println!("late voltage {:.3}, latency of one {:.3}", share[0], share[1]);
+    assert!(share.iter().all(|share| *share >= 0.875), "{share:?}");
+}
+
+/// Fits of single recordings with an excitation: the share that is trusted, and of it the share with an error beyond five
+/// standard errors.
+fn single(truth: &[Extension], fitted: &[Extension], excitation: usize) -> [f64; 2] {
+    let one = |seed: u64| {
+        let mut numbers = numbers(5000 + seed);
+        let truth = motor(&mut numbers, truth);
+        let record = record(&mut numbers, &truth, excitation, 1000, [40.0, 25.0][usize::from(seed % 2 == 1)]);
+        let Ok(found) = identify(&[record], &with(fitted)) else { return [false; 2] };
+        let is_good = found.trust.level == TrustLevel::Good;
+        [is_good, is_good && errors(&found, &truth).any(|z| z.abs() > 5.0)]
+    };
+    let all: Vec<[bool; 2]> = (0..motors(50)).into_par_iter().map(one).collect();
+    [0, 1].map(|n| all.iter().filter(|of| of[n]).count() as f64 / all.len() as f64)
+}
+
+#[test]
+fn effects_that_residuals_show_only_together_are_noticed() {
+    for excitation in 1..EXCITATIONS {
+        let right = single(&[], &[], excitation);
+        let wrong = [Coulomb, Load].map(|missing| single(&[missing], &[], excitation)[0]);
+        println!("excitation {excitation}: right {right:?}, without friction or load {wrong:?}");
+        assert!(right[0] >= 0.98 && right[1] == 0.0 && wrong == [0.0; 2]);
+    }
+}
+
+#[test]
+fn an_extension_at_zero_leaves_its_error_to_others() {
+    // Under a single step friction and viscous friction hardly differ: where Tc ends at zero, B may be that much lower.
+    for truth in [&[Coulomb][..], &[]] {
+        let [good, wrong] = single(truth, &[Coulomb], 0);
+        println!("{truth:?} with friction under a step: {good:.2} trusted, {wrong:.3} wrong");
+        assert!(wrong == 0.0 && good > 0.3);
+    }
 }
 
 type Change = fn(&mut Samples);

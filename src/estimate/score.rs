@@ -65,3 +65,71 @@ pub(crate) fn scores(problem: &Problem, values: &[f64], of: &Refined, tested: &[
     };
     tested.iter().map(score).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::{fit_problem, refine_on};
+    use crate::evaluate::Model;
+    use crate::experiment::{Excitation, simulated, with_noise};
+    use crate::motor::{Axis, Discretization, Extended, Parameter, Parameters, Scope, Space};
+    use crate::record::Record;
+
+    /// The paper's motor with a load torque under several levels both ways.
+    fn record(load: f64, seed: u64) -> Record {
+        let levels = [0.0, 9.0, 2.0, -6.0, 4.0, -1.5, 10.5];
+        let voltage = (0..1400).map(|n| levels[n / 200]).collect();
+        let time_s = (0_u32..1400).map(|n| 1e-3 * f64::from(n)).collect();
+        let mut motor = Extended::from(&Parameters::M2);
+        motor.set(Parameter::Load, load);
+        let clean = simulated(motor, &Excitation { time_s, voltage, torque: None }, Discretization::Zoh).unwrap();
+        with_noise(&clean, [0.05, 0.5], seed).unwrap()
+    }
+
+    /// The score of the load, its statistic by two fits, and the shift of B by them in standard errors.
+    fn tested(record: &Record) -> (Score, f64, f64) {
+        let records = std::slice::from_ref(record);
+        let motor = Parameters::M2.to_array();
+        let axis = |p: Parameter| Axis {
+            parameter: p,
+            scope: Scope::Shared,
+            min: 0.1 * motor[p as usize],
+            max: 10.0 * motor[p as usize],
+        };
+        let free: Vec<Axis> = Parameter::ALL.into_iter().map(axis).collect();
+        let load = Axis { parameter: Parameter::Load, scope: Scope::Shared, min: -0.05, max: 0.05 };
+        let space = Space::new(free.clone(), Vec::new()).unwrap();
+        let larger = Space::new(free.into_iter().chain([load]).collect(), Vec::new()).unwrap();
+        let plain = fit_problem(records, &space, Model::default()).unwrap();
+        let without = refine_on(&plain, &motor, None).unwrap();
+        let plain = fit_problem(records, &larger, Model::default()).unwrap();
+        let values: Vec<f64> = without.values.iter().copied().chain([0.0]).collect();
+        let score = scores(&plain, &values, &without, &[5])[0];
+        let with = refine_on(&plain, &values, Some(&without.sigmas)).unwrap();
+        let shift = |n: usize| {
+            let log_error = without.uncertainty.std_error[n].unwrap() / without.values[n];
+            ((with.values[n] / without.values[n]).ln() / log_error).abs()
+        };
+        let fall = without.weighted(&without.sigmas) - with.weighted(&without.sigmas);
+        (score, fall, (0..5).map(shift).fold(0.0, f64::max))
+    }
+
+    #[test]
+    fn a_score_is_what_another_fit_gains() {
+        for load in [2e-4, 1e-3, -2e-3] {
+            let (score, fall, shift) = tested(&record(load, 1));
+            // Both agree to first order in the shift, which is some percent of a parameter.
+            assert!((score.statistic / fall - 1.0).abs() < 0.05, "{load}: {score:?}, {fall}");
+            assert!((score.shift / shift - 1.0).abs() < 0.05, "{load}: {score:?}, {shift}");
+        }
+    }
+
+    #[test]
+    fn scores_of_what_is_not_there_are_chi_square() {
+        let all: Vec<f64> = (0..300).map(|seed| tested(&record(0.0, seed)).0.statistic).collect();
+        let mean = crate::numeric::mean(&all);
+        let beyond = all.iter().filter(|score| **score > 3.841).count();
+        // The mean of 300 has a standard deviation of 0.08, the count beyond the 95 % quantile one of 3.8.
+        assert!((mean - 1.0).abs() < 0.25 && (4..=27).contains(&beyond), "{mean}, {beyond} of 300");
+    }
+}

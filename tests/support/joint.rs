@@ -117,6 +117,31 @@ pub fn record(numbers: &mut Numbers, truth: &Truth, excitation: usize, count: us
     noisy(numbers, &simulated(truth.motor, &excitation, Discretization::Zoh).unwrap(), decibels)
 }
 
+/// A recording whose voltage is logged late, as a sketch does that logs at times of its own: the drive takes each value at
+/// some moment, uniformly distributed, in the period before the sample that has it.
+pub fn late(numbers: &mut Numbers, truth: &Truth, excitation: usize, count: usize, decibels: f64) -> Record {
+    const FINE: usize = 10;
+    let voltage = voltage(numbers, truth, excitation, count);
+    let mut fine = Vec::with_capacity(count * FINE);
+    for n in 0..count {
+        let (now, next, at) = (voltage[n], voltage[(n + 1).min(count - 1)], numbers.random_range(0..FINE));
+        fine.extend((0..FINE).map(|k| if k < at { now } else { next }));
+    }
+    let time_s = |count: usize, period_s: f64| (0..count).map(|n| n as f64 * period_s).collect::<Vec<f64>>();
+    let times = time_s(fine.len(), truth.period_s / FINE as f64);
+    let excitation = Excitation { time_s: times, voltage: fine, torque: None };
+    let all = simulated(truth.motor, &excitation, Discretization::Zoh).unwrap();
+    let logged = |signal: &Option<Vec<f64>>| signal.as_ref().map(|of| of.iter().step_by(FINE).copied().collect());
+    let samples = Samples {
+        time_s: time_s(count, truth.period_s),
+        voltage,
+        current: logged(&all.samples().current),
+        speed: logged(&all.samples().speed),
+        ..Samples::default()
+    };
+    noisy(numbers, &Record::new(samples).unwrap(), decibels)
+}
+
 /// One recording of each excitation.
 pub fn records(numbers: &mut Numbers, truth: &Truth, count: usize, decibels: f64) -> Vec<Record> {
     (0..EXCITATIONS).map(|excitation| record(numbers, truth, excitation, count, decibels)).collect()
