@@ -1,15 +1,19 @@
 //! Proves: under `auto` a recording on an irregular clock starts from copies at even steps and ends where a refinement from the
-//! truth ends, over seeds, random motors, jitter and gaps, for the linear motor and with extensions.
+//! truth ends, over seeds, random motors, jitter and gaps, for the linear motor and with extensions; its verification searches
+//! the whole box by variable projection and finds the optimum that a refinement missed.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test may stop and print")]
 #![allow(clippy::cast_precision_loss, reason = "small numbers")]
 
 #[path = "support/varied.rs"]
 mod varied;
 
-use motorfit::estimate::{RefineOptions, refine};
+use motorfit::estimate::{ReferenceKind, RefineOptions, Refined, refine};
 use motorfit::experiment::{Excitation, simulated};
-use motorfit::identify::{Identification, IdentifySpec, Status, identify};
+use motorfit::identify::{
+    BatchCosts, Identifiability, Identification, IdentifySpec, Inspection, Method, Status, identify, verify_at,
+};
 use motorfit::motor::{Discretization, Extended, Extension, Parameter, Parameters, Space, With};
+use motorfit::optimize::GwoOptions;
 use motorfit::record::{Gaps, ReadOptions, Record, Samples, read_bytes, write_csv};
 use rand::RngExt as _;
 use rayon::prelude::*;
@@ -52,15 +56,24 @@ impl Case {
     }
 }
 
+/// The linear motor within some times its values.
+fn space(values: [f64; 5], times: f64) -> Space {
+    Space::table2_with(&Parameter::ALL.map(|p| (p, values[p as usize] / times, values[p as usize] * times)), &[])
+        .unwrap()
+}
+
+/// The furthest that parameters are off a refinement, in its standard errors.
+fn distance(parameters: &Parameters, best: &Refined) -> f64 {
+    let errors = &best.uncertainty.std_error;
+    let pairs = parameters.to_array().into_iter().zip(&best.values).zip(errors);
+    pairs.map(|((a, b), error)| (a - b).abs() / error.unwrap()).fold(0.0, f64::max)
+}
+
 /// The furthest that a result is off a refinement from the truth, in standard errors.
-fn apart(record: &Record, found: &Identification, truth: &Parameters) -> f64 {
+fn apart(records: &[Record], found: &Identification, truth: &Parameters) -> f64 {
     let values = truth.to_array();
-    let bounds = Parameter::ALL.map(|p| (p, values[p as usize] / 1e3, values[p as usize] * 1e3));
-    let space = Space::table2_with(&bounds, &[]).unwrap();
-    let best = refine(std::slice::from_ref(record), &space, &values, &RefineOptions::default()).unwrap();
-    let of =
-        |p: usize| (found.parameters.to_array()[p] - best.values[p]).abs() / best.uncertainty.std_error[p].unwrap();
-    (0..5).map(of).fold(0.0, f64::max)
+    let best = refine(records, &space(values, 1e3), &values, &RefineOptions::default()).unwrap();
+    distance(&found.parameters, &best)
 }
 
 /// The furthest that a result is off the truth, in standard errors.
@@ -72,6 +85,13 @@ fn off(found: &Identification, truth: &Parameters) -> f64 {
 
 fn has(found: &Identification, code: &str) -> bool {
     found.warnings.iter().any(|warning| warning.code == code)
+}
+
+/// The whole box was searched by variable projection, and nothing better was found.
+fn assert_agrees(found: &Identification, seed: u64) {
+    let verification = &found.verification;
+    let kind = Some(ReferenceKind::VariableProjection);
+    assert!(verification.status == Status::Agrees && verification.reference == kind, "{seed}: {verification:?}");
 }
 
 #[test]
@@ -86,12 +106,11 @@ fn a_jittered_clock_ends_where_the_truth_ends() {
         let record = case.record(1, &case.motor);
         assert!(!record.steps().step_index.is_empty());
         let found = identify(std::slice::from_ref(&record), &IdentifySpec::default()).unwrap();
-        let status = found.verification.status;
-        assert!(matches!(status, Status::Agrees | Status::ReferenceFailed), "{seed}: {status:?}");
+        assert_agrees(&found, seed);
         assert_eq!(found.verification.steiglitz_mcbride, None, "{seed}");
         let is_start = found.searched.method == "sm";
         assert_eq!(is_start, !has(&found, "sm_failed"), "{seed}");
-        Some((seed, is_start, apart(&record, &found, &case.motor), off(&found, &case.motor)))
+        Some((seed, is_start, apart(&[record], &found, &case.motor), off(&found, &case.motor)))
     };
     let all: Vec<_> = (0..60).into_par_iter().filter_map(one).collect();
     let started = all.iter().filter(|one| one.1).count();
@@ -120,7 +139,8 @@ fn gaps_do_not_matter() {
         assert_eq!(record.len(), 700);
         let found = identify(std::slice::from_ref(&record), &IdentifySpec::default()).unwrap();
         assert!(found.searched.method == "sm" && !has(&found, "sm_failed"), "{seed}");
-        let off = [apart(&record, &found, &case.motor), off(&found, &case.motor)];
+        assert_agrees(&found, seed);
+        let off = [apart(&[record], &found, &case.motor), off(&found, &case.motor)];
         worst = [0, 1].map(|n| f64::max(worst[n], off[n]));
     }
     eprintln!("furthest from the refinement of the truth {:.1e}, from the truth {:.1}", worst[0], worst[1]);
@@ -142,6 +162,96 @@ fn extensions_start_on_an_irregular_clock_too() {
             let truth = if axis.parameter == Parameter::Coulomb { friction } else { case.motor.get(axis.parameter) };
             let off = (value - truth).abs() / error.unwrap();
             assert!(off < 5.0, "{seed}: {} is off by {off}", axis.parameter.symbol());
+        }
+    }
+}
+
+/// Draws starts until a refinement ends in another optimum than that of the truth, and returns where it ends, with the refinement
+/// of the truth under the weights that it leaves. Those may be such that not all parameters are identified: then another start is
+/// drawn.
+fn stuck(records: &[Record], truth: &[f64], space: &Space, seed: u64) -> Option<(Refined, Refined)> {
+    let mut numbers = numbers(7000 + seed);
+    let mut one = || {
+        let start: Vec<f64> = truth.iter().map(|v| v * log_uniform(&mut numbers, 0.01, 100.0)).collect();
+        let end = refine(records, space, &start, &RefineOptions::default()).ok()?;
+        let options = RefineOptions { sigma: Some(end.weights.clone()), ..RefineOptions::default() };
+        let best = refine(records, space, truth, &options).ok()?;
+        let is_stuck = end.weighted(&end.weights) > 1.1 * best.weighted(&end.weights);
+        (is_stuck && best.uncertainty.std_error.iter().all(Option::is_some)).then_some((end, best))
+    };
+    (0..40).find_map(|_| one())
+}
+
+#[test]
+fn the_verification_finds_the_optimum_that_a_refinement_missed() {
+    let one = |seed: u64| {
+        let case = Case::new(seed, 0.3, 500);
+        let (records, values) = ([case.record(1, &case.motor)], case.motor.to_array());
+        let space = space(values, 100.0);
+        let (stuck, best) = stuck(&records, &values, &space, seed)?;
+        let spec = IdentifySpec { space, auto_bounds: Vec::new(), ..IdentifySpec::default() };
+        let found = verify_at(&records, &spec, &stuck.values).unwrap();
+        assert_eq!(found.status, Status::SearchStuck, "{seed}");
+        assert_eq!(found.reference, Some(ReferenceKind::VariableProjection), "{seed}");
+        Some(distance(&found.levenberg_marquardt.unwrap(), &best))
+    };
+    let all: Vec<f64> = (0..60).into_par_iter().filter_map(one).collect();
+    let worst = all.iter().copied().fold(0.0, f64::max);
+    eprintln!("{} of 60 have another optimum; the right one is found within {worst:.1e} standard errors", all.len());
+    // The verification makes the weights of what is left anew, in rounds, and ends with slightly other ones; another optimum is
+    // many standard errors away.
+    assert!(all.len() >= 20 && worst < 0.1, "{} {worst}", all.len());
+}
+
+/// Short recordings of one motor, each with a clock and a voltage of its own.
+fn joint(seed: u64, count: u64, samples: usize) -> (Vec<Record>, Parameters) {
+    let first = Case::new(seed, 0.3, samples);
+    let peak = |case: &Case| case.voltage.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()));
+    let one = |n: u64| {
+        let mut other = Case::new(100 * seed + n, 0.3, samples);
+        let scale = peak(&first) / peak(&other);
+        other.voltage.iter_mut().for_each(|v| *v *= scale);
+        other.record(1, &first.motor)
+    };
+    ((0..count).map(one).collect(), first.motor)
+}
+
+#[test]
+fn joint_fits_of_irregular_recordings_end_where_the_truth_ends() {
+    let mut worst = [0.0; 2];
+    for seed in 1..=20 {
+        let (records, motor) = joint(seed, 10, 165);
+        let found = identify(&records, &IdentifySpec::default()).unwrap();
+        assert!(found.searched.method == "sm" && !has(&found, "sm_failed"), "{seed}");
+        assert_agrees(&found, seed);
+        let off = [apart(&records, &found, &motor), off(&found, &motor)];
+        worst = [0, 1].map(|n| f64::max(worst[n], off[n]));
+    }
+    eprintln!("furthest from the refinement of the truth {:.1e}, from the truth {:.1}", worst[0], worst[1]);
+    // Of 100 errors the largest is 2.8 σ on average; 4.5 σ are seen once in 1500 times.
+    assert!(worst[0] < 0.01 && worst[1] < 4.5, "{worst:?}");
+}
+
+#[test]
+fn a_long_irregular_recording_is_inspected() {
+    let case = Case::new(3, 0.2, 60_000);
+    let record = case.record(1, &case.motor);
+    let found = Inspection::of(&record).identifiability;
+    let Identifiability::Identifies { relative_error } = found else { panic!("{found:?}") };
+    assert!(relative_error.iter().all(|error| error.unwrap() < 0.05), "{relative_error:?}");
+}
+
+#[test]
+fn bounds_of_a_named_search_follow_the_copies() {
+    for seed in 0..6 {
+        let case = Case::new(seed, 0.2, 1000);
+        let spec = IdentifySpec { method: Method::from(GwoOptions::default()), ..IdentifySpec::default() };
+        let costs = BatchCosts::new(&[case.record(1, &case.motor)], &spec).unwrap();
+        for axis in costs.problem().space().free() {
+            let truth = case.motor.get(axis.parameter);
+            // A decade to each side of an estimate that is off by less than a fifth.
+            let off = (axis.min / (0.1 * truth)).ln().abs().max((axis.max / (10.0 * truth)).ln().abs());
+            assert!(off < 0.2, "{seed}: {} {axis:?}", axis.parameter.symbol());
         }
     }
 }

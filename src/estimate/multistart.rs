@@ -5,8 +5,9 @@
 //! first, each way to explain a delay in turn.
 
 use super::normal::Sigma;
-use super::refine::{Effort, refine_problem, refine_roughly};
+use super::refine::{Effort, refine_problem};
 use super::refined::Refined;
+use super::rough::{RoughProblem, is_same};
 use super::starts::{descended, orders};
 use crate::Result;
 use crate::candidates::Candidates;
@@ -30,10 +31,6 @@ const WAVE: usize = 6;
 /// Candidates of the hypercube for each start, and candidate-steps of all of them.
 const CANDIDATES: usize = 32;
 const CANDIDATE_STEPS: usize = 200_000_000;
-/// Sums of squares in units of σ² that differ by less than this, or this part, are of one optimum: a rough refinement ends
-/// within a hundredth of a standard error.
-const SAME: f64 = 0.01;
-const SAME_PART: f64 = 1e-6;
 
 /// The lowest optimum that starts from all over a box lead to.
 pub(super) struct Ends {
@@ -51,19 +48,21 @@ pub(super) struct Ends {
 /// As for [`super::refine`].
 pub(super) fn multistart(problem: &Problem, sigma: &Sigma, known: Option<f64>) -> Result<Ends> {
     let starts = starts(problem, sigma)?;
-    let mut ends: Vec<Refined> = Vec::new();
+    let rough = RoughProblem::new(problem);
+    let (mut near, mut ends) = (Vec::new(), Vec::new());
     let mut refined = 0;
     for wave in starts.chunks(WAVE) {
-        let found: Vec<Result<Refined>> = wave.par_iter().map(|start| refine_roughly(problem, start, sigma)).collect();
+        let found: Vec<Result<Refined>> = wave.par_iter().map(|start| rough.approach(start, sigma)).collect();
         refined += found.len();
-        ends.extend(found.into_iter().flatten());
+        near.extend(found.into_iter().flatten());
+        ends = rough.ends(&near, sigma);
         let (lowest, arrivals) = lowest(&ends, sigma);
-        if arrivals >= ARRIVALS && known.is_none_or(|known| lowest <= known + SAME + SAME_PART * known) {
+        if arrivals >= ARRIVALS && known.is_none_or(|known| is_same(lowest, known)) {
             break;
         }
     }
     let (cost, arrivals) = lowest(&ends, sigma);
-    let best = ends.iter().find(|end| end.weighted(sigma) <= cost);
+    let best = ends.iter().map(|(end, _)| end).find(|end| end.weighted(sigma) <= cost);
     let start =
         best.map_or_else(|| problem.space().free().iter().map(Axis::middle).collect(), |end| end.values.clone());
     let best = refine_problem(problem, &start, Some(sigma), Effort::Thorough)?;
@@ -77,16 +76,16 @@ pub(super) fn multistart(problem: &Problem, sigma: &Sigma, known: Option<f64>) -
 /// As an evaluation.
 pub(crate) fn optima(problem: &Problem, sigma: &[[f64; 2]], limit: f64) -> Result<Vec<Refined>> {
     let sigma = &sigma.to_vec();
-    let starts = starts(problem, sigma)?;
-    let ends = starts.par_iter().filter_map(|start| refine_roughly(problem, start, sigma).ok());
+    let (starts, rough) = (starts(problem, sigma)?, RoughProblem::new(problem));
+    let ends = starts.par_iter().filter_map(|start| rough.refine(start, sigma).ok());
     Ok(ends.filter(|end| end.weighted(sigma) <= limit).collect())
 }
 
-/// Returns the lowest sum of squares, and how many refinements ended there.
-fn lowest(ends: &[Refined], sigma: &Sigma) -> (f64, usize) {
-    let costs: Vec<f64> = ends.iter().map(|end| end.weighted(sigma)).collect();
-    let lowest = costs.iter().copied().fold(f64::INFINITY, f64::min);
-    let arrivals = costs.iter().filter(|cost| **cost <= lowest + SAME + SAME_PART * lowest).count();
+/// Returns the lowest sum of squares of optima, and how many refinements ended there.
+fn lowest(ends: &[(Refined, usize)], sigma: &Sigma) -> (f64, usize) {
+    let costs: Vec<(f64, usize)> = ends.iter().map(|(end, count)| (end.weighted(sigma), *count)).collect();
+    let lowest = costs.iter().map(|(cost, _)| *cost).fold(f64::INFINITY, f64::min);
+    let arrivals = costs.iter().filter(|(cost, _)| is_same(*cost, lowest)).map(|(_, count)| count).sum();
     (lowest, arrivals)
 }
 
@@ -96,7 +95,8 @@ fn starts(problem: &Problem, sigma: &Sigma) -> Result<Vec<Vec<f64>>> {
     let count = (SAMPLES / steps).clamp(STARTS_MIN, STARTS);
     let part = (CANDIDATE_STEPS / steps / count).clamp(1, CANDIDATES);
     let points = hypercube(problem.space().free(), count * part);
-    let problem = Arc::new(problem.weighted_by(sigma));
+    // Times may be rounded: a start need not be exact.
+    let problem = Arc::new(problem.weighted_by(sigma).at_coarse_steps());
     let costs = costs(&problem, &points)?;
     let axes = problem.space().free();
     let orders = if problem.features().is_linear() { Vec::new() } else { orders(axes) };

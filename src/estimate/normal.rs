@@ -1,7 +1,8 @@
 //! The normal equations of a joint fit. The sums of each recording and channel are kept apart, so that weights can
 //! change without a new simulation.
 
-use super::output_error::{INITIAL, products};
+use super::linear_steps::INITIAL;
+use super::output_error::products;
 use super::sensitivity::{self, Products};
 use crate::evaluate::{Problem, Signals};
 use crate::motor::Axis;

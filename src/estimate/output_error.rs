@@ -9,65 +9,76 @@
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
 use super::gram::{BLOCK, HALF, Panel, Square, own_products};
+use super::linear_steps::{INITIAL, ROW, SplitTables, Step, Steps, WholeSteps};
 use crate::evaluate::{Level, Signals};
-use crate::motor::{Method, Parameters, StepMap, multiply_add};
+use crate::motor::{Method, Parameters, seeded, step_maps};
 use multiversion::multiversion;
 
-/// Five parameters, two initial states, the error.
-const ROW: usize = 8;
-/// Where the initial states and the error stand in a row.
-pub(super) const INITIAL: usize = 5;
+/// Where the error stands in a row.
 const ERROR: usize = 7;
 
 /// Sums of the products of rows: symmetric.
 type Products = Square;
 
-/// A step with its derivatives, a lane for each entry of a row.
-struct Step {
-    map: StepMap,
-    d: [[f64; ROW]; 4],
-    taps: [[[f64; ROW]; 2]; 2],
-    torque: [[f64; ROW]; 2],
-}
-
-impl Step {
-    fn new((map, slopes): (StepMap, [StepMap; 5])) -> Self {
-        let lanes = |of: &dyn Fn(&StepMap) -> f64| -> [f64; ROW] {
-            std::array::from_fn(|lane| slopes.get(lane).map_or(0.0, of))
-        };
-        Self {
-            map,
-            d: std::array::from_fn(|n| lanes(&|s| s.d[n])),
-            taps: std::array::from_fn(|t| std::array::from_fn(|axis| lanes(&|s| s.taps[t][axis]))),
-            torque: std::array::from_fn(|axis| lanes(&|s| s.torque[axis])),
-        }
-    }
+/// A motor at given parameters from a given initial state, in a recording.
+struct Case<'a> {
+    signals: &'a Signals,
+    parameters: &'a Parameters,
+    initial: [f64; 2],
+    method: Method,
 }
 
 /// Sums of the products of both channels (current, speed) over the active samples of a recording, from the state
 /// `initial`.
 pub(super) fn products(signals: &Signals, parameters: &Parameters, initial: [f64; 2], method: Method) -> [Products; 2] {
-    let maps = StepMap::all_with_sensitivities(parameters, &signals.step_s, signals.unit_s, method);
-    let steps: Vec<Step> = maps.into_iter().map(Step::new).collect();
+    let case = Case { signals, parameters, initial, method };
     match Level::best() {
-        Level::Avx512 => avx512(signals, &steps, initial),
-        Level::Avx2 => avx2(signals, &steps, initial),
-        Level::Portable => run::<HALF, false>(signals, &steps, initial),
+        Level::Avx512 => avx512(&case),
+        Level::Avx2 => avx2(&case),
+        Level::Portable => run::<HALF, false>(&case),
     }
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
-fn avx512(signals: &Signals, steps: &[Step], initial: [f64; 2]) -> [Products; 2] {
-    run::<ROW, true>(signals, steps, initial)
+fn avx512(case: &Case<'_>) -> [Products; 2] {
+    run::<ROW, true>(case)
 }
 
 #[multiversion(targets("x86_64+avx2+fma"))]
-fn avx2(signals: &Signals, steps: &[Step], initial: [f64; 2]) -> [Products; 2] {
-    run::<HALF, true>(signals, steps, initial)
+fn avx2(case: &Case<'_>) -> [Products; 2] {
+    run::<HALF, true>(case)
 }
 
 #[inline(always)]
-fn run<const TILE: usize, const FMA: bool>(signals: &Signals, steps: &[Step], initial: [f64; 2]) -> [Products; 2] {
+fn run<const TILE: usize, const FMA: bool>(case: &Case<'_>) -> [Products; 2] {
+    let Case { signals, parameters, method, .. } = *case;
+    let motor = seeded(parameters);
+    // Loops, because adapters of iterators would not be compiled for the vectors of this function.
+    let Some(split) = &signals.split else {
+        let mut steps = Vec::with_capacity(signals.step_s.len());
+        for h in &signals.step_s {
+            steps.push(Step::new(&step_maps(&motor, *h, method)));
+        }
+        return walk::<TILE, FMA, 1>(case, &WholeSteps(steps));
+    };
+    let tables = split.tables(&motor, method);
+    let [mut coarse, mut fine] = [Vec::with_capacity(tables[0].len()), Vec::with_capacity(tables[1].len())];
+    for maps in &tables[0] {
+        coarse.push(Step::new(maps));
+    }
+    for maps in &tables[1] {
+        fine.push(Step::new(maps));
+    }
+    walk::<TILE, FMA, 2>(case, &SplitTables { split, coarse, fine, is_line: method.uses_next_input() })
+}
+
+/// Sums over the active samples, whose steps have `PARTS` parts each.
+#[inline(always)]
+fn walk<const TILE: usize, const FMA: bool, const PARTS: usize>(
+    case: &Case<'_>,
+    steps: &impl Steps<PARTS>,
+) -> [Products; 2] {
+    let Case { signals, initial, .. } = *case;
     let mut x = initial;
     let mut s = [[0.0; ROW]; 2];
     s[0][INITIAL] = 1.0;
@@ -78,17 +89,7 @@ fn run<const TILE: usize, const FMA: bool>(signals: &Signals, steps: &[Step], in
     // Masks are rare: a row that does not count is nothing.
     let masked = !signals.weight.is_empty();
     for run in signals.active_runs() {
-        let Step { map, d, taps, torque } = &steps[usize::from(run.step)];
-        let [v, v_next] = run.voltage;
-        let gain: [f64; 2] =
-            std::array::from_fn(|a| map.taps[0][a] * v + map.taps[1][a] * v_next + map.torque[a] * run.torque);
-        let mut slope = [[0.0; ROW]; 2];
-        for a in 0..2 {
-            for lane in 0..ROW {
-                slope[a][lane] = taps[0][a][lane] * v + taps[1][a][lane] * v_next + torque[a][lane] * run.torque;
-            }
-        }
-        let phi = [map.d[0] + 1.0, map.d[1], map.d[2], map.d[3] + 1.0];
+        let parts = steps.parts(run);
         for (n, y) in (run.start..run.end).zip(&signals.measured[run.start..run.end]) {
             for channel in 0..2 {
                 rows[channel].0[waiting] = s[channel];
@@ -102,17 +103,9 @@ fn run<const TILE: usize, const FMA: bool>(signals: &Signals, steps: &[Step], in
                 add::<TILE, FMA>(&rows, waiting, &mut totals);
                 waiting = 0;
             }
-            let (s_i, s_w) = (s[0], s[1]);
-            for a in 0..2 {
-                for lane in 0..ROW {
-                    let own = multiply_add::<FMA>(d[2 * a][lane], x[0], slope[a][lane]);
-                    let forced = multiply_add::<FMA>(d[2 * a + 1][lane], x[1], own);
-                    let turned = multiply_add::<FMA>(phi[2 * a + 1], s_w[lane], forced);
-                    s[a][lane] = multiply_add::<FMA>(phi[2 * a], s_i[lane], turned);
-                }
+            for part in &parts {
+                part.pass::<FMA>(&mut x, &mut s);
             }
-            let [i, w] = x;
-            x = [i + (map.d[0] * i + map.d[1] * w + gain[0]), w + (map.d[2] * i + map.d[3] * w + gain[1])];
         }
     }
     add::<TILE, FMA>(&rows, waiting, &mut totals);
@@ -131,5 +124,39 @@ fn run<const TILE: usize, const FMA: bool>(signals: &Signals, steps: &[Step], in
 fn add<const TILE: usize, const FMA: bool>(rows: &[Panel; 2], count: usize, totals: &mut [Products; 2]) {
     for (rows, totals) in rows.iter().zip(totals) {
         own_products::<TILE, FMA>(rows, count, totals);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::{fit_problem, simulated::simulated};
+    use crate::evaluate::{Initial, Model};
+    use crate::motor::{Discretization, Space};
+    use std::sync::Arc;
+
+    #[test]
+    fn steps_in_two_parts_give_the_sums_of_whole_steps() {
+        let time_s: Vec<f64> = (0..300).map(|n| 1e-3 * (f64::from(n) + 0.3 * (1.7 * f64::from(n)).sin())).collect();
+        let voltage = time_s.iter().map(|t| 10.0 * (40.0 * t).sin()).collect();
+        let torque = Some(time_s.iter().map(|t| 0.02 * (90.0 * t).cos()).collect());
+        let record = simulated(time_s, voltage, torque);
+        let motor = Parameters { k: 0.06, ..Parameters::M2 };
+        for discretization in [Discretization::Zoh, Discretization::Foh] {
+            let model = Model { discretization, initial: Initial::Measured };
+            let problem = fit_problem(std::slice::from_ref(&record), &Space::table2(), model).unwrap();
+            let mut signals = problem.signals()[0].clone();
+            assert!(signals.split.is_some());
+            let parts = products(&signals, &motor, [0.1, 1.0], problem.method());
+            Arc::make_mut(&mut signals).split = None;
+            let whole = products(&signals, &motor, [0.1, 1.0], problem.method());
+            for (parts, whole) in parts.iter().zip(&whole) {
+                for (a, b) in (0..ROW).flat_map(|a| (0..ROW).map(move |b| (a, b))) {
+                    let size = (whole[a][a] * whole[b][b]).sqrt();
+                    // Maps are composed of up to 32, and trajectories of 300: rounding.
+                    assert!((parts[a][b] - whole[a][b]).abs() <= 1e-11 * size, "{discretization:?} {a} {b}");
+                }
+            }
+        }
     }
 }

@@ -7,30 +7,24 @@
 //!
 //! The basis `s/(…)` and `1/(…)` is the motor with R = c₁, L = 1, K = J = c₀, B = 0.
 
-#![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
-
 use super::normal::Sigma;
-use crate::evaluate::{Level, Problem, Signals};
-use crate::motor::{Discretization, Parameters, multiply_add, step_maps};
+use super::projection_sums::{LANES, SUMS, sums};
+use crate::evaluate::{Problem, Signals};
+use crate::motor::{Discretization, Parameters};
 use crate::numeric::count;
-use multiversion::multiversion;
 use rayon::prelude::*;
 
 /// Points of the grid in each direction.
 const GRID: usize = 24;
-/// Points that are evaluated side by side: two vectors of AVX-512, because a step waits for the one before.
-const LANES: usize = 16;
-/// Sums of a point: φ₁², φ₁φ₀, φ₀², iφ₁, iφ₀, ωφ₀.
-const SUMS: usize = 6;
 
 /// Whether a problem has this form: all five parameters free and shared, both channels, motors at rest without load,
-/// an exact method, even steps.
+/// an exact method.
 pub(super) fn applies(problem: &Problem) -> bool {
     let exact = matches!(problem.model().discretization, Discretization::Zoh | Discretization::Foh);
     let axes = problem.space().free();
     let served = |s: &Signals| {
         let quiet = s.torque.iter().all(|t| *t == 0.0);
-        s.has(0) && s.has(1) && s.starts_at_rest() && quiet && s.step_index.is_empty()
+        s.has(0) && s.has(1) && s.starts_at_rest() && quiet
     };
     exact
         && problem.features().is_linear()
@@ -39,9 +33,10 @@ pub(super) fn applies(problem: &Problem) -> bool {
         && problem.signals().iter().all(|s| served(s))
 }
 
-/// Starts for a descent, one for each basin of the grid, the lowest first.
+/// Starts for a descent, one for each basin of the grid, the lowest first. Times may be rounded: a start need not be exact.
 pub(super) fn basins(problem: &Problem, sigma: &Sigma, most: usize) -> Vec<[f64; 5]> {
     let [c1, c0] = ranges(problem);
+    let problem = &problem.at_coarse_steps();
     let value = |[low, high]: [f64; 2], n: usize| {
         let share = count(n) / count(GRID - 1);
         (low.ln() + share * (high / low).ln()).exp()
@@ -78,35 +73,30 @@ fn ranges(problem: &Problem) -> [[f64; 2]; 2] {
 /// Cost and (p, q, r) at up to [`LANES`] points.
 fn project(problem: &Problem, points: &[[f64; 2]], sigma: &Sigma) -> Vec<(f64, [f64; 3])> {
     // Sums of both channels in units of their σ: φ₀² counts once for each.
-    let mut totals = [[0.0; LANES]; SUMS + 1];
+    let mut totals = [[0.0; LANES]; SUMS];
     let mut power = [0.0; 2];
     for (signals, sigma) in problem.signals().iter().zip(sigma) {
         let point = |lane: usize| points[lane.min(points.len() - 1)];
         let c1: [f64; LANES] = std::array::from_fn(|lane| point(lane)[0]);
         let c0: [f64; LANES] = std::array::from_fn(|lane| point(lane)[1]);
         let motors = [c1, [1.0; LANES], c0, [0.0; LANES], c0];
-        let method = problem.model().discretization;
-        let sums = match Level::best() {
-            Level::Avx512 => avx512(signals, &motors, method),
-            Level::Avx2 => avx2(signals, &motors, method),
-            Level::Portable => simulate::<false>(signals, &motors, method),
-        };
+        let sums = sums(signals, &motors, problem.model().discretization);
         let [current, speed] = sigma.map(|s| 1.0 / (s * s));
         let weights = [current, current, current, current, current, speed, speed];
-        for (n, (total, weight)) in totals.iter_mut().zip(weights).enumerate() {
-            let sum = sums.get(n).unwrap_or(&sums[2]);
+        for (total, (weight, sum)) in totals.iter_mut().zip(weights.iter().zip(&sums)) {
             total.iter_mut().zip(sum).for_each(|(total, sum)| *total += weight * sum);
         }
-        for y in &signals.measured {
-            power[0] += current * y[0] * y[0];
-            power[1] += speed * y[1] * y[1];
+        for (n, y) in signals.measured.iter().enumerate() {
+            let [counts_current, counts_speed] = signals.weight.get(n).unwrap_or(&[1.0; 2]);
+            power[0] += counts_current * current * y[0] * y[0];
+            power[1] += counts_speed * speed * y[1] * y[1];
         }
     }
     (0..points.len()).map(|lane| solve(totals.map(|sum| sum[lane]), power)).collect()
 }
 
 /// The linear least squares of one point.
-fn solve([a, b, c, u, v, w, d]: [f64; SUMS + 1], power: [f64; 2]) -> (f64, [f64; 3]) {
+fn solve([a, b, c, u, v, w, d]: [f64; SUMS], power: [f64; 2]) -> (f64, [f64; 3]) {
     let determinant = a * c - b * b;
     let (p, q, r) = ((c * u - b * v) / determinant, (a * v - b * u) / determinant, w / d);
     let cost = (power[0] - p * u - q * v).max(0.0) + (power[1] - r * w).max(0.0);
@@ -132,49 +122,37 @@ fn motor([c1, c0]: [f64; 2], [p, q, r]: [f64; 3], problem: &Problem) -> [f64; 5]
     inside
 }
 
-type Motors = [[f64; LANES]; 5];
-type Sums = [[f64; LANES]; SUMS];
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::{fit_problem, simulated::simulated};
+    use crate::evaluate::Model;
+    use crate::motor::Space;
+    use crate::record::{Mask, Preparation, Record};
 
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
-fn avx512(signals: &Signals, motors: &Motors, method: Discretization) -> Sums {
-    simulate::<true>(signals, motors, method)
-}
+    /// The cost of a recording at the poles of its motor.
+    fn cost_at_truth(record: Record) -> f64 {
+        let problem = fit_problem(&[record], &Space::table2(), Model::default()).unwrap();
+        assert!(applies(&problem));
+        let Parameters { r, l, k, b, j } = Parameters::M2;
+        let point = [r / l + b / j, (r * b + k * k) / (l * j)];
+        project(&problem, &[point], &vec![[0.01, 1.0]])[0].0
+    }
 
-#[multiversion(targets("x86_64+avx2+fma"))]
-fn avx2(signals: &Signals, motors: &Motors, method: Discretization) -> Sums {
-    simulate::<true>(signals, motors, method)
-}
-
-#[inline(always)]
-fn simulate<const FMA: bool>(signals: &Signals, motors: &Motors, method: Discretization) -> Sums {
-    let maps = step_maps(motors, signals.step_s[0], method);
-    let mut sums = [[0.0; LANES]; SUMS];
-    let mut x = [[0.0; LANES]; 2];
-    for run in signals.active_runs() {
-        let [v, v_next] = run.voltage;
-        let mut gain = [[0.0; LANES]; 2];
-        for axis in 0..2 {
-            for lane in 0..LANES {
-                gain[axis][lane] = maps.taps[0][axis][lane] * v + maps.taps[1][axis][lane] * v_next;
-            }
-        }
-        for y in &signals.measured[run.start..run.end] {
-            for lane in 0..LANES {
-                let (one, zero) = (x[0][lane], x[1][lane]);
-                sums[0][lane] = multiply_add::<FMA>(one, one, sums[0][lane]);
-                sums[1][lane] = multiply_add::<FMA>(one, zero, sums[1][lane]);
-                sums[2][lane] = multiply_add::<FMA>(zero, zero, sums[2][lane]);
-                sums[3][lane] = multiply_add::<FMA>(y[0], one, sums[3][lane]);
-                sums[4][lane] = multiply_add::<FMA>(y[0], zero, sums[4][lane]);
-                sums[5][lane] = multiply_add::<FMA>(y[1], zero, sums[5][lane]);
-                let step = |axis: usize| {
-                    let far = multiply_add::<FMA>(maps.d[2 * axis + 1][lane], zero, gain[axis][lane]);
-                    x[axis][lane] + multiply_add::<FMA>(maps.d[2 * axis][lane], one, far)
-                };
-                let next = [step(0), step(1)];
-                (x[0][lane], x[1][lane]) = (next[0], next[1]);
+    #[test]
+    fn masked_samples_do_not_count_on_any_clock() {
+        for jitter in [0.0, 0.3] {
+            let time_s: Vec<f64> =
+                (0..400).map(|n| 1e-3 * (f64::from(n) + jitter * (1.7 * f64::from(n)).sin())).collect();
+            let voltage = (0..400).map(|n| if n / 30 % 2 == 1 { 10.0 } else { -3.0 }).collect();
+            let record = simulated(time_s, voltage, None);
+            for channels in [[true, true], [true, false], [false, true]] {
+                let mask = vec![Mask::Time { channels, from: 0.1, to: 0.2 }];
+                let masked = Preparation { mask, ..Preparation::default() }.apply(&record).unwrap().remove(0);
+                // Without noise nothing is left but rounding; a straight line in place of the samples costs some 1e4.
+                let cost = cost_at_truth(masked);
+                assert!(cost < 1e-6, "{jitter} {channels:?}: {cost}");
             }
         }
     }
-    sums
 }

@@ -50,16 +50,6 @@ pub fn refine_on(problem: &Problem, start: &[f64], sigma: Option<&[[f64; 2]]>) -
     refine_problem(problem, start, sigma, Effort::Thorough)
 }
 
-/// Like [`refine_on`] to a hundredth of a standard error under the weights `sigma`, without a test of the residuals: to
-/// compare starts.
-///
-/// # Errors
-/// As [`refine_on`].
-pub fn refine_roughly(problem: &Problem, start: &[f64], sigma: &[[f64; 2]]) -> Result<Refined> {
-    check_plain(problem)?;
-    refine_problem(problem, start, Some(sigma), Effort::Rough)
-}
-
 /// The problem of a fit: every error counts alike until it is divided by σ.
 ///
 /// # Errors

@@ -76,7 +76,8 @@ impl Case<'_> {
         let masked = !signals.weight.is_empty();
         let mut sums = [0, 1].map(|_| Sums::<ROW>::new(unknowns + 1));
         let drive = signals.drive();
-        let mut walk = ExtendedWalk::composed(&motor, &drive, problem.settings(signals), (initial, signals.unit_s));
+        let mut walk =
+            ExtendedWalk::composed(&motor, &drive, problem.settings(signals), (initial, signals.split.as_ref()));
         // A closure, or an adapter of iterators, would not be compiled for the vectors of this function.
         for (n, measured) in signals.measured.iter().enumerate() {
             let Some(seen) = walk.next() else { break };

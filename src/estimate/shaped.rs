@@ -42,7 +42,7 @@ fn run<const P: usize, const FMA: bool>(case: &Case<'_>, filters: &[Vec<f64>; 2]
     let drive = signals.drive();
     let mut shaping = [0, 1].map(|channel| Shaping::<P>::new(&filters[channel]));
     let mut sums = [0, 1].map(|_| Sums::<P>::new(case.unknowns()));
-    let mut walk = ExtendedWalk::composed(&motor, &drive, problem.settings(signals), (initial, signals.unit_s));
+    let mut walk = ExtendedWalk::composed(&motor, &drive, problem.settings(signals), (initial, signals.split.as_ref()));
     // A closure, or an adapter of iterators, would not be compiled for the vectors of this function.
     for n in 0..signals.len() {
         let Some(seen) = walk.next() else { break };

@@ -3,9 +3,9 @@
 //! at once (for a dead time that is the cross-correlation of the recording with what the motor would have done), then
 //! along the others, and every end is refined.
 
-use super::refine::refine_roughly;
 use super::refined::Refined;
-use super::resampled::steiglitz_mcbride_resampled;
+use super::resampled::best_copy;
+use super::rough::RoughProblem;
 use crate::Result;
 use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Evaluator as _, Group, Model, Problem, Simd};
@@ -95,14 +95,21 @@ pub(super) fn orders(axes: &[Axis]) -> Vec<Vec<usize>> {
     firsts.iter().map(ordered).collect()
 }
 
+/// Returns a problem for comparisons of starts, which need not be exact.
+fn coarse(problem: &Problem) -> Arc<Problem> {
+    Arc::new(problem.at_coarse_steps())
+}
+
 /// Where values lead along the axes of extensions, in each order.
 pub(crate) fn led(problem: &Arc<Problem>, values: &[f64]) -> Result<Vec<Vec<f64>>> {
+    let problem = &coarse(problem);
     let all = orders(problem.space().free());
     all.iter().map(|order| Ok(descended(problem, values.to_vec(), order, ROUNDS)?.1)).collect()
 }
 
 /// Starts in the space of a problem: for each motor (R, L, K, B, J), each way to explain what is late, the rest after it.
 pub(crate) fn explained(problem: &Arc<Problem>, motors: &[[f64; 5]]) -> Result<Vec<Vec<f64>>> {
+    let problem = &coarse(problem);
     let axes = problem.space().free();
     let orders = orders(axes);
     let mut starts: Vec<(f64, Vec<f64>)> = Vec::new();
@@ -144,7 +151,7 @@ pub(crate) fn warmed(problem: &Arc<Problem>, from: (&Space, &[f64])) -> Result<V
     let has = |axis: &Axis| from.0.free().iter().any(|other| other.parameter == axis.parameter);
     let axes = problem.space().free();
     let order: Vec<usize> = (0..axes.len()).filter(|n| !has(&axes[*n])).collect();
-    Ok(descended(problem, carried(problem, from), &order, 1)?.1)
+    Ok(descended(&coarse(problem), carried(problem, from), &order, 1)?.1)
 }
 
 /// Parts of the largest voltage at which a drive may saturate.
@@ -184,18 +191,22 @@ pub fn signal_deviations(records: &[Record]) -> Vec<[f64; 2]> {
 /// Returns the best of the rough refinements of some starts, each channel divided by its `sigma`.
 pub(crate) fn best_start(plain: &Problem, starts: &[Vec<f64>], sigma: &[[f64; 2]]) -> Option<Refined> {
     use rayon::prelude::*;
-    let refined = starts.par_iter().map(|start| refine_roughly(plain, start, sigma));
-    let ends: Vec<Result<Refined>> = refined.collect();
-    ends.into_iter().flatten().min_by(|a, b| a.weighted(sigma).total_cmp(&b.weighted(sigma)))
+    let rough = RoughProblem::new(plain);
+    let found: Vec<Result<Refined>> = starts.par_iter().map(|start| rough.approach(start, sigma)).collect();
+    let near: Vec<Refined> = found.into_iter().flatten().collect();
+    let ends = rough.ends(&near, sigma).into_iter().map(|(end, _)| end);
+    ends.min_by(|a, b| a.weighted(sigma).total_cmp(&b.weighted(sigma)))
 }
 
 /// Motors that Steiglitz–McBride finds when the voltage comes later by some samples, the earliest first: with a dead time
-/// of about that, the right one is among them.
+/// of about that, the right one is among them. On an irregular clock the copy that serves best without a lag serves for all.
 pub(crate) fn lagged(records: &[Record], model: Model) -> Vec<[f64; 5]> {
-    let longest = records.iter().max_by_key(|record| record.len());
-    let of = |record: &Record, lag: &usize| {
-        let late = record.with_late_input(*lag);
-        Some(steiglitz_mcbride_resampled(&late, model).ok()?.ok()?.parameters.to_array())
+    let Some(record) = records.iter().max_by_key(|record| record.len()) else { return Vec::new() };
+    let mut copy = None;
+    let mut one = |lag: &usize| {
+        let (place, found) = best_copy(&record.with_late_input(*lag), model, copy).ok()?;
+        copy = copy.or(place);
+        Some(found.ok()?.parameters.to_array())
     };
-    longest.map_or_else(Vec::new, |record| LAGS.iter().filter_map(|lag| of(record, lag)).collect())
+    LAGS.iter().filter_map(&mut one).collect()
 }

@@ -4,6 +4,7 @@
 //! formed from them here, the same for every evaluator. A batch holds groups, each with its own problem, so that
 //! many runs on many recordings go in one call.
 
+mod coarse_clock;
 mod cpu;
 mod delayed;
 mod evaluator;

@@ -65,6 +65,11 @@ impl Problem {
         Self { features: space.features(), space, ..self.clone() }
     }
 
+    /// Returns the same problem with each recording as `make` has it.
+    pub(super) fn with_signals(&self, make: impl Fn(&Arc<Signals>) -> Arc<Signals>) -> Self {
+        Self { signals: self.signals.iter().map(make).collect(), ..self.clone() }
+    }
+
     /// Returns the problem of one recording; what is free or fixed for a recording alone is still numbered as before.
     #[must_use]
     pub fn only(&self, recording: usize) -> Self {

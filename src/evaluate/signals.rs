@@ -2,7 +2,7 @@
 
 use super::segment::{Run, Segment};
 use crate::criterion::Criterion;
-use crate::motor::{Discretization, Drive, InputHistory};
+use crate::motor::{Discretization, Drive, InputHistory, SplitSteps};
 use crate::named::named;
 use crate::numeric::{count, noise_sigma, peak, rms, standard_deviation};
 use crate::record::Record;
@@ -33,8 +33,10 @@ const NOISY: f64 = 2.0;
 pub struct Signals {
     pub(crate) step_s: Vec<f64>,
     pub(crate) step_index: Vec<u16>,
-    /// The time that every step of an irregular clock is a whole multiple of \[s\].
-    pub(crate) unit_s: f64,
+    /// The steps of an irregular clock in parts, where they are many and the method is exact.
+    pub(crate) split: Option<SplitSteps>,
+    /// The median step \[s\].
+    pub(super) period_s: f64,
     /// Voltage, or the current where that is the input.
     pub(crate) voltage: Vec<f64>,
     /// Voltage at the start and at the end of each step, where it is a line of its own over each; empty otherwise.
@@ -89,7 +91,8 @@ impl Signals {
         let mut signals = Self {
             step_s: steps.step_s.clone(),
             step_index: steps.step_index.clone(),
-            unit_s: steps.unit_s(),
+            split: method.is_exact().then(|| SplitSteps::new(&steps.step_s, steps.unit_s())).flatten(),
+            period_s: steps.period_s,
             voltage: record.input().to_vec(),
             lines: lines(record, method),
             torque: samples.torque.clone().unwrap_or_default(),
@@ -236,7 +239,7 @@ impl Signals {
 
     /// Voltage at the start and at the end of the step that follows a sample, and the torque over it.
     #[inline(always)]
-    pub(super) fn inputs(&self, n: usize) -> [f64; 3] {
+    pub(crate) fn inputs(&self, n: usize) -> [f64; 3] {
         let drive = self.drive();
         [drive.voltage[n], drive.end(n), drive.torque.get(n).copied().unwrap_or(0.0)]
     }
@@ -258,11 +261,6 @@ impl Signals {
         &self.segments[self.idle_segments..]
     }
 
-    /// The index of the step of a sample.
-    pub(super) fn step_of(&self, n: usize) -> u16 {
-        self.step_index.get(n).copied().unwrap_or(0)
-    }
-
     fn set_weights(&mut self, record: &Record, criterion: &Criterion) {
         let regular = self.step_index.is_empty();
         if criterion.norm.is_time_weighted() || (criterion.is_integral() && !regular) {
@@ -280,7 +278,7 @@ impl Signals {
         }
     }
 
-    fn set_runs(&mut self, method: Discretization) {
+    pub(super) fn set_runs(&mut self, method: Discretization) {
         let run = |n: usize| {
             let [start, end, torque] = self.inputs(n);
             let voltage = [start, if method.uses_next_input() { end } else { 0.0 }];

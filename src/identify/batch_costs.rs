@@ -3,7 +3,7 @@
 use super::current_driven::needs_voltage;
 use super::model_selection::named_space;
 use super::spec::IdentifySpec;
-use super::start::{around, steiglitz_mcbride};
+use super::start::{around, on_any_clock};
 use crate::Result;
 use crate::candidates::Candidates;
 use crate::device::BatchSearchEvaluator;
@@ -99,7 +99,7 @@ fn search_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
     if spec.auto_bounds.is_empty() {
         return Ok(spec.space.clone());
     }
-    match steiglitz_mcbride(records, spec, &fit_problem(records, &spec.space, spec.model)?)? {
+    match on_any_clock(records, spec, &fit_problem(records, &spec.space, spec.model)?)? {
         Ok(estimate) => around(spec, &[estimate.parameters.to_array()]),
         Err(_) => Ok(spec.space.clone()),
     }

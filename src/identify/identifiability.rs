@@ -6,6 +6,8 @@ use super::result::Identification;
 use super::spec::IdentifySpec;
 use crate::analysis::{Characteristic, Characteristics, detect_intersample, record_warnings};
 use crate::device::DeviceSpec;
+use crate::estimate::steiglitz_mcbride_resampled;
+use crate::evaluate::Model;
 use crate::motor::{Discretization, Parameter};
 use crate::record::{Quantity, Record};
 use crate::setting::Text;
@@ -60,9 +62,11 @@ impl<'a> Inspection<'a> {
     /// Looks for what is odd, and identifies the motor with the usual settings for what that says of the recording.
     #[must_use]
     pub fn of(record: &'a Record) -> Self {
+        let mut spec = IdentifySpec { device: DeviceSpec::Cpu, ..IdentifySpec::default() };
         // Where Steiglitz–McBride cannot serve, a search of a long recording takes longer than an inspection may.
-        let method = if record.len() > LENGTH_SEARCHED { Method::SteiglitzMcBride } else { Method::Auto };
-        let mut spec = IdentifySpec { method, device: DeviceSpec::Cpu, ..IdentifySpec::default() };
+        if record.len() > LENGTH_SEARCHED && !has_resampled_estimate(record, spec.model) {
+            spec.method = Method::SteiglitzMcBride;
+        }
         if record.driver() == Quantity::Current {
             // A current is sampled while it goes on; nothing is searched.
             spec.method = Method::Auto;
@@ -87,6 +91,11 @@ impl<'a> Inspection<'a> {
         };
         Self { record, warnings, identifiability }
     }
+}
+
+/// Returns whether a recording on an irregular clock has an estimate from copies at even steps.
+fn has_resampled_estimate(record: &Record, model: Model) -> bool {
+    !record.steps().step_index.is_empty() && matches!(steiglitz_mcbride_resampled(record, model), Ok(Ok(_)))
 }
 
 /// What is told where a channel is missing: characteristics with their relative standard errors.

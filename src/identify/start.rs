@@ -19,7 +19,7 @@ use crate::setting::text;
 use crate::{Error, Result};
 
 pub(super) struct Start {
-    /// The Steiglitz–McBride estimate of the linear motor, under `auto` also on an irregular clock.
+    /// The Steiglitz–McBride estimate of the linear motor, unless asked for by name also on an irregular clock.
     pub estimate: std::result::Result<Estimate, SmFailure>,
     /// R, L, K, B and J of motors near the right one, the likeliest first; empty for the linear motor.
     pub motors: Vec<[f64; 5]>,
@@ -36,7 +36,7 @@ pub(super) fn start(prepared: &Prepared<'_>) -> Result<Start> {
         let (motors, space) = near(prepared)?;
         return Ok(Start { estimate: Err(SmFailure::PoorFit), motors, space });
     }
-    let estimate = on_any_clock(prepared)?;
+    let estimate = on_any_clock(prepared.records, &prepared.spec, prepared.plain())?;
     let space = match &estimate {
         Ok(estimate) => around(&prepared.spec, &[estimate.parameters.to_array()])?,
         Err(_) => prepared.spec.space.clone(),
@@ -44,12 +44,16 @@ pub(super) fn start(prepared: &Prepared<'_>) -> Result<Start> {
     Ok(Start { estimate, motors: Vec::new(), space })
 }
 
-/// Returns the Steiglitz–McBride estimate, under `auto` that of copies at even steps where clocks are irregular.
-fn on_any_clock(prepared: &Prepared<'_>) -> Result<std::result::Result<Estimate, SmFailure>> {
-    let (records, spec) = (prepared.records, prepared.spec.as_ref());
-    let estimate = steiglitz_mcbride(records, spec, prepared.plain())?;
+/// Returns the Steiglitz–McBride estimate, that of copies at even steps where clocks are irregular unless the method is asked for
+/// by name. `plain` is the problem of a fit to the recordings.
+pub(super) fn on_any_clock(
+    records: &[Record],
+    spec: &IdentifySpec,
+    plain: &Problem,
+) -> Result<std::result::Result<Estimate, SmFailure>> {
+    let estimate = steiglitz_mcbride(records, spec, plain)?;
     let is_irregular = records.iter().any(|record| !record.steps().step_index.is_empty());
-    if estimate.is_ok() || spec.method != Method::Auto || !is_irregular {
+    if estimate.is_ok() || spec.method == Method::SteiglitzMcBride || !is_irregular {
         return Ok(estimate);
     }
     Ok(best_of(records, spec, |(_, record)| steiglitz_mcbride_resampled(record, spec.model))?.or(estimate))
@@ -82,7 +86,8 @@ fn best_of(
     }
     let mut best: std::result::Result<Estimate, SmFailure> = Err(SmFailure::ChannelMissing);
     let mut lowest = f64::INFINITY;
-    let problem = Problem::new(records, spec.model, Space::table2(), spec.criterion)?;
+    // Estimates are compared: times may be rounded.
+    let problem = Problem::new(records, spec.model, Space::table2(), spec.criterion)?.at_coarse_steps();
     for found in records.iter().enumerate().map(one) {
         match (found?, &best) {
             (Ok(found), _) => {

@@ -1,99 +1,134 @@
-//! Step maps of many steps at once. On an irregular clock all steps are multiples of one unit: a step of `64 a + b` units is
-//! composed of one of `64 a` and one of `b`, so that few series are summed.
+//! Step maps of many steps at once. On an irregular clock all steps are multiples of one unit: a step of `32 a + b` units is
+//! composed of one of `32 a` and one of `b`, so that few series are summed.
 
-use super::discretize::{Method, StepMap, StepMaps, seeded, split, step_maps};
+use super::discretize::{Method, StepMaps, step_maps};
 use super::dual::Number;
-use super::linear::Parameters;
 use crate::numeric::{count, whole};
 
 /// Units of the coarse part of a step.
-const COARSE: usize = 64;
+const COARSE: usize = 32;
 /// Fewer steps are not worth a table.
 const STEPS_MIN: usize = 32;
 
-impl StepMap {
-    /// Returns the maps of steps with their derivatives, as [`StepMap::with_sensitivities`] does for one. All steps are whole
-    /// multiples of `unit_s`, up to rounding.
-    #[must_use]
-    pub fn all_with_sensitivities(
-        parameters: &Parameters,
-        steps_s: &[f64],
-        unit_s: f64,
-        method: impl Into<Method>,
-    ) -> Vec<(Self, [Self; 5])> {
-        all_step_maps(&seeded(parameters), steps_s, unit_s, method.into()).iter().map(split).collect()
-    }
-}
-
-/// Returns the maps of one motor for steps that are whole multiples of `unit_s`, up to rounding.
-pub(super) fn all_step_maps<T: Number>(
-    motor: &[[T; 1]; 5],
-    steps_s: &[f64],
+/// The steps of an irregular clock, each cut into a coarse part of whole multiples of [`COARSE`] units and a fine part of fewer
+/// units: parts are few where steps are many.
+#[derive(Debug, Clone)]
+pub(crate) struct SplitSteps {
     unit_s: f64,
-    method: Method,
-) -> Vec<StepMaps<1, T>> {
-    if steps_s.len() < STEPS_MIN || !method.discretization.is_exact() {
-        return steps_s.iter().map(|&h| step_maps(motor, h, method)).collect();
-    }
-    let parts: Vec<[usize; 2]> =
-        steps_s.iter().map(|h| whole((h / unit_s).round())).map(|n| [n / COARSE, n % COARSE]).collect();
-    let [coarse, fine] = [0, 1].map(|place| {
-        let mut known: Vec<usize> = parts.iter().map(|parts| parts[place]).collect();
-        known.sort_unstable();
-        known.dedup();
-        let unit_s = if place == 0 { count(COARSE) * unit_s } else { unit_s };
-        let maps: Vec<StepMaps<1, T>> = known.iter().map(|n| step_maps(motor, count(*n) * unit_s, method)).collect();
-        (known, maps)
-    });
-    let one = |&[many, few]: &[usize; 2]| {
-        let [first, second] =
-            [(&coarse, many), (&fine, few)].map(|((known, maps), n)| &maps[known.partition_point(|k| *k < n)]);
-        let share = || count(many * COARSE) / count(many * COARSE + few);
-        match (many, few) {
-            (0, _) => *second,
-            (_, 0) => *first,
-            _ => composed(first, second, method.uses_next_input().then(share)),
-        }
-    };
-    parts.iter().map(one).collect()
+    /// The distinct coarse parts, as multiples of [`COARSE`] units, and the distinct fine ones, of one unit.
+    multiples: [Vec<usize>; 2],
+    /// For each step the places of its coarse part and of its fine one among them.
+    pub places: Vec<[usize; 2]>,
+    /// For each step the share of it that its coarse part takes.
+    pub coarse_share: Vec<f64>,
 }
 
-/// Returns the map of one step after another: `D = D₁ + D₂ + D₂ D₁`, and the gains of the first are carried through the second. An
-/// input that goes on in a straight line is cut where the first ends, after the part `share` of both; it is `None` for one
-/// that is held.
-#[inline(always)]
-fn composed<T: Number>(first: &StepMaps<1, T>, second: &StepMaps<1, T>, share: Option<f64>) -> StepMaps<1, T> {
-    let (one, two) = (&first.d, &second.d);
-    let carried = |axis: usize, [a, b]: [T; 2]| {
-        let own = if axis == 0 { a } else { b };
-        own + (two[2 * axis][0] * a + two[2 * axis + 1][0] * b)
-    };
-    let mut made = *second;
-    for axis in 0..2 {
-        let torque = first.torque.map(|[gain]| gain);
-        made.torque[axis][0] = second.torque[axis][0] + carried(axis, torque);
-        let [start, end] = first.taps.map(|taps| taps.map(|[gain]| gain));
-        match share {
-            None => made.taps[0][axis][0] = second.taps[0][axis][0] + carried(axis, start),
-            Some(share) => {
-                let at_start = [start[0] + end[0] * (1.0 - share), start[1] + end[1] * (1.0 - share)];
-                let [from_start, from_end] = [second.taps[0][axis][0], second.taps[1][axis][0]];
-                made.taps[0][axis][0] = carried(axis, at_start) + from_start * (1.0 - share);
-                made.taps[1][axis][0] = carried(axis, end.map(|gain| gain * share)) + (from_start * share + from_end);
+impl SplitSteps {
+    /// Cuts steps that are whole multiples of `unit_s`, up to rounding; `None` where they are too few to gain anything.
+    pub(crate) fn new(steps_s: &[f64], unit_s: f64) -> Option<Self> {
+        if steps_s.len() < STEPS_MIN {
+            return None;
+        }
+        let units = steps_s.iter().map(|h| whole((h / unit_s).round()));
+        let parts: Vec<[usize; 2]> = units.map(|n| [n / COARSE, n % COARSE]).collect();
+        let multiples = [0, 1].map(|part| {
+            let mut distinct: Vec<usize> = parts.iter().map(|parts| parts[part]).collect();
+            distinct.sort_unstable();
+            distinct.dedup();
+            distinct
+        });
+        let place = |part: usize, n: usize| multiples[part].partition_point(|known| *known < n);
+        let places = parts.iter().map(|&[coarse, fine]| [place(0, coarse), place(1, fine)]).collect();
+        let share = |&[coarse, fine]: &[usize; 2]| count(COARSE * coarse) / count(COARSE * coarse + fine);
+        let coarse_share = parts.iter().map(share).collect();
+        Some(Self { unit_s, multiples, places, coarse_share })
+    }
+
+    /// Returns the maps of the coarse parts and those of the fine ones.
+    #[inline(always)]
+    pub(crate) fn tables<T: Number>(&self, motor: &[[T; 1]; 5], method: Method) -> [Vec<StepMaps<1, T>>; 2] {
+        let [coarse, fine] = &self.multiples;
+        let mut tables: [Vec<StepMaps<1, T>>; 2] = [Vec::with_capacity(coarse.len()), Vec::with_capacity(fine.len())];
+        for (part, table) in tables.iter_mut().enumerate() {
+            let base_s = if part == 0 { count(COARSE) * self.unit_s } else { self.unit_s };
+            let base = step_maps(motor, base_s, method);
+            let mut last = None;
+            // A loop, because adapters of iterators would not be compiled for the vectors of the caller.
+            for &n in &self.multiples[part] {
+                let maps = match (last, table.last()) {
+                    (Some(before), Some(maps)) if n == before + 1 && n > 1 => {
+                        let share = if method.uses_next_input() { Some(count(before) / count(n)) } else { None };
+                        maps.then(&base, share)
+                    }
+                    _ => step_maps(motor, count(n) * base_s, method),
+                };
+                last = Some(n);
+                table.push(maps);
             }
         }
+        tables
     }
-    for n in 0..4 {
-        let (row, column) = (2 * (n / 2), n % 2);
-        made.d[n][0] = one[n][0] + (two[n][0] + (two[row][0] * one[column][0] + two[row + 1][0] * one[column + 2][0]));
+
+    /// Returns the map of a whole step, by its place, from the tables of its parts.
+    #[inline(always)]
+    pub(super) fn whole<T: Number>(
+        &self,
+        tables: &[Vec<StepMaps<1, T>>; 2],
+        step: usize,
+        method: Method,
+    ) -> StepMaps<1, T> {
+        let [coarse, fine] = self.places[step];
+        let share = if method.uses_next_input() { Some(self.coarse_share[step]) } else { None };
+        tables[0][coarse].then(&tables[1][fine], share)
     }
-    made
+}
+
+impl<const N: usize, T: Number> StepMaps<N, T> {
+    /// Returns the maps of a step and another one after it: `D = D₁ + D₂ + D₂ D₁`, and the gains of the first are carried through
+    /// the second. An input that goes on in a straight line is cut where the first ends, after the part `share` of both; it is `None`
+    /// for one that is held.
+    #[inline(always)]
+    pub(crate) fn then(&self, second: &Self, share: Option<f64>) -> Self {
+        let mut made = *second;
+        for lane in 0..N {
+            let one = [self.d[0][lane], self.d[1][lane], self.d[2][lane], self.d[3][lane]];
+            let two = [second.d[0][lane], second.d[1][lane], second.d[2][lane], second.d[3][lane]];
+            let torque = [self.torque[0][lane], self.torque[1][lane]];
+            let start = [self.taps[0][0][lane], self.taps[0][1][lane]];
+            let end = [self.taps[1][0][lane], self.taps[1][1][lane]];
+            for axis in 0..2 {
+                made.torque[axis][lane] = second.torque[axis][lane] + carried(&two, axis, torque);
+                match share {
+                    None => made.taps[0][axis][lane] = second.taps[0][axis][lane] + carried(&two, axis, start),
+                    Some(share) => {
+                        let at_start = [start[0] + end[0] * (1.0 - share), start[1] + end[1] * (1.0 - share)];
+                        let at_end = [end[0] * share, end[1] * share];
+                        let [from_start, from_end] = [second.taps[0][axis][lane], second.taps[1][axis][lane]];
+                        made.taps[0][axis][lane] = carried(&two, axis, at_start) + from_start * (1.0 - share);
+                        made.taps[1][axis][lane] = carried(&two, axis, at_end) + (from_start * share + from_end);
+                    }
+                }
+            }
+            for n in 0..4 {
+                let (row, column) = (2 * (n / 2), n % 2);
+                made.d[n][lane] = one[n] + (two[n] + (two[row] * one[column] + two[row + 1] * one[column + 2]));
+            }
+        }
+        made
+    }
+}
+
+/// Returns one state of `Φ x`, with `d = Φ − I`.
+#[inline(always)]
+fn carried<T: Number>(d: &[T; 4], axis: usize, x: [T; 2]) -> T {
+    x[axis] + (d[2 * axis] * x[0] + d[2 * axis + 1] * x[1])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motor::{Discretization, Input};
+    use crate::motor::discretize::split;
+    use crate::motor::{Discretization, Input, Parameters, StepMap, seeded};
 
     #[test]
     fn a_table_has_the_maps_of_single_steps() {
@@ -101,11 +136,13 @@ mod tests {
         let steps: Vec<f64> = (1..200).map(|n| f64::from(n * 13) * unit).collect();
         let stiff = Parameters { l: 0.01 * Parameters::M2.l, ..Parameters::M2 };
         for motor in [Parameters::M2, stiff] {
-            for discretization in [Discretization::Zoh, Discretization::Foh, Discretization::Rk4] {
+            for discretization in [Discretization::Zoh, Discretization::Foh] {
                 for input in [Input::Voltage, Input::Current] {
                     let method = Method { discretization, input };
-                    let all = StepMap::all_with_sensitivities(&motor, &steps, unit, method);
-                    for (step, (map, slopes)) in steps.iter().zip(&all) {
+                    let parts = SplitSteps::new(&steps, unit).unwrap();
+                    let tables = parts.tables(&seeded(&motor), method);
+                    for (n, step) in steps.iter().enumerate() {
+                        let (map, slopes) = &split(&parts.whole(&tables, n, method));
                         let (direct, of_direct) = StepMap::with_sensitivities(&motor, *step, method);
                         let pairs = std::iter::once((map, &direct)).chain(slopes.iter().zip(&of_direct));
                         for (ours, direct) in pairs {

@@ -42,7 +42,7 @@ impl Discretization {
         }
     }
 
-    pub(super) fn is_exact(self) -> bool {
+    pub(crate) fn is_exact(self) -> bool {
         matches!(self, Self::Zoh | Self::Foh)
     }
 
@@ -119,7 +119,7 @@ impl StepMap {
 }
 
 /// Returns R, L, K, B and J with their derivatives by their logarithms.
-pub(super) fn seeded(parameters: &Parameters) -> [[Dual<5>; 1]; 5] {
+pub(crate) fn seeded(parameters: &Parameters) -> [[Dual<5>; 1]; 5] {
     let values = parameters.to_array();
     std::array::from_fn(|p| {
         let mut derivatives = [0.0; 5];

@@ -26,8 +26,10 @@ mod simulate;
 mod space;
 mod walk;
 
+pub(crate) use composed::SplitSteps;
 pub(crate) use delay::{DelayedVoltage, sample_times};
 pub(crate) use delay_taps::{Commanded, DelayTaps, tap_times};
+pub(crate) use discretize::seeded;
 pub use discretize::{Discretization, Input, Method, StepMap, StepMaps, step_maps};
 pub(crate) use drive::DriveNonlinearity;
 pub(crate) use dual::multiply_add;

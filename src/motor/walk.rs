@@ -7,7 +7,7 @@
 //!
 //! [`Dual`]: super::dual::Dual
 
-use super::composed::all_step_maps;
+use super::composed::SplitSteps;
 use super::delay::{DelayedVoltage, sample_times};
 use super::discretize::{StepMaps, step_maps};
 use super::dual::Number;
@@ -39,18 +39,27 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
         Self::with_steps(motor, drive, settings, (initial, steps))
     }
 
-    /// Begins likewise, on a clock whose steps are whole multiples of `unit_s`: the maps of many steps are composed of few,
-    /// which differ by rounding.
+    /// Begins likewise, on a clock whose steps are cut as `split` says: the maps of many steps are composed of few, which
+    /// differ by rounding.
+    #[inline(always)]
     pub(crate) fn composed(
         motor: &Extended<T>,
         drive: &Drive<'a>,
         settings: SimulationSettings,
-        (initial, unit_s): ([T; 2], f64),
+        (initial, split): ([T; 2], Option<&SplitSteps>),
     ) -> Self {
         let method = settings.features.method(settings.method);
         let one = motor.map(|value| [value]);
-        let maps = all_step_maps(&one.motor, drive.step_s, unit_s, method);
-        let steps = maps.into_iter().map(|map| Step::of(&one, map, settings)).collect();
+        let tables = split.map(|split| (split, split.tables(&one.motor, method)));
+        let mut steps = Vec::with_capacity(drive.step_s.len());
+        // A loop, because adapters of iterators would not be compiled for the vectors of the caller.
+        for n in 0..drive.step_s.len() {
+            let map = match &tables {
+                None => step_maps(&one.motor, drive.step_s[n], method),
+                Some((split, tables)) => split.whole(tables, n, method),
+            };
+            steps.push(Step::of(&one, map, settings));
+        }
         Self::with_steps(motor, drive, settings, (initial, steps))
     }
 

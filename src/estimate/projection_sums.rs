@@ -1,0 +1,158 @@
+//! The sums of variable projection: points of the grid side by side through one recording.
+
+#![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
+
+use crate::evaluate::{Level, Signals};
+use crate::motor::{Discretization, StepMaps, multiply_add, step_maps};
+use multiversion::multiversion;
+
+/// Points that are evaluated side by side: two vectors of AVX-512, because a step waits for the one before.
+pub(super) const LANES: usize = 16;
+/// Sums of a point: φ₁², φ₁φ₀, φ₀², iφ₁ and iφ₀ over the samples whose current counts, ωφ₀ and φ₀² over those whose speed
+/// counts.
+pub(super) const SUMS: usize = 7;
+
+pub(super) type Motors = [[f64; LANES]; 5];
+type Sums = [[f64; LANES]; SUMS];
+
+/// Returns the sums of a recording at some points.
+pub(super) fn sums(signals: &Signals, motors: &Motors, method: Discretization) -> Sums {
+    match Level::best() {
+        Level::Avx512 => avx512(signals, motors, method),
+        Level::Avx2 => avx2(signals, motors, method),
+        Level::Portable => simulate::<false>(signals, motors, method),
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
+fn avx512(signals: &Signals, motors: &Motors, method: Discretization) -> Sums {
+    simulate::<true>(signals, motors, method)
+}
+
+#[multiversion(targets("x86_64+avx2+fma"))]
+fn avx2(signals: &Signals, motors: &Motors, method: Discretization) -> Sums {
+    simulate::<true>(signals, motors, method)
+}
+
+#[inline(always)]
+fn simulate<const FMA: bool>(signals: &Signals, motors: &Motors, method: Discretization) -> Sums {
+    let table = table(&signals.step_s, motors, method);
+    let is_weighted = !signals.weight.is_empty();
+    let mut sums = match (table.len() == 1, is_weighted, method.uses_next_input()) {
+        (true, false, _) => by_runs::<FMA, false>(signals, &table[0]),
+        (true, true, _) => by_runs::<FMA, true>(signals, &table[0]),
+        (false, false, false) => by_samples::<FMA, false, false>(signals, &table),
+        (false, false, true) => by_samples::<FMA, false, true>(signals, &table),
+        (false, true, false) => by_samples::<FMA, true, false>(signals, &table),
+        (false, true, true) => by_samples::<FMA, true, true>(signals, &table),
+    };
+    if !is_weighted {
+        sums[6] = sums[2];
+    }
+    sums
+}
+
+/// Returns the maps of each step. Steps in ascending order mostly differ by the same time: one map is composed of the one before
+/// it and that of the difference, which takes a tenth of the time.
+#[inline(always)]
+fn table(steps_s: &[f64], motors: &Motors, method: Discretization) -> Vec<StepMaps<LANES>> {
+    let mut table: Vec<StepMaps<LANES>> = Vec::with_capacity(steps_s.len());
+    let mut more: Option<(f64, StepMaps<LANES>)> = None;
+    // A loop, because adapters of iterators would not be compiled for the vectors of this function.
+    for (n, &h) in steps_s.iter().enumerate() {
+        let maps = match (table.last(), &more) {
+            (Some(last), Some((unit_s, unit))) if (h - steps_s[n - 1] - unit_s).abs() < 1e-6 * unit_s => {
+                last.then(unit, if method.uses_next_input() { Some(steps_s[n - 1] / h) } else { None })
+            }
+            _ => step_maps(motors, h, method),
+        };
+        if n == 1 && h > steps_s[0] {
+            more = Some((h - steps_s[0], step_maps(motors, h - steps_s[0], method)));
+        }
+        table.push(maps);
+    }
+    table
+}
+
+/// Sums on an even clock: what the voltage adds to a step is computed once for each run of equal inputs.
+#[inline(always)]
+fn by_runs<const FMA: bool, const WEIGHTED: bool>(signals: &Signals, maps: &StepMaps<LANES>) -> Sums {
+    let mut sums = [[0.0; LANES]; SUMS];
+    let mut x = [[0.0; LANES]; 2];
+    for run in signals.active_runs() {
+        let [v, v_next] = run.voltage;
+        let mut gain = [[0.0; LANES]; 2];
+        for axis in 0..2 {
+            for lane in 0..LANES {
+                gain[axis][lane] = maps.taps[0][axis][lane] * v + maps.taps[1][axis][lane] * v_next;
+            }
+        }
+        for n in run.start..run.end {
+            add::<FMA, WEIGHTED>(&mut sums, &x, signals, n);
+            advance::<FMA>(&mut x, maps, &gain);
+        }
+    }
+    sums
+}
+
+/// Sums on an irregular clock: each sample has a step, and mostly a run, of its own. `LINES` where the voltage is a line over each
+/// step.
+#[inline(always)]
+fn by_samples<const FMA: bool, const WEIGHTED: bool, const LINES: bool>(
+    signals: &Signals,
+    table: &[StepMaps<LANES>],
+) -> Sums {
+    let mut sums = [[0.0; LANES]; SUMS];
+    let mut x = [[0.0; LANES]; 2];
+    for n in signals.first_active..signals.len() {
+        let maps = &table[usize::from(signals.step_of(n))];
+        let [v, v_next, _] = signals.inputs(n);
+        let mut gain = [[0.0; LANES]; 2];
+        for axis in 0..2 {
+            for lane in 0..LANES {
+                gain[axis][lane] = maps.taps[0][axis][lane] * v;
+                if LINES {
+                    gain[axis][lane] = multiply_add::<FMA>(maps.taps[1][axis][lane], v_next, gain[axis][lane]);
+                }
+            }
+        }
+        add::<FMA, WEIGHTED>(&mut sums, &x, signals, n);
+        advance::<FMA>(&mut x, maps, &gain);
+    }
+    sums
+}
+
+/// Adds the products of a sample. φ₀² of the speed is left out where all samples count: it is that of the current.
+#[inline(always)]
+fn add<const FMA: bool, const WEIGHTED: bool>(sums: &mut Sums, x: &[[f64; LANES]; 2], signals: &Signals, n: usize) {
+    let [current, speed] = signals.measured[n];
+    let [of_current, of_speed] = if WEIGHTED { signals.weight[n] } else { [1.0; 2] };
+    for lane in 0..LANES {
+        let (one, zero) = (x[0][lane], x[1][lane]);
+        let [one_i, zero_i, zero_w] =
+            if WEIGHTED { [of_current * one, of_current * zero, of_speed * zero] } else { [one, zero, zero] };
+        sums[0][lane] = multiply_add::<FMA>(one_i, one, sums[0][lane]);
+        sums[1][lane] = multiply_add::<FMA>(one_i, zero, sums[1][lane]);
+        sums[2][lane] = multiply_add::<FMA>(zero_i, zero, sums[2][lane]);
+        sums[3][lane] = multiply_add::<FMA>(current, one_i, sums[3][lane]);
+        sums[4][lane] = multiply_add::<FMA>(current, zero_i, sums[4][lane]);
+        sums[5][lane] = multiply_add::<FMA>(speed, zero_w, sums[5][lane]);
+        if WEIGHTED {
+            sums[6][lane] = multiply_add::<FMA>(zero_w, zero, sums[6][lane]);
+        }
+    }
+}
+
+/// Takes the states of all points over a step.
+#[inline(always)]
+fn advance<const FMA: bool>(x: &mut [[f64; LANES]; 2], maps: &StepMaps<LANES>, gain: &[[f64; LANES]; 2]) {
+    for lane in 0..LANES {
+        let (one, zero) = (x[0][lane], x[1][lane]);
+        let step = |axis: usize| {
+            let far = multiply_add::<FMA>(maps.d[2 * axis + 1][lane], zero, gain[axis][lane]);
+            x[axis][lane] + multiply_add::<FMA>(maps.d[2 * axis][lane], one, far)
+        };
+        let next = [step(0), step(1)];
+        (x[0][lane], x[1][lane]) = (next[0], next[1]);
+    }
+}

@@ -1,0 +1,104 @@
+//! Recordings on a coarse clock, for evaluations that only compare starts of refinements. On an irregular clock nearly every
+//! step has a length of its own and needs maps of its own for each candidate, which take longer than the samples do.
+
+use super::problem::Problem;
+use super::signals::Signals;
+use crate::motor::Discretization;
+use crate::numeric::{count, whole};
+use std::sync::Arc;
+
+/// Parts of a period to which times are rounded: a sample moves by 6 % of a period at most, which moves a basin of the cost by
+/// far less than it is wide.
+const PARTS: f64 = 8.0;
+/// Fewer distinct steps than these are left as they are.
+const STEPS_MIN: usize = 32;
+
+impl Problem {
+    /// Returns the problem with the times of irregular recordings rounded to parts of their period, so that few distinct steps are
+    /// left; recordings with few steps are shared as they are.
+    #[must_use]
+    pub(crate) fn at_coarse_steps(&self) -> Self {
+        let method = self.model().discretization;
+        self.with_signals(|signals| signals.at_coarse_steps(method).map_or_else(|| signals.clone(), Arc::new))
+    }
+}
+
+impl Signals {
+    /// Returns the index of the step that follows a sample.
+    pub(crate) fn step_of(&self, n: usize) -> u16 {
+        self.step_index.get(n).copied().unwrap_or(0)
+    }
+
+    /// Returns whether times would be rounded.
+    pub(crate) fn has_many_steps(&self) -> bool {
+        self.step_s.len() >= STEPS_MIN
+    }
+
+    /// Returns a copy with rounded times; `None` where there are few distinct steps.
+    fn at_coarse_steps(&self, method: Discretization) -> Option<Self> {
+        if !self.has_many_steps() {
+            return None;
+        }
+        let unit_s = self.period_s / PARTS;
+        // Times are rounded, not steps: rounding does not add up. No step vanishes.
+        let (mut time, mut rounded) = (0.0, 0);
+        let steps: Vec<usize> = (0..self.len())
+            .map(|n| {
+                time += self.step_s[usize::from(self.step_of(n))];
+                let before = rounded;
+                rounded = whole((time / unit_s).round()).max(before + 1);
+                rounded - before
+            })
+            .collect();
+        let mut distinct = steps.clone();
+        distinct.sort_unstable();
+        distinct.dedup();
+        let place = |step: &usize| u16::try_from(distinct.partition_point(|known| known < step));
+        let step_index = steps.iter().map(place).collect::<Result<Vec<u16>, _>>().ok()?;
+        let step_s = distinct.iter().map(|n| count(*n) * unit_s).collect();
+        let mut copy = self.clone();
+        (copy.step_s, copy.step_index, copy.split) = (step_s, step_index, None);
+        copy.set_runs(method);
+        Some(copy)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::criterion::Criterion;
+    use crate::evaluate::Model;
+    use crate::motor::Space;
+    use crate::record::{Record, Samples};
+
+    fn problem(off: impl Fn(u32) -> f64) -> Problem {
+        let time_s: Vec<f64> = (0..400).map(|n| 0.01 * (f64::from(n) + off(n))).collect();
+        let voltage = time_s.iter().map(|t| t.sin()).collect();
+        let speed = Some(time_s.iter().map(|t| t.cos()).collect());
+        let record = Record::new(Samples { time_s, voltage, speed, ..Samples::default() }).unwrap();
+        Problem::new(&[record], Model::default(), Space::table2(), Criterion::default()).unwrap()
+    }
+
+    #[test]
+    fn rounded_times_stay_near_and_have_few_steps() {
+        let jittered = problem(|n| 0.3 * (1.7 * f64::from(n)).sin());
+        let coarse = jittered.at_coarse_steps();
+        let [fine, coarse] = [&jittered, &coarse].map(|problem| &problem.signals()[0]);
+        assert!(fine.step_s.len() > 200 && coarse.step_s.len() < 16, "{}", coarse.step_s.len());
+        let mut apart = 0.0;
+        for n in 0..399 {
+            let step = |signals: &Signals| signals.step_s[usize::from(signals.step_of(n))];
+            apart += step(coarse) - step(fine);
+            assert!(apart.abs() <= 0.5 / PARTS * fine.period_s * (1.0 + 1e-9), "{n}: {apart}");
+        }
+        let covered: usize = coarse.runs.iter().map(|run| run.end - run.start).sum();
+        assert!(covered == 400 && coarse.segments.iter().all(|s| s.run.step == coarse.step_of(s.run.start)));
+    }
+
+    #[test]
+    fn clocks_with_few_steps_are_shared_as_they_are() {
+        for problem in [problem(|_| 0.0), problem(|n| 0.1 * f64::from(n % 3))] {
+            assert!(Arc::ptr_eq(&problem.at_coarse_steps().signals()[0], &problem.signals()[0]));
+        }
+    }
+}
