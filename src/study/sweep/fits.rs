@@ -43,7 +43,7 @@ impl<'a> Fits<'a> {
             Ok(of) if f.method == Method::Auto || spec.is_extended() || !has_all_channels(&of.fitted) => {
                 let found = identify(&of.fitted, &IdentifySpec { device: DeviceSpec::Cpu, ..spec.clone() });
                 // A search depends on its seed and budget, and an error may be one of a search.
-                let is_fixed = found.as_ref().is_ok_and(|found| found.history.is_empty());
+                let is_fixed = found.as_ref().is_ok_and(|found| !found.searched.has_population);
                 (found.and_then(|found| of.validated(found, &spec)), is_fixed)
             }
             Ok(of) => (self.linear(&of, &spec, f.with), true),
