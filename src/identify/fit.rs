@@ -1,38 +1,45 @@
-//! Identifications without the verification and without what judges a result: what a batch of thousands needs of each.
+//! Identifications of which thousands are made: what a batch needs of each.
 //!
 //! [`fit_on`] is Steiglitz–McBride with the polish. A population search comes in two parts, so that many of them can be run in
-//! lock step: [`PreparedSearch`] is what comes before it and what follows, by the stages of the pipeline.
+//! lock step: [`PreparedSearch`] is what comes before it and what follows, by the stages of the pipeline. A result is verified
+//! and judged as [`super::identify`] judges it; recordings are looked through and their box is searched once for all runs.
 
 use super::checks;
 use super::model_selection::{Selection, select};
-use super::models::SelectionStep;
+use super::models::{Alternative, SelectionStep};
 use super::open_groups::Unidentified;
-use super::pipeline::unidentified;
+use super::pipeline::{findings, missed, tested, unidentified};
 use super::prepare::Prepared;
-use super::refine::from_search;
+use super::refine::{Fit, from_search};
 use super::result::Identification;
 use super::search::SearchResult;
+use super::shared_reference::SharedReference;
 use super::spec::IdentifySpec;
 use super::start::{around, asked_space, start, steiglitz_mcbride};
+use super::trust::trust;
 use super::unidentified::fix_unidentified;
+use super::verify::{Verification, verify};
 use super::warnings;
 use crate::Result;
-use crate::analysis::{FitMetrics, fit_percent};
+use crate::analysis::{FitMetrics, fit_percent, homogeneity};
 use crate::estimate::widened;
 use crate::evaluate::{Problem, Scalar};
 use crate::optimize::Stop;
 use crate::record::Record;
+use crate::warning::Warning;
 use std::sync::Arc;
 
+/// Recordings, with what [`crate::analysis::warnings_of_records`] says of them.
+pub type Diagnosed<'a> = (&'a [Record], &'a [Warning]);
+
 /// Steiglitz–McBride, then the spec's polish, of a linear motor, on the problem whose cost is reported and that of a fit
-/// ([`crate::estimate::fit_problem`]), both made of the recordings. Nothing verifies or judges the result, and the cost of what was searched is
-/// not computed.
+/// ([`crate::estimate::fit_problem`]), both made of the recordings. The cost of what was searched is not computed.
 ///
 /// # Errors
 /// As [`super::identify`] with that method.
 pub fn fit_on(
     (problem, plain): (&Problem, &Problem),
-    records: &[Record],
+    (records, diagnosis): Diagnosed<'_>,
     spec: &IdentifySpec,
 ) -> Result<Identification> {
     checks::before(records, spec, problem)?;
@@ -40,7 +47,8 @@ pub fn fit_on(
     let prepared = Prepared::given(records, spec, problem, plain);
     let problem = prepared.searched(around(spec, &[estimate.parameters.to_array()])?);
     let found = SearchResult::of_estimate(&estimate, &problem);
-    finished(&prepared, &problem, found)
+    let fit = from_search(&prepared, &problem, found, Vec::new())?;
+    finished(&prepared, fit, &|fit| verify(&prepared, fit, Some(&estimate)).verification, (Vec::new(), diagnosis))
 }
 
 /// The same result with its cost on another problem of the same recordings.
@@ -71,23 +79,41 @@ pub struct SearchRun<'a> {
 pub struct PreparedSearch {
     problem: Arc<Problem>,
     selection: Option<Vec<SelectionStep>>,
+    alternatives: Vec<Alternative>,
+    reference: Option<SharedReference>,
 }
 
 impl PreparedSearch {
-    /// Checks recordings, selects the model and sets the bounds.
+    /// Checks recordings, selects the model and sets the bounds. What such a search finds is verified run by run.
     ///
     /// # Errors
     /// As [`super::identify`].
     pub fn new(records: &[Record], spec: &IdentifySpec) -> Result<Self> {
+        Self::prepare(records, spec, false)
+    }
+
+    /// Prepares a search, and searches the whole box once for the verification of all its runs.
+    ///
+    /// # Errors
+    /// As [`super::identify`].
+    pub fn with_reference(records: &[Record], spec: &IdentifySpec) -> Result<Self> {
+        Self::prepare(records, spec, true)
+    }
+
+    fn prepare(records: &[Record], spec: &IdentifySpec, has_reference: bool) -> Result<Self> {
         let prepared = Prepared::new(records, spec)?;
         let asked = prepared.searched(asked_space(records, &prepared.spec)?);
         checks::before(records, &prepared.spec, &asked)?;
-        // The estimate of a linear motor is needed for bounds alone.
-        if prepared.is_linear() && spec.auto_bounds.is_empty() {
-            return Ok(Self { problem: asked, selection: None });
+        // The estimate of a linear motor is needed for bounds and the reference alone.
+        let is_bounded = prepared.is_linear() && spec.auto_bounds.is_empty();
+        if is_bounded && !has_reference {
+            return Ok(Self { problem: asked, selection: None, alternatives: Vec::new(), reference: None });
         }
-        let Selection { space, steps, .. } = select(&prepared, &start(&prepared)?)?;
-        Ok(Self { problem: prepared.searched(space), selection: steps })
+        let start = start(&prepared)?;
+        let Selection { space, steps: selection, alternatives, values } = select(&prepared, &start)?;
+        let problem = if is_bounded { asked } else { prepared.searched(space) };
+        let reference = has_reference.then(|| SharedReference::new(&prepared, &problem, &start, values.as_deref()));
+        Ok(Self { problem, selection, alternatives, reference })
     }
 
     /// What candidates are evaluated on.
@@ -101,45 +127,74 @@ impl PreparedSearch {
     ///
     /// # Errors
     /// As [`super::identify`].
-    pub fn finish(&self, records: &[Record], spec: &IdentifySpec, run: SearchRun<'_>) -> Result<Identification> {
+    pub fn finish(
+        &self,
+        (records, diagnosis): Diagnosed<'_>,
+        spec: &IdentifySpec,
+        run: SearchRun<'_>,
+    ) -> Result<Identification> {
         let SearchRun { values, evaluations, device: [device_kind, precision] } = run;
         let found = SearchResult::new(spec.method.name(), values.to_vec(), Stop::BudgetSpent, evaluations);
         let found = SearchResult { device_kind, precision, ..found };
         let prepared = Prepared::new(records, spec)?;
-        Ok(Identification { selection: self.selection.clone(), ..finished(&prepared, &self.problem, found)? })
+        let fit = from_search(&prepared, &self.problem, found, Vec::new())?;
+        let verified = |fit: &Fit| match &self.reference {
+            Some(reference) => reference.verify(&prepared, fit),
+            None => verify(&prepared, fit, None).verification,
+        };
+        let result = finished(&prepared, fit, &verified, (self.alternatives.clone(), diagnosis))?;
+        Ok(Identification { selection: self.selection.clone(), ..result })
     }
 }
 
-/// The result of a search or an estimate: refined, checked and reported, or as it is without a polish.
-fn finished(prepared: &Prepared<'_>, problem: &Arc<Problem>, found: SearchResult) -> Result<Identification> {
-    let mut warnings = warnings::with_normalized(Vec::new(), prepared.normalized.as_ref());
-    let mut result = if prepared.spec.is_polished() {
-        let mut fit = from_search(prepared, problem, found, Vec::new())?;
-        let dropped = fix_unidentified(prepared, &mut fit, Unidentified::default())?;
+/// The result of a fit, checked, verified and judged: refined, or as it was searched without a polish.
+fn finished(
+    prepared: &Prepared<'_>,
+    mut fit: Fit,
+    verified: &dyn Fn(&Fit) -> Verification,
+    (alternatives, diagnosis): (Vec<Alternative>, &[Warning]),
+) -> Result<Identification> {
+    let (records, spec) = (prepared.records, prepared.spec.as_ref());
+    let dropped = fix_unidentified(prepared, &mut fit, Unidentified::default())?;
+    let (verification, residual_tests) = (verified(&fit), tested(prepared, &fit));
+    let mut warnings =
+        warnings::with_normalized(warnings::as_taken(diagnosis, records, spec), prepared.normalized.as_ref());
+    if spec.is_polished() {
         fit.refined.uncertainty = widened(&prepared.fitted(&fit.space), &fit.refined);
-        warnings.extend(checks::after(prepared.records, &prepared.spec, &fit.space, &fit.refined)?);
-        warnings.extend(dropped.warnings());
-        let unidentified = unidentified(prepared, &fit.space, &dropped);
-        // From the sums of the refinement: no simulation is needed.
-        let fit_percent = fit_percent(prepared.records, &fit.refined);
-        checks::fit(prepared.records, &prepared.spec, fit_percent)?;
-        let problem = problem.with_space(fit.space).starting_from(&fit.refined.initial);
-        Identification { unidentified, fit_percent, ..Identification::new(&problem, fit.found, Some(fit.refined)) }
-    } else {
-        let metrics = FitMetrics::of(prepared.records, &prepared.fitted(problem.space()), &found.values);
-        Identification {
-            unidentified: unidentified(prepared, problem.space(), &Unidentified::default()),
-            fit_percent: metrics.fit_percent(),
-            residual_sigma: metrics.residual_sigma(),
-            ..Identification::new(problem, found, None)
-        }
-    };
-    result.warnings = warnings;
+    }
+    warnings.extend(checks::after(records, spec, &fit.space, &fit.refined)?);
+    if spec.is_polished() {
+        warnings.extend(homogeneity(records, &prepared.fitted(&fit.space), &fit.refined, prepared.open()));
+    }
+    warnings.extend(dropped.warnings());
+    let (unidentified, missed) = (unidentified(prepared, &fit.space, &dropped), missed(&fit));
+    let result = reported(prepared, fit)?;
+    let mut result = Identification { verification, unidentified, residual_tests, alternatives, ..result };
+    warnings.extend(warnings::of_result(&result, None));
+    warnings.extend(findings(prepared, &result));
     // A code once: the lines of a batch have no more of them.
-    for warning in warnings::of_result(&result, None) {
+    for warning in warnings {
         if result.warnings.iter().all(|known| known.code != warning.code) {
             result.warnings.push(warning);
         }
     }
+    result.trust = trust(records, spec, &result, &missed);
     Ok(result)
+}
+
+/// The parameters of a fit with how much they explain, as the polish leaves them.
+fn reported(prepared: &Prepared<'_>, fit: Fit) -> Result<Identification> {
+    if prepared.spec.is_polished() {
+        // From the sums of the refinement: no simulation is needed.
+        let fit_percent = fit_percent(prepared.records, &fit.refined);
+        checks::fit(prepared.records, &prepared.spec, fit_percent)?;
+        let problem = fit.problem.with_space(fit.space).starting_from(&fit.refined.initial);
+        return Ok(Identification { fit_percent, ..Identification::new(&problem, fit.found, Some(fit.refined)) });
+    }
+    let metrics = FitMetrics::of(prepared.records, &prepared.fitted(fit.problem.space()), &fit.found.values);
+    Ok(Identification {
+        fit_percent: metrics.fit_percent(),
+        residual_sigma: metrics.residual_sigma(),
+        ..Identification::new(&fit.problem, fit.found, None)
+    })
 }

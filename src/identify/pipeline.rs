@@ -107,7 +107,7 @@ fn estimated(
 }
 
 /// Returns the channels of recordings whose residuals are far above their noise.
-fn missed(fit: &Fit) -> Vec<Missed> {
+pub(super) fn missed(fit: &Fit) -> Vec<Missed> {
     let signals = fit.problem.signals();
     let of = |recording: usize, channel: usize| {
         let (of, sigma) = (&signals[recording], fit.refined.sigmas[recording][channel]);
@@ -121,7 +121,7 @@ fn missed(fit: &Fit) -> Vec<Missed> {
 }
 
 /// Returns the tests of the residuals of a refined fit.
-fn tested(prepared: &Prepared<'_>, fit: &Fit) -> Vec<ResidualTests> {
+pub(super) fn tested(prepared: &Prepared<'_>, fit: &Fit) -> Vec<ResidualTests> {
     if !prepared.spec.is_polished() {
         return Vec::new();
     }
@@ -143,27 +143,30 @@ pub(super) fn unidentified(prepared: &Prepared<'_>, space: &Space, dropped: &Uni
 /// Stage 6, analyse: warnings about the finished fit, regressions beside it, and how far recordings repeat.
 fn analyse(prepared: &Prepared<'_>, result: &mut Identification) -> Result<()> {
     let (records, spec) = (prepared.records, prepared.spec.as_ref());
-    let motor = (&*result).into();
+    result.warnings.extend(findings(prepared, result));
+    let time_constant = Characteristics::of(&*result).map(|c| c.time_constant.value);
+    result.regressions = regressions(records, time_constant);
+    result.noise_floor = noise_floor(&records.iter().collect::<Vec<_>>(), spec.model)?;
+    Ok(())
+}
+
+/// Returns the warnings about a finished fit with its residual tests.
+pub(super) fn findings(prepared: &Prepared<'_>, result: &Identification) -> Vec<Warning> {
+    let (records, spec) = (prepared.records, prepared.spec.as_ref());
+    let motor = result.into();
     let intersample = match (prepared.is_linear(), result.input) {
         (true, Input::Voltage) => intersample_of_voltage(records, spec.model, &motor),
         (false, Input::Current) => intersample_of_current(records, spec.model, &motor),
         _ => None,
     };
-    let time_constant = Characteristics::of(motor).map(|c| c.time_constant.value);
-    let found: Vec<Warning> = [
+    let found = [
         intersample,
         input_noise(records, &motor),
         residuals_follow_input(records, &result.residual_tests),
         coarse_rate(records, &motor),
         warnings::long_dead_time(result),
-    ]
-    .into_iter()
-    .flatten()
-    .collect();
-    result.warnings.extend(found);
-    result.regressions = regressions(records, time_constant);
-    result.noise_floor = noise_floor(&records.iter().collect::<Vec<_>>(), spec.model)?;
-    Ok(())
+    ];
+    found.into_iter().flatten().collect()
 }
 
 /// Stage 7, result: what was found, with its fit.

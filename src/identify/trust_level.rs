@@ -5,7 +5,7 @@ use crate::setting::Text;
 
 named! {
     /// The level of trust in the standard errors of a result.
-    #[derive(serde::Serialize)]
+    #[derive(serde::Serialize, serde::Deserialize)]
     #[serde(rename_all = "lowercase")]
     pub enum TrustLevel (default Check) {
         /// They can be believed.

@@ -61,7 +61,7 @@ impl<'a> Fits<'a> {
         let problem = Problem::new(records, spec.model, spec.space.clone(), spec.criterion)?;
         let make = || fit_problem(records, &spec.space, spec.model);
         let plain = self.plain.entry(with).or_insert_with(make).as_ref().map_err(Clone::clone)?;
-        let fit = || of.validated(fit_on((&problem, plain), records, spec)?, spec);
+        let fit = || of.validated(fit_on((&problem, plain), of.diagnosed(), spec)?, spec);
         let fitted = self.linear.entry((spec.polish.name(), with)).or_insert_with(fit).as_ref();
         fitted.map(|found| with_cost_on(&problem, found)).map_err(Clone::clone)
     }
