@@ -8,7 +8,7 @@ use super::checks;
 use super::model_selection::{Selection, select};
 use super::models::{Alternative, SelectionStep};
 use super::open_groups::Unidentified;
-use super::pipeline::{findings, missed, tested, unidentified};
+use super::pipeline::{Conclusion, conclude, findings, tested};
 use super::prepare::Prepared;
 use super::refine::{Fit, from_search};
 use super::result::Identification;
@@ -21,8 +21,7 @@ use super::unidentified::fix_unidentified;
 use super::verify::{Verification, verify};
 use super::warnings;
 use crate::Result;
-use crate::analysis::{FitMetrics, fit_percent, homogeneity};
-use crate::estimate::widened;
+use crate::analysis::{FitMetrics, fit_percent};
 use crate::evaluate::{Problem, Scalar};
 use crate::optimize::Stop;
 use crate::record::Record;
@@ -157,17 +156,10 @@ fn finished(
     let (records, spec) = (prepared.records, prepared.spec.as_ref());
     let dropped = fix_unidentified(prepared, &mut fit, Unidentified::default())?;
     let (verification, residual_tests) = (verified(&fit), tested(prepared, &fit));
-    let mut warnings =
-        warnings::with_normalized(warnings::as_taken(diagnosis, records, spec), prepared.normalized.as_ref());
-    if spec.is_polished() {
-        fit.refined.uncertainty = widened(&prepared.fitted(&fit.space), &fit.refined);
-    }
-    warnings.extend(checks::after(records, spec, &fit.space, &fit.refined)?);
-    if spec.is_polished() {
-        warnings.extend(homogeneity(records, &prepared.fitted(&fit.space), &fit.refined, prepared.open()));
-    }
-    warnings.extend(dropped.warnings());
-    let (unidentified, missed) = (unidentified(prepared, &fit.space, &dropped), missed(&fit));
+    let of_recordings = warnings::as_taken(diagnosis, records, spec);
+    let mut warnings = warnings::with_normalized(of_recordings, prepared.normalized.as_ref());
+    let Conclusion { warnings: own, unidentified, missed } = conclude(prepared, &mut fit, &dropped)?;
+    warnings.extend(own);
     let result = reported(prepared, fit)?;
     let mut result = Identification { verification, unidentified, residual_tests, alternatives, ..result };
     warnings.extend(warnings::of_result(&result, None));

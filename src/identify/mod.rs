@@ -49,5 +49,5 @@ pub use pipeline::{identify, identify_with};
 pub use result::{Identification, SearchOutcome, hold_out, validate};
 pub(crate) use serialize::bounds;
 pub use spec::IdentifySpec;
-pub use trust_level::{Trust, TrustLevel, TrustReason};
+pub use trust_level::{REASONS, Trust, TrustLevel, TrustReason};
 pub use verify::{Status, Verification, verify_at};

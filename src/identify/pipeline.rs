@@ -85,17 +85,7 @@ fn estimated(
         dropped = fix_unidentified(&prepared, &mut fit, dropped)?;
     }
     let residual_tests = if is_replaced { tested(&prepared, &fit) } else { tests };
-    if spec.is_polished() {
-        fit.refined.uncertainty = widened(&prepared.fitted(&fit.space), &fit.refined);
-    }
-    let mut warnings = std::mem::take(&mut fit.found.warnings);
-    warnings.extend(checks::after(records, &prepared.spec, &fit.space, &fit.refined)?);
-    if spec.is_polished() {
-        warnings.extend(homogeneity(records, &prepared.fitted(&fit.space), &fit.refined, prepared.open()));
-    }
-    warnings.extend(dropped.warnings());
-    let unidentified = unidentified(&prepared, &fit.space, &dropped);
-    let missed = missed(&fit);
+    let Conclusion { mut warnings, unidentified, missed } = conclude(&prepared, &mut fit, &dropped)?;
     let found = assembled(&prepared, fit);
     let mut result = Identification { verification, unidentified, residual_tests, selection, alternatives, ..found };
     checks::fit(records, &prepared.spec, result.fit_percent)?;
@@ -106,8 +96,35 @@ fn estimated(
     Ok((result, prepared.normalized, missed))
 }
 
+/// What the refinement of a finished fit shows beside its parameters.
+pub(super) struct Conclusion {
+    pub warnings: Vec<Warning>,
+    pub unidentified: Vec<(Parameter, Scope)>,
+    pub missed: Vec<Missed>,
+}
+
+/// Widens the standard errors of a finished fit and tells what its refinement shows: the same for one result and for those of
+/// a batch.
+///
+/// # Errors
+/// `NotIdentified` where the recordings leave unknown what was asked for.
+pub(super) fn conclude(prepared: &Prepared<'_>, fit: &mut Fit, dropped: &Unidentified) -> Result<Conclusion> {
+    let (records, spec) = (prepared.records, prepared.spec.as_ref());
+    if spec.is_polished() {
+        fit.refined.uncertainty = widened(&prepared.fitted(&fit.space), &fit.refined);
+    }
+    let mut warnings = std::mem::take(&mut fit.found.warnings);
+    warnings.extend(checks::after(records, spec, &fit.space, &fit.refined)?);
+    if spec.is_polished() {
+        warnings.extend(homogeneity(records, &prepared.fitted(&fit.space), &fit.refined, prepared.open()));
+    }
+    warnings.extend(dropped.warnings());
+    let unidentified = unidentified(prepared, &fit.space, dropped);
+    Ok(Conclusion { warnings, unidentified, missed: missed(fit) })
+}
+
 /// Returns the channels of recordings whose residuals are far above their noise.
-pub(super) fn missed(fit: &Fit) -> Vec<Missed> {
+fn missed(fit: &Fit) -> Vec<Missed> {
     let signals = fit.problem.signals();
     let of = |recording: usize, channel: usize| {
         let (of, sigma) = (&signals[recording], fit.refined.sigmas[recording][channel]);
@@ -130,7 +147,7 @@ pub(super) fn tested(prepared: &Prepared<'_>, fit: &Fit) -> Vec<ResidualTests> {
 }
 
 /// Returns what no fit of these recordings identifies, and what this one does not.
-pub(super) fn unidentified(prepared: &Prepared<'_>, space: &Space, dropped: &Unidentified) -> Vec<(Parameter, Scope)> {
+fn unidentified(prepared: &Prepared<'_>, space: &Space, dropped: &Unidentified) -> Vec<(Parameter, Scope)> {
     let free = space.free().iter().map(|axis| (axis.parameter, axis.scope));
     let fixed = space.fixed().iter().map(|(parameter, scope, _)| (*parameter, *scope));
     let is_open = |of: &(Parameter, Scope)| prepared.open().contains(&of.0);

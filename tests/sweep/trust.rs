@@ -3,6 +3,7 @@
 
 use super::models::same;
 use super::*;
+use motorfit::identify::REASONS;
 use std::collections::BTreeSet;
 
 /// Rewrites the samples of a recording: time, voltage, current and speed of each row.
@@ -43,6 +44,9 @@ fn held(folder: &Folder, study: &str, flags: &[&str]) -> BTreeSet<String> {
     for line in results(&dir) {
         let file = format!("{}.csv", line["motor"].as_str().unwrap());
         let files: Vec<&str> = if file == "joint.csv" { vec!["good.csv", "other.csv"] } else { vec![&file] };
+        for code in line["trust"]["reasons"].as_array().into_iter().flatten() {
+            assert!(REASONS.iter().any(|(known, _)| code == known), "{code} is not in the table");
+        }
         if same(&line, &models::identified(folder, &line, &files, flags)) {
             let trust = &line["trust"];
             seen.extend(trust["reasons"].as_array().unwrap().iter().map(|code| code.as_str().unwrap().to_owned()));

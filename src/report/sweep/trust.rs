@@ -3,7 +3,6 @@
 use super::tables::id;
 use super::words::{block_name, grouped, heads, levels};
 use crate::report::Table;
-use crate::report::table::dash;
 use crate::study::sweep::{LevelCounts, SweepSummary, TrustCounts};
 
 /// Reasons that are named in a row.
@@ -45,7 +44,7 @@ fn commonest(counts: &TrustCounts) -> String {
     let all = counts.commonest();
     let named: Vec<String> = all.iter().take(NAMED).map(|(code, runs)| format!("{code} {}", grouped(*runs))).collect();
     match all.len() {
-        0 => dash(),
+        0 => "none".to_owned(),
         n if n > NAMED => named.join(", ") + ", …",
         _ => named.join(", "),
     }
