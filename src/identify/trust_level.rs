@@ -8,11 +8,11 @@ named! {
     #[derive(serde::Serialize, serde::Deserialize)]
     #[serde(rename_all = "lowercase")]
     pub enum TrustLevel (default Check) {
-        /// They can be believed.
+        /// The standard errors can be believed.
         Good = "good",
         /// Something is to be looked at first.
         Check = "check",
-        /// They cannot be believed.
+        /// The standard errors cannot be believed.
         Poor = "poor",
     }
 }
