@@ -10,6 +10,7 @@
 
 mod support;
 
+use motorfit::analysis::warnings_of_records;
 use motorfit::candidates::Candidates;
 use motorfit::device::with_threads;
 use motorfit::estimate::fit_problem;
@@ -131,7 +132,7 @@ fn line(name: &str, digits: impl Fn(&str) -> String + Sync, count: u64) {
         estimate = alone(&|| {
             let problem = Problem::new(&records, spec.model, spec.space.clone(), spec.criterion).unwrap();
             let plain = fit_problem(&records, &spec.space, spec.model).unwrap();
-            drop(fit_on((&problem, &plain), &records, &spec).unwrap());
+            drop(fit_on((&problem, &plain), (&records, &warnings_of_records(&records)), &spec).unwrap());
         });
         let [plan, run] = sweep(folder.path(), study);
         planning = plan;

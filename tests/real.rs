@@ -182,8 +182,9 @@ fn auto_leaves_out_what_is_undersampled() {
     let Some(folder) = set("labmrd-odrive") else { return };
     let path = |n: usize| folder.join(format!("chirp{n}.csv")).to_str().unwrap().to_owned();
     let run = |more: &[String]| {
-        let mut args: Vec<String> =
-            ["identify", "--json", "--with", "auto", "--columns", "time=timestep (8Hz):8kHz"].map(str::to_owned).to_vec();
+        let mut args: Vec<String> = ["identify", "--json", "--with", "auto", "--columns", "time=timestep (8Hz):8kHz"]
+            .map(str::to_owned)
+            .to_vec();
         args.extend_from_slice(more);
         let document = json(&args.iter().map(String::as_str).collect::<Vec<_>>());
         assert_eq!(document["discretization"], "foh");

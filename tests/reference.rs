@@ -6,7 +6,7 @@
 use motorfit::criterion::{Norm, Scale};
 use motorfit::device::PrecisionSpec;
 use motorfit::evaluate::Initial;
-use motorfit::identify::{IdentifySpec, Method, Polish};
+use motorfit::identify::{IdentifySpec, Method, Polish, REASONS, TrustLevel};
 use motorfit::motor::Extension;
 use motorfit::motor::{Discretization, Parameter, UsualBounds};
 use motorfit::named::Named;
@@ -157,6 +157,9 @@ fn the_reference_is_that_of_the_tables() {
     text += &table("Files", ["format", "meaning"], std::iter::once(csv).chain(formats));
     let findings = FINDINGS.iter().map(|(code, text)| [format!("`{code}`"), (*text).to_owned()]);
     text += &table("Findings about recordings", ["code", "meaning"], findings);
+    text += &named::<TrustLevel>("Levels of trust").replace(" (default)", "");
+    let reasons = REASONS.iter().map(|(code, text)| [format!("`{code}`"), (*text).to_owned()]);
+    text += &table("Reasons of a level of trust", ["code", "meaning"], reasons);
     hold("docs/reference.md", &text);
 }
 

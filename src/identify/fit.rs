@@ -1,39 +1,46 @@
-//! Identifications without the verification and without what judges a result: what a batch of thousands needs of each.
+//! Identifications of which thousands are made: what a batch needs of each.
 //!
 //! [`fit_on`] is Steiglitz–McBride with the polish. A population search comes in two parts, so that many of them can be run in
-//! lock step: [`PreparedSearch`] is what comes before it and what follows, by the stages of the pipeline.
+//! lock step: [`PreparedSearch`] is what comes before it and what follows, by the stages of the pipeline. A result is verified
+//! and judged as [`super::identify`] judges it; recordings are looked through and their box is searched once for all runs.
 
 use super::automatic::{Chosen, choose, without_undersampled};
 use super::checks;
-use super::models::SelectionStep;
+use super::model_selection::Selection;
+use super::models::{Alternative, SelectionStep};
 use super::open_groups::Unidentified;
-use super::pipeline::unidentified;
+use super::pipeline::{Conclusion, conclude, findings, tested};
 use super::prepare::Prepared;
-use super::refine::from_search;
+use super::refine::{Fit, from_search};
 use super::result::{Identification, left_out};
 use super::search::SearchResult;
+use super::shared_reference::SharedReference;
 use super::spec::IdentifySpec;
-use super::start::{around, asked_space, steiglitz_mcbride};
+use super::start::{around, asked_space, start, steiglitz_mcbride};
+use super::trust::trust;
 use super::unidentified::fix_unidentified;
+use super::verify::{Verification, verify};
 use super::warnings;
 use crate::Result;
 use crate::analysis::{FitMetrics, fit_percent};
-use crate::estimate::widened;
 use crate::evaluate::{Model, Problem, Scalar};
 use crate::optimize::Stop;
 use crate::record::Record;
+use crate::warning::Warning;
 use std::borrow::Cow;
 use std::sync::Arc;
 
+/// Recordings, with what [`crate::analysis::warnings_of_records`] says of them.
+pub type Diagnosed<'a> = (&'a [Record], &'a [Warning]);
+
 /// Steiglitz–McBride, then the spec's polish, of a linear motor, on the problem whose cost is reported and that of a fit
-/// ([`crate::estimate::fit_problem`]), both made of the recordings. Nothing verifies or judges the result, and the cost of what was searched is
-/// not computed.
+/// ([`crate::estimate::fit_problem`]), both made of the recordings. The cost of what was searched is not computed.
 ///
 /// # Errors
 /// As [`super::identify`] with that method.
 pub fn fit_on(
     (problem, plain): (&Problem, &Problem),
-    records: &[Record],
+    (records, diagnosis): Diagnosed<'_>,
     spec: &IdentifySpec,
 ) -> Result<Identification> {
     checks::before(records, spec, problem)?;
@@ -41,7 +48,8 @@ pub fn fit_on(
     let prepared = Prepared::given(records, spec, problem, plain);
     let problem = prepared.searched(around(spec, &[estimate.parameters.to_array()])?);
     let found = SearchResult::of_estimate(&estimate, &problem);
-    finished(&prepared, &problem, found)
+    let fit = from_search(&prepared, &problem, found, Vec::new())?;
+    finished(&prepared, fit, &|fit| verify(&prepared, fit, Some(&estimate)).verification, (Vec::new(), diagnosis))
 }
 
 /// The same result with its cost on another problem of the same recordings.
@@ -72,29 +80,56 @@ pub struct SearchRun<'a> {
 pub struct PreparedSearch {
     problem: Arc<Problem>,
     selection: Option<Vec<SelectionStep>>,
+    alternatives: Vec<Alternative>,
+    reference: Option<SharedReference>,
     model: Model,
     /// The recordings without the samples that do not count.
     masked: Option<Vec<Record>>,
 }
 
 impl PreparedSearch {
-    /// Checks recordings, selects the model and sets the bounds.
+    /// Checks recordings, selects the model and sets the bounds. What such a search finds is verified run by run.
     ///
     /// # Errors
     /// As [`super::identify`].
     pub fn new(records: &[Record], spec: &IdentifySpec) -> Result<Self> {
-        // The estimate of a linear motor is needed for bounds alone.
+        Self::prepare(records, spec, false)
+    }
+
+    /// Prepares a search, and searches the whole box once for the verification of all its runs.
+    ///
+    /// # Errors
+    /// As [`super::identify`].
+    pub fn with_reference(records: &[Record], spec: &IdentifySpec) -> Result<Self> {
+        Self::prepare(records, spec, true)
+    }
+
+    fn prepare(records: &[Record], spec: &IdentifySpec, has_reference: bool) -> Result<Self> {
+        // The estimate of a linear motor is needed for bounds and the reference alone.
         if !spec.is_extended() && spec.auto_bounds.is_empty() && has_all_channels(records) {
-            let prepared = Prepared::new(records, Cow::Borrowed(spec))?;
-            let problem = prepared.searched(asked_space(records, spec)?);
-            checks::before(records, spec, &problem)?;
-            return Ok(Self { problem, selection: None, model: spec.model, masked: None });
+            return Self::bounded(records, spec, has_reference);
         }
         let masked = without_undersampled(records, spec);
-        let Chosen { prepared, selection, .. } = choose(records, masked.as_deref(), spec)?;
-        let (problem, model) = (prepared.searched(selection.space), prepared.spec.model);
-        let is_masked = !left_out(records, prepared.records).is_empty();
-        Ok(Self { problem, selection: selection.steps, model, masked: masked.filter(|_| is_masked) })
+        let Chosen { prepared, start, selection } = choose(records, masked.as_deref(), spec)?;
+        let Selection { space, steps: selection, alternatives, best } = selection;
+        let (problem, optimum) = (prepared.searched(space), best.map(|best| best.refined.values));
+        let reference = has_reference.then(|| SharedReference::new(&prepared, &problem, &start, optimum.as_deref()));
+        let (model, is_masked) = (prepared.spec.model, !left_out(records, prepared.records).is_empty());
+        drop(prepared);
+        Ok(Self { problem, selection, alternatives, reference, model, masked: masked.filter(|_| is_masked) })
+    }
+
+    /// Prepares a search of a linear motor in the box of the spec.
+    fn bounded(records: &[Record], spec: &IdentifySpec, has_reference: bool) -> Result<Self> {
+        let prepared = Prepared::new(records, Cow::Borrowed(spec))?;
+        let problem = prepared.searched(asked_space(records, spec)?);
+        checks::before(records, spec, &problem)?;
+        let reference = match has_reference {
+            true => Some(SharedReference::new(&prepared, &problem, &start(&prepared)?, None)),
+            false => None,
+        };
+        let model = spec.model;
+        Ok(Self { problem, selection: None, alternatives: Vec::new(), reference, model, masked: None })
     }
 
     /// What candidates are evaluated on.
@@ -108,48 +143,69 @@ impl PreparedSearch {
     ///
     /// # Errors
     /// As [`super::identify`].
-    pub fn finish(&self, records: &[Record], spec: &IdentifySpec, run: SearchRun<'_>) -> Result<Identification> {
+    pub fn finish(
+        &self,
+        (records, diagnosis): Diagnosed<'_>,
+        spec: &IdentifySpec,
+        run: SearchRun<'_>,
+    ) -> Result<Identification> {
         let SearchRun { values, evaluations, device: [device_kind, precision] } = run;
         let found = SearchResult::new(spec.method.name(), values.to_vec(), Stop::BudgetSpent, evaluations);
         let found = SearchResult { device_kind, precision, ..found };
         let spec = IdentifySpec { model: self.model, ..spec.clone() };
         let prepared = Prepared::new(self.masked.as_deref().unwrap_or(records), Cow::Owned(spec))?;
         let left_out = left_out(records, prepared.records);
-        Ok(Identification { selection: self.selection.clone(), left_out, ..finished(&prepared, &self.problem, found)? })
+        let fit = from_search(&prepared, &self.problem, found, Vec::new())?;
+        let verified = |fit: &Fit| match &self.reference {
+            Some(reference) => reference.verify(&prepared, fit),
+            None => verify(&prepared, fit, None).verification,
+        };
+        let result = finished(&prepared, fit, &verified, (self.alternatives.clone(), diagnosis))?;
+        Ok(Identification { selection: self.selection.clone(), left_out, ..result })
     }
 }
 
-/// The result of a search or an estimate: refined, checked and reported, or as it is without a polish.
-fn finished(prepared: &Prepared<'_>, problem: &Arc<Problem>, found: SearchResult) -> Result<Identification> {
-    let mut warnings = warnings::with_normalized(Vec::new(), prepared.normalized.as_ref());
-    let mut result = if prepared.spec.is_polished() {
-        let mut fit = from_search(prepared, problem, found, Vec::new())?;
-        let dropped = fix_unidentified(prepared, &mut fit, Unidentified::default())?;
-        fit.refined.uncertainty = widened(&prepared.fitted(&fit.space), &fit.refined);
-        warnings.extend(checks::after(prepared.records, &prepared.spec, &fit.space, &fit.refined)?);
-        warnings.extend(dropped.warnings());
-        let unidentified = unidentified(prepared, &fit.space, &dropped);
-        // From the sums of the refinement: no simulation is needed.
-        let fit_percent = fit_percent(prepared.records, &fit.refined);
-        checks::fit(prepared.records, &prepared.spec, fit_percent)?;
-        let problem = problem.with_space(fit.space).starting_from(&fit.refined.initial);
-        Identification { unidentified, fit_percent, ..Identification::new(&problem, fit.found, Some(fit.refined)) }
-    } else {
-        let metrics = FitMetrics::of(prepared.records, &prepared.fitted(problem.space()), &found.values);
-        Identification {
-            unidentified: unidentified(prepared, problem.space(), &Unidentified::default()),
-            fit_percent: metrics.fit_percent(),
-            residual_sigma: metrics.residual_sigma(),
-            ..Identification::new(problem, found, None)
-        }
-    };
-    result.model = prepared.spec.model;
-    result.warnings = warnings;
+/// The result of a fit, checked, verified and judged: refined, or as it was searched without a polish.
+fn finished(
+    prepared: &Prepared<'_>,
+    mut fit: Fit,
+    verified: &dyn Fn(&Fit) -> Verification,
+    (alternatives, diagnosis): (Vec<Alternative>, &[Warning]),
+) -> Result<Identification> {
+    let (records, spec) = (prepared.records, prepared.spec.as_ref());
+    let dropped = fix_unidentified(prepared, &mut fit, Unidentified::default())?;
+    let (verification, residual_tests) = (verified(&fit), tested(prepared, &fit));
+    let of_recordings = warnings::as_taken(diagnosis, records, spec);
+    let mut warnings = warnings::with_normalized(of_recordings, prepared.normalized.as_ref());
+    let Conclusion { warnings: own, unidentified, evidence } = conclude(prepared, &mut fit, &dropped)?;
+    warnings.extend(own);
+    let result = Identification { model: spec.model, ..reported(prepared, fit)? };
+    let mut result = Identification { verification, unidentified, residual_tests, alternatives, ..result };
+    warnings.extend(warnings::of_result(&result, None));
+    warnings.extend(findings(prepared, &result));
     // A code once: the lines of a batch have no more of them.
-    for warning in warnings::of_result(&result, None) {
+    for warning in warnings {
         if result.warnings.iter().all(|known| known.code != warning.code) {
             result.warnings.push(warning);
         }
     }
+    result.trust = trust(records, spec, &result, &evidence);
     Ok(result)
+}
+
+/// The parameters of a fit with how much they explain, as the polish leaves them.
+fn reported(prepared: &Prepared<'_>, fit: Fit) -> Result<Identification> {
+    if prepared.spec.is_polished() {
+        // From the sums of the refinement: no simulation is needed.
+        let fit_percent = fit_percent(prepared.records, &fit.refined);
+        checks::fit(prepared.records, &prepared.spec, fit_percent)?;
+        let problem = fit.problem.with_space(fit.space).starting_from(&fit.refined.initial);
+        return Ok(Identification { fit_percent, ..Identification::new(&problem, fit.found, Some(fit.refined)) });
+    }
+    let metrics = FitMetrics::of(prepared.records, &prepared.fitted(fit.problem.space()), &fit.found.values);
+    Ok(Identification {
+        fit_percent: metrics.fit_percent(),
+        residual_sigma: metrics.residual_sigma(),
+        ..Identification::new(&fit.problem, fit.found, None)
+    })
 }

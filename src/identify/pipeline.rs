@@ -87,19 +87,7 @@ fn estimated(
         dropped = fix_unidentified(&prepared, &mut fit, dropped)?;
     }
     let residual_tests = if is_replaced { tested(&prepared, &fit) } else { tests };
-    if spec.is_polished() {
-        fit.refined.uncertainty = widened(&prepared.fitted(&fit.space), &fit.refined);
-    }
-    let mut warnings = std::mem::take(&mut fit.found.warnings);
-    warnings.extend(checks::after(records, &prepared.spec, &fit.space, &fit.refined)?);
-    if spec.is_polished() {
-        warnings.extend(homogeneity(records, &prepared.fitted(&fit.space), &fit.refined, prepared.open()));
-    }
-    warnings.extend(dropped.warnings());
-    let unidentified = unidentified(&prepared, &fit.space, &dropped);
-    let lacking = if spec.is_polished() { lacking(&prepared, &fit) } else { Lacking::default() };
-    warnings.extend(lacking.warnings());
-    let evidence = Evidence { missed: missed(&fit), lacking: lacking.extension() };
+    let Conclusion { mut warnings, unidentified, evidence } = conclude(&prepared, &mut fit, &dropped)?;
     let found = assembled(&prepared, fit);
     let found = Identification { verification, unidentified, left_out, ..found };
     let mut result = Identification { residual_tests, selection, alternatives, ..found };
@@ -109,6 +97,36 @@ fn estimated(
     analyse(&prepared, &mut result)?;
     result.seconds = started.elapsed().as_secs_f64();
     Ok((result, prepared.normalized, evidence))
+}
+
+/// What the refinement of a finished fit shows beside its parameters.
+pub(super) struct Conclusion {
+    pub warnings: Vec<Warning>,
+    pub unidentified: Vec<(Parameter, Scope)>,
+    pub evidence: Evidence,
+}
+
+/// Widens the standard errors of a finished fit and tells what its refinement shows: the same for one result and for those of
+/// a batch.
+///
+/// # Errors
+/// `NotIdentified` where the recordings leave unknown what was asked for.
+pub(super) fn conclude(prepared: &Prepared<'_>, fit: &mut Fit, dropped: &Unidentified) -> Result<Conclusion> {
+    let (records, spec) = (prepared.records, prepared.spec.as_ref());
+    if spec.is_polished() {
+        fit.refined.uncertainty = widened(&prepared.fitted(&fit.space), &fit.refined);
+    }
+    let mut warnings = std::mem::take(&mut fit.found.warnings);
+    warnings.extend(checks::after(records, spec, &fit.space, &fit.refined)?);
+    if spec.is_polished() {
+        warnings.extend(homogeneity(records, &prepared.fitted(&fit.space), &fit.refined, prepared.open()));
+    }
+    warnings.extend(dropped.warnings());
+    let unidentified = unidentified(prepared, &fit.space, dropped);
+    let lacking = if spec.is_polished() { lacking(prepared, fit) } else { Lacking::default() };
+    warnings.extend(lacking.warnings());
+    let evidence = Evidence { missed: missed(fit), lacking: lacking.extension() };
+    Ok(Conclusion { warnings, unidentified, evidence })
 }
 
 /// Returns the channels of recordings whose residuals are far above their noise.
@@ -126,7 +144,7 @@ fn missed(fit: &Fit) -> Vec<Missed> {
 }
 
 /// Returns the tests of the residuals of a refined fit.
-fn tested(prepared: &Prepared<'_>, fit: &Fit) -> Vec<ResidualTests> {
+pub(super) fn tested(prepared: &Prepared<'_>, fit: &Fit) -> Vec<ResidualTests> {
     if !prepared.spec.is_polished() {
         return Vec::new();
     }
@@ -135,7 +153,7 @@ fn tested(prepared: &Prepared<'_>, fit: &Fit) -> Vec<ResidualTests> {
 }
 
 /// Returns what no fit of these recordings identifies, and what this one does not.
-pub(super) fn unidentified(prepared: &Prepared<'_>, space: &Space, dropped: &Unidentified) -> Vec<(Parameter, Scope)> {
+fn unidentified(prepared: &Prepared<'_>, space: &Space, dropped: &Unidentified) -> Vec<(Parameter, Scope)> {
     let free = space.free().iter().map(|axis| (axis.parameter, axis.scope));
     let fixed = space.fixed().iter().map(|(parameter, scope, _)| (*parameter, *scope));
     let is_open = |of: &(Parameter, Scope)| prepared.open().contains(&of.0);
@@ -148,27 +166,30 @@ pub(super) fn unidentified(prepared: &Prepared<'_>, space: &Space, dropped: &Uni
 /// Stage 6, analyse: warnings about the finished fit, regressions beside it, and how far recordings repeat.
 fn analyse(prepared: &Prepared<'_>, result: &mut Identification) -> Result<()> {
     let (records, spec) = (prepared.records, prepared.spec.as_ref());
-    let motor = (&*result).into();
+    result.warnings.extend(findings(prepared, result));
+    let time_constant = Characteristics::of(&*result).map(|c| c.time_constant.value);
+    result.regressions = regressions(records, time_constant);
+    result.noise_floor = noise_floor(&records.iter().collect::<Vec<_>>(), spec.model)?;
+    Ok(())
+}
+
+/// Returns the warnings about a finished fit with its residual tests.
+pub(super) fn findings(prepared: &Prepared<'_>, result: &Identification) -> Vec<Warning> {
+    let (records, spec) = (prepared.records, prepared.spec.as_ref());
+    let motor = result.into();
     let intersample = match (prepared.is_linear(), result.input) {
         (true, Input::Voltage) => intersample_of_voltage(records, spec.model, &motor),
         (false, Input::Current) => intersample_of_current(records, spec.model, &motor),
         _ => None,
     };
-    let time_constant = Characteristics::of(motor).map(|c| c.time_constant.value);
-    let found: Vec<Warning> = [
+    let found = [
         intersample,
         input_noise(records, &motor),
         residuals_follow_input(records, &result.residual_tests),
         coarse_rate(records, &motor),
         warnings::long_dead_time(result),
-    ]
-    .into_iter()
-    .flatten()
-    .collect();
-    result.warnings.extend(found);
-    result.regressions = regressions(records, time_constant);
-    result.noise_floor = noise_floor(&records.iter().collect::<Vec<_>>(), spec.model)?;
-    Ok(())
+    ];
+    found.into_iter().flatten().collect()
 }
 
 /// Stage 7, result: what was found, with its fit.

@@ -39,8 +39,9 @@ impl Fit {
         stuck || fit.iter().flatten().any(|percent| *percent < 50.0)
     }
 
-    /// Returns the one of two fits with the lower sum of squares in units of `sigma`.
-    fn or_lower(self, other: Self, sigma: &[[f64; 2]]) -> Self {
+    /// Returns the one of two fits with the lower sum of squares in units of `sigma`. A population was searched for the other.
+    fn or_lower(mut self, other: Self, sigma: &[[f64; 2]]) -> Self {
+        self.found.has_population = true;
         if other.refined.weighted(sigma) < self.refined.weighted(sigma) { other } else { self }
     }
 }

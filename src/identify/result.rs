@@ -24,6 +24,9 @@ pub struct SearchOutcome {
     /// Whether it took over where Steiglitz–McBride cannot serve.
     #[serde(skip)]
     pub is_fallback: bool,
+    /// True where a population was searched, also where what it found was not taken.
+    #[serde(skip)]
+    pub has_population: bool,
     /// The parameters, those held included.
     pub parameters: Parameters,
     /// Their cost in the chosen criterion, by the scalar oracle.
@@ -134,6 +137,7 @@ impl Identification {
         let searched = SearchOutcome {
             method: found.method,
             is_fallback: false,
+            has_population: found.has_population,
             parameters: problem.parameters(&found.values, 0),
             cost: f64::NAN,
         };

@@ -24,6 +24,8 @@ pub(super) struct SearchResult {
     pub precision: &'static str,
     pub cost_difference: Option<f64>,
     pub warnings: Vec<Warning>,
+    /// True where a population was searched beside it.
+    pub has_population: bool,
 }
 
 impl SearchResult {
@@ -40,6 +42,7 @@ impl SearchResult {
             precision: "f64",
             cost_difference: None,
             warnings: Vec::new(),
+            has_population: false,
         }
     }
 
@@ -89,5 +92,5 @@ pub(super) fn population(
     };
     let method = spec.method.search().map_or("", |tuned| tuned.search.name);
     let found = SearchResult::new(method, best.values.to_vec(), stop, evaluations);
-    Ok(SearchResult { history, ..found.on(evaluation) })
+    Ok(SearchResult { history, has_population: true, ..found.on(evaluation) })
 }

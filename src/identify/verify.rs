@@ -7,6 +7,7 @@ use super::spec::IdentifySpec;
 use super::start::steiglitz_mcbride;
 use crate::Result;
 use crate::estimate::{Estimate, Reference, ReferenceKind, Refined, global_reference, refine_on, squares_on};
+use crate::evaluate::Problem;
 use crate::motor::{Axis, Parameters, Space};
 use crate::numeric::{count, rms};
 use crate::record::Record;
@@ -80,22 +81,14 @@ impl Verification {
 
 /// The verification with what it found on the way.
 pub(super) struct Verified {
-    verification: Verification,
+    pub verification: Verification,
     /// The best of the references, where it is better than what was found.
     better: Option<Refined>,
 }
 
 /// Stage 5, verify: holds a fit against a search of the whole box and the refinement of the Steiglitz–McBride estimate.
 pub(super) fn verify(prepared: &Prepared<'_>, fit: &Fit, estimate: Option<&Estimate>) -> Verified {
-    let spec = prepared.spec.as_ref();
-    let claim = Claim {
-        space: &fit.space,
-        refined: &fit.refined,
-        searched: &fit.found.values,
-        is_judged: spec.method.is_search() || !spec.is_polished(),
-        estimate,
-    };
-    judged(prepared, &claim)
+    judged(prepared, &Claim::of(prepared, fit, estimate))
 }
 
 /// Takes a better reference in place of a fit under `auto`: the best there is was asked for, wherever it was found.
@@ -139,7 +132,7 @@ pub fn verify_at(records: &[Record], spec: &IdentifySpec, values: &[f64]) -> Res
 }
 
 /// Relative differences of the cost below this are rounding and the end of an iteration.
-const EQUAL: f64 = 1e-6;
+pub(super) const EQUAL: f64 = 1e-6;
 /// A searched optimum is the reference's when its misfit, relative to the variation of the signals, is at most this many
 /// times as large, and this much more.
 const MISFIT_TIMES: f64 = 2.0;
@@ -147,46 +140,81 @@ const MISFIT_MORE: f64 = 0.02;
 /// Residuals below this part of a signal are rounding: there is no noise to be weighted by.
 const ROUNDING: f64 = 1e-7;
 
-/// What is verified.
-struct Claim<'a> {
-    space: &'a Space,
+/// A fit that is verified.
+pub(super) struct Claim<'a> {
+    pub space: &'a Space,
     /// The refinement of what was searched.
-    refined: &'a Refined,
-    /// What was searched.
-    searched: &'a [f64],
-    /// Whether it is more than a start for the refinement: a population's optimum, or the result itself.
-    is_judged: bool,
-    estimate: Option<&'a Estimate>,
+    pub refined: &'a Refined,
+    /// The values that were searched.
+    pub searched: &'a [f64],
+    /// True where they are more than a start for the refinement: a population's optimum, or the result itself.
+    pub is_judged: bool,
+    /// The Steiglitz–McBride estimate, where there is one.
+    pub estimate: Option<&'a Estimate>,
+}
+
+impl<'a> Claim<'a> {
+    /// Makes the claim of a fit.
+    pub(super) fn of(prepared: &Prepared<'_>, fit: &'a Fit, estimate: Option<&'a Estimate>) -> Self {
+        let spec = prepared.spec.as_ref();
+        let is_judged = spec.method.is_search() || !spec.is_polished();
+        Self { space: &fit.space, refined: &fit.refined, searched: &fit.found.values, is_judged, estimate }
+    }
 }
 
 fn judged(prepared: &Prepared<'_>, claim: &Claim<'_>) -> Verified {
-    let Claim { space, refined, searched, is_judged, estimate } = *claim;
-    let (records, plain) = (prepared.records, prepared.fitted(space));
-    let sigma = sigmas(records, refined);
-    let own = refined.weighted(&sigma);
+    let (plain, sigma) = (prepared.fitted(claim.space), sigmas(prepared.records, claim.refined));
+    let references = references(&plain, &sigma, claim);
+    held_against(prepared, (&plain, &sigma), claim, references.as_ref())
+}
+
+/// The best fit that is known beside a claim, and how the whole box was searched for it.
+pub(super) struct References {
+    /// The fit with the lowest weighted sum of squares.
+    pub best: Refined,
+    searched_box: Option<(ReferenceKind, usize, usize)>,
+    is_conclusive: bool,
+}
+
+/// Searches the whole box of a problem for the lowest sum of squares weighted by `sigma`, and refines the Steiglitz–McBride
+/// estimate of a claim; `None` where neither leads to a fit.
+pub(super) fn references(plain: &Problem, sigma: &[[f64; 2]], claim: &Claim<'_>) -> Option<References> {
+    let Claim { space, refined, searched, estimate, .. } = *claim;
     let inside = |axis: &Axis| Some(estimate?.parameters.get(axis.parameter).clamp(axis.min, axis.max));
     let start: Option<Vec<f64>> = space.free().iter().map(inside).collect();
     let from_sm = || match &start {
         // What was found is the refinement of this estimate.
         Some(start) if start == searched => Some(refined.clone()),
-        Some(start) => refine_on(&plain, start, Some(&sigma)).ok(),
+        Some(start) => refine_on(plain, start, Some(sigma)).ok(),
         None => None,
     };
-    let (reference, from_sm) = rayon::join(|| global_reference(&plain, &sigma, Some(own)).ok(), from_sm);
+    let own = refined.weighted(sigma);
+    let (reference, from_sm) = rayon::join(|| global_reference(plain, sigma, Some(own)).ok(), from_sm);
     let searched_box = reference.as_ref().map(|of: &Reference| (of.kind, of.starts, of.arrivals));
     let is_conclusive = reference.as_ref().is_some_and(Reference::is_conclusive);
     let fits = reference.map(|reference| reference.refined).into_iter().chain(from_sm);
-    let best = fits.min_by(|a, b| a.weighted(&sigma).total_cmp(&b.weighted(&sigma)));
-    let Some(best) = best else {
+    let best = fits.min_by(|a, b| a.weighted(sigma).total_cmp(&b.weighted(sigma)))?;
+    Some(References { best, searched_box, is_conclusive })
+}
+
+/// Returns the verdict on a claim, held against references under the weights `sigma` of the claim's refinement.
+pub(super) fn held_against(
+    prepared: &Prepared<'_>,
+    (plain, sigma): (&Problem, &[[f64; 2]]),
+    claim: &Claim<'_>,
+    references: Option<&References>,
+) -> Verified {
+    let Claim { refined, searched, is_judged, estimate, .. } = *claim;
+    let Some(References { best, searched_box, is_conclusive }) = references else {
         let verification = Verification { steiglitz_mcbride: estimate.map(|e| e.parameters), ..Verification::none() };
         return Verified { verification, better: None };
     };
-    let lowest = best.weighted(&sigma);
+    let (own, lowest) = (refined.weighted(sigma), best.weighted(sigma));
     let relative = |cost: f64| (cost - lowest) / lowest.max(1.0);
-    let start = LazyCell::new(|| squares_on(&plain, searched));
+    let start = LazyCell::new(|| squares_on(plain, searched));
     let deviations = prepared.deviations();
     let misfit = |squares: &[[f64; 2]]| weighted(squares, deviations).sqrt();
-    let count = misfit_of_nothing(records);
+    let count = misfit_of_nothing(prepared.records);
     let is_far = || misfit(&start) > MISFIT_TIMES * misfit(&best.squares) + MISFIT_MORE * count;
     let status = match relative(own) {
         gap if gap > EQUAL || (is_judged && is_far()) => Status::SearchStuck,
@@ -201,10 +229,10 @@ fn judged(prepared: &Prepared<'_>, claim: &Claim<'_>) -> Verified {
         reference: searched_box.map(|(kind, ..)| kind),
         starts: searched_box.map_or(0, |(_, starts, _)| starts),
         arrivals: searched_box.map_or(0, |(.., arrivals)| arrivals),
-        cost_gap: Some(if of_search { relative(weighted(&start, &sigma)) } else { relative(own) }),
+        cost_gap: Some(if of_search { relative(weighted(&start, sigma)) } else { relative(own) }),
         refined_agrees: relative(own) <= EQUAL,
     };
-    Verified { verification, better: (relative(own) > EQUAL).then_some(best) }
+    Verified { verification, better: (relative(own) > EQUAL).then(|| best.clone()) }
 }
 
 /// Sums of squares in units of `sigma`.
@@ -213,7 +241,7 @@ fn weighted(squares: &[[f64; 2]], sigma: &[[f64; 2]]) -> f64 {
 }
 
 /// The weights of the refinement of each recording, no less than rounding.
-fn sigmas(records: &[Record], refined: &Refined) -> Vec<[f64; 2]> {
+pub(super) fn sigmas(records: &[Record], refined: &Refined) -> Vec<[f64; 2]> {
     let of = |(record, sigma): (&Record, &[f64; 2])| {
         [0, 1].map(|channel| {
             let smallest = record.measured()[channel].map_or(0.0, |signal| ROUNDING * rms(signal));

@@ -21,7 +21,12 @@ const SAMPLES_FEW: usize = 12;
 
 /// Returns the warnings about recordings, as a spec takes them.
 pub(super) fn of_recordings(records: &[Record], spec: &IdentifySpec) -> Vec<Warning> {
-    let mut warnings = warnings_of_records(records);
+    as_taken(&warnings_of_records(records), records, spec)
+}
+
+/// Returns the warnings about recordings, as a spec takes them, of which the `diagnosis` is known.
+pub(super) fn as_taken(diagnosis: &[Warning], records: &[Record], spec: &IdentifySpec) -> Vec<Warning> {
+    let mut warnings = diagnosis.to_vec();
     let samples: usize = records.iter().map(Record::len).sum();
     if samples < SAMPLES_FEW {
         let message = format!("{samples} samples: from fewer than {SAMPLES_FEW} the intervals come out too narrow");

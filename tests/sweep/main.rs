@@ -16,6 +16,7 @@ mod faults;
 mod models;
 mod results;
 mod studies;
+mod trust;
 
 use program::{Folder, M2, motorfit, run, text};
 use serde_json::Value;

@@ -15,7 +15,7 @@ fn recordings() -> Folder {
 }
 
 /// What a run finds by `identify`, as its exit code and its document.
-fn identified(folder: &Folder, line: &Value, files: &[&str], flags: &[&str]) -> (i32, Value) {
+pub(super) fn identified(folder: &Folder, line: &Value, files: &[&str], flags: &[&str]) -> (i32, Value) {
     let paths: Vec<String> = files.iter().map(|file| folder.path(file)).collect();
     let mut args: Vec<String> = vec!["identify".to_owned()];
     args.extend(paths);
@@ -38,8 +38,15 @@ fn estimate<'a>(found: &'a Value, name: &str) -> &'a Value {
     if index.is_empty() { all } else { &all["recordings"][index.parse::<usize>().unwrap()] }
 }
 
+/// The level of trust of a document as a line has it: with the codes of its reasons.
+pub(super) fn trust(found: &Value) -> Value {
+    let codes: Vec<&Value> =
+        found["trust"]["reasons"].as_array().unwrap().iter().map(|reason| &reason["code"]).collect();
+    serde_json::json!({"level": found["trust"]["level"], "reasons": codes})
+}
+
 /// Holds a line against the run of `identify`: every number must be the same. Tells whether there is a result.
-fn same(line: &Value, (code, found): &(i32, Value)) -> bool {
+pub(super) fn same(line: &Value, (code, found): &(i32, Value)) -> bool {
     if line["stop"] == "failed" {
         assert!([2, 4].contains(code), "only the sweep fails: {line}");
         return false;
@@ -67,6 +74,7 @@ fn same(line: &Value, (code, found): &(i32, Value)) -> bool {
         assert_eq!(fit.is_some(), other.is_some(), "{line}");
         assert_eq!(line["validation"]["fit_percent"][channel], found["validation"]["fit_percent"][channel], "{line}");
     }
+    assert_eq!(line["trust"], trust(found), "{line}");
     true
 }
 

@@ -62,6 +62,8 @@ def test_the_bytes_are_those_of_the_command_line(study, expected, tmp_path):
     assert (found["runs"], found["missing"], found["motors"]["count"]) == (96, 0, 4)
     # The recording that is none fails alone, with its place.
     assert found["failed"] == 24 and "lost.csv, line 3" in found["failures"][0]["message"]
+    # The others have a level of trust each.
+    assert sum(found["trust"][level] for level in ("good", "check", "poor")) == 72
     assert seen[-1].done == seen[-1].total == 96 and seen[-1].failed == 24 and seen[-1].seconds > 0
     again = motorfit.sweep(study, tmp_path / "out", limits={"R": (0.9, 0.95)})
     assert again["results"].read_bytes() == expected and again["limits"] == {"R": [0.9, 0.95]}

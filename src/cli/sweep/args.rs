@@ -24,6 +24,8 @@ pub(crate) struct SweepArgs {
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
+    #[command(flatten)]
+    pub strict: Strict,
 }
 
 #[derive(Subcommand)]
@@ -50,6 +52,8 @@ pub(crate) enum SweepAction {
         /// Print one JSON document
         #[arg(long)]
         json: bool,
+        #[command(flatten)]
+        strict: Strict,
     },
     /// Show how far a sweep is
     Status {
@@ -73,6 +77,8 @@ pub(crate) enum SweepAction {
         /// Print one JSON document
         #[arg(long)]
         json: bool,
+        #[command(flatten)]
+        strict: Strict,
     },
 }
 
@@ -81,6 +87,13 @@ pub(crate) struct Threads {
     /// Threads [default: all]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub threads: Option<usize>,
+}
+
+#[derive(Args, Clone, Copy)]
+pub(crate) struct Strict {
+    /// Exit with 4 unless the standard errors of every finished run can be believed (trust: good)
+    #[arg(long)]
+    pub strict: bool,
 }
 
 /// What is made of the results.

@@ -1,8 +1,9 @@
 //! `sweep`: plan, run, status, merge, or all in one.
 
 pub(crate) mod args;
+mod trust;
 
-use super::args::{Shown, SweepAction, SweepArgs};
+use super::args::{Shown, Strict, SweepAction, SweepArgs};
 use super::prelude::*;
 use motorfit::numeric::count_u64;
 #[cfg(feature = "parquet")]
@@ -12,6 +13,7 @@ use motorfit::report::sweep::{
 };
 use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, Tally};
 use std::io::Read as _;
+use trust::{level_text, trusted};
 
 /// Columns that a terminal has at least, and rows of a table that are shown there.
 const WIDTH: usize = 80;
@@ -24,20 +26,20 @@ pub(super) fn run(args: &SweepArgs, style: &Style) -> Result<Outcome> {
             data(&planned(&sweep, out, again))?;
             Ok(Outcome::Done)
         }
-        Some(SweepAction::Run { dir, shard, threads, json: as_json }) => {
+        Some(SweepAction::Run { dir, shard, threads, json: as_json, strict }) => {
             let shard: Shard = shard.parse()?;
             let tally = shard_run(&Sweep::open(dir)?, shard, threads.threads, style)?;
             let document = tally_document(shard, &tally);
             data(&if *as_json { json(&document) } else { tally_text(shard, &tally) })?;
-            Ok(ended(&tally))
+            Ok(ended(&tally, *strict))
         }
         Some(SweepAction::Status { dir, json: as_json }) => {
             let status = Sweep::open(dir)?.status()?;
             data(&if *as_json { json(&status_document(&status)) } else { status_text(&status) })?;
             Ok(Outcome::Done)
         }
-        Some(SweepAction::Merge { dir, shown, out, json: as_json }) => {
-            merge(&Sweep::open(dir)?, Show::new(shown, out.as_deref(), *as_json)?, style)
+        Some(SweepAction::Merge { dir, shown, out, json: as_json, strict }) => {
+            merge(&Sweep::open(dir)?, Show::new(shown, out.as_deref(), *as_json)?, *strict, style)
         }
         None => all(args, style),
     }
@@ -55,9 +57,9 @@ fn all(args: &SweepArgs, style: &Style) -> Result<Outcome> {
         if args.json {
             data(&json(&tally_document(Shard::ALL, &tally)))?;
         }
-        return Ok(ended(&tally));
+        return Ok(ended(&tally, args.strict));
     }
-    merge(&sweep, show, style)
+    merge(&sweep, show, args.strict, style)
 }
 
 fn planned(sweep: &Sweep, folder: &Path, again: bool) -> String {
@@ -96,13 +98,13 @@ fn shard_run(sweep: &Sweep, shard: Shard, threads: Option<usize>, style: &Style)
     Ok(tally)
 }
 
-fn ended(tally: &Tally) -> Outcome {
+fn ended(tally: &Tally, strict: Strict) -> Outcome {
     if tally.interrupted {
         Outcome::Interrupted
     } else if tally.failed > 0 || tally.lost > 0 || tally.before + tally.finished < tally.total {
         Outcome::Incomplete
     } else {
-        Outcome::Done
+        trusted(&tally.trust, strict)
     }
 }
 
@@ -119,6 +121,9 @@ fn tally_text(shard: Shard, tally: &Tally) -> String {
     }
     if tally.failed > 0 {
         let _ = write!(text, "; {} without a result", tally.failed);
+    }
+    if tally.trust.is_known() {
+        let _ = write!(text, "; trust: {}", level_text(&tally.trust));
     }
     if let Some((name, precision)) = &tally.device {
         let _ = write!(text, "\non {}, {precision}", printable(name));
@@ -177,7 +182,7 @@ fn check_parquet(path: &Path) -> Result<()> {
     Ok(())
 }
 
-fn merge(sweep: &Sweep, show: Show<'_>, style: &Style) -> Result<Outcome> {
+fn merge(sweep: &Sweep, show: Show<'_>, strict: Strict, style: &Style) -> Result<Outcome> {
     let Show { limits, out, parquet: wanted, json: as_json } = show;
     let Merged { results, summary, damaged } = sweep.merge()?;
     if damaged > 0 && summary.missing > 0 {
@@ -217,5 +222,5 @@ fn merge(sweep: &Sweep, show: Show<'_>, style: &Style) -> Result<Outcome> {
         files.extend(tables.iter().map(|table| (format!("table-{}.csv", table.id), table.csv())));
         out.write(files, style)?;
     }
-    Ok(if summary.is_complete() { Outcome::Done } else { Outcome::Incomplete })
+    Ok(if summary.is_complete() { trusted(&summary.trust.levels, strict) } else { Outcome::Incomplete })
 }

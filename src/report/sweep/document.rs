@@ -6,7 +6,7 @@ use crate::motor::Parameter;
 use crate::report::document::joined;
 use crate::report::spelling::command_line;
 use crate::study::sweep::{
-    Cell, Factors, Limits, NamedRun, Quantiles, Shard, SweepBlock, SweepStatus, SweepSummary, Tally,
+    Cell, Factors, Limits, NamedRun, Quantiles, Shard, SweepBlock, SweepStatus, SweepSummary, Tally, TrustCounts,
 };
 use crate::warning::Warning;
 use serde_json::{Map, Value, json as value};
@@ -24,6 +24,7 @@ pub fn sweep_document(summary: &SweepSummary, limits: &Limits) -> Value {
         "missing": summary.missing,
         "failed": summary.failed,
         "failures": summary.failures.named,
+        "trust": trust(&summary.trust),
         "taken_over": summary.taken_over,
         "device": {"kind": summary.device[0], "precision": summary.device[1]},
         "varied": summary.varied,
@@ -48,6 +49,7 @@ pub fn tally_document(shard: Shard, tally: &Tally) -> Value {
         "shard": shard,
         "runs": tally.total, "before": tally.before, "finished": tally.finished, "failed": tally.failed,
         "lost": tally.lost,
+        "trust": tally.trust,
         "failures": tally.failures.named,
         "warnings": tally.warnings.iter().map(warning).collect::<Value>(),
         "device": tally.device.as_ref().map(|(name, precision)| value!({"name": name, "precision": precision})),
@@ -88,11 +90,17 @@ fn cell(cell: &Cell) -> Value {
         "noise": cell.noise,
         "runs": cell.runs,
         "failed": cell.failed,
+        "trust": trust(&cell.trust),
         "cost": Quantiles::of(&cell.costs),
         "parameters": parameters.collect::<Map<String, Value>>(),
         "seconds": cell.seconds,
     });
     joined(levels(&cell.factors, cell.with.as_ref()), others)
+}
+
+/// Results by their level of trust; null where none has one.
+fn trust(counts: &TrustCounts) -> Value {
+    if counts.levels.is_known() { value!(counts) } else { Value::Null }
 }
 
 fn worst(block: &SweepBlock, run: &NamedRun) -> Value {

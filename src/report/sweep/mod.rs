@@ -12,6 +12,7 @@ mod tables;
 mod terminal;
 #[cfg(test)]
 mod tests;
+mod trust;
 mod words;
 
 pub use document::{status_document, sweep_document, tally_document};

@@ -3,6 +3,7 @@
 use super::figures;
 use super::line::{excesses, line_tables, motors_outside};
 use super::tables::{block_tables, failed};
+use super::trust::trust_sentence;
 use super::words::{block_name, counted, grouped, lowest, many, plural};
 use crate::report::pages::{reproduce, section};
 use crate::report::{Page, Part, Reproduced, Section};
@@ -49,16 +50,18 @@ pub fn sweep_answer(summary: &SweepSummary, limits: &Limits) -> String {
     };
     let best = summary.blocks.first().and_then(|block| lowest(summary, block));
     let best = best.map_or_else(String::new, |[under, best]| format!(" Lowest median cost{under}: {best}."));
-    format!("{found}{verdict}.{best}")
+    format!("{found}{verdict}.{}{best}", trust_sentence(&summary.trust.levels))
 }
 
 /// What must not be overlooked.
 fn warnings(summary: &SweepSummary) -> Vec<Part> {
     let SweepSummary { missing, failed, taken_over, .. } = *summary;
+    let poor = summary.trust.levels.poor;
     let (all, device) = (grouped(summary.runs), &summary.device[0]);
     let texts = [
         (missing, plural(missing, "run is", "runs are"), "not finished: run the sweep on, and merge it again."),
         (failed, plural(failed, "run has", "runs have"), "no result: see below."),
+        (poor, plural(poor, "run has", "runs have"), "a poor level of trust: see below."),
     ];
     let texts = texts.map(|(count, runs, what)| (count, format!("{} of {all} {runs} {what}", grouped(count))));
     let taken_over_runs = counted(taken_over, "run was", "runs were");

@@ -32,6 +32,7 @@ type Real = Box<dyn Fn(&Line) -> Option<f64>>;
 fn columns(sweep: &SweepSummary) -> Vec<(String, Column)> {
     let text = |name: &str, of| (name.to_owned(), Column::Text(of));
     let whole = |name: &str, of| (name.to_owned(), Column::Whole(of));
+    let reason = |name: &str, of| (name.to_owned(), Column::Reason(of));
     let each = |prefix: &str, of: fn(&ParameterEstimate) -> Option<f64>| {
         let one = |&(parameter, scope): &Named| {
             let is_own = move |e: &&ParameterEstimate| e.parameter == parameter && e.scope == scope;
@@ -76,8 +77,12 @@ fn columns(sweep: &SweepSummary) -> Vec<(String, Column)> {
         text("device", |row| row.outcome.device.to_owned()),
         text("precision", |row| row.outcome.precision.to_owned()),
         text("warnings", |row| row.outcome.warnings.join(",")),
-        ("error".to_owned(), Column::Reason(|row| Some(row.outcome.error.as_ref()?.message.clone()))),
     ]);
+    if sweep.trust.levels.is_known() {
+        columns.push(reason("trust", |row| Some(row.outcome.trust.as_ref()?.level.name().to_owned())));
+        columns.push(reason("trust_reasons", |row| Some(row.outcome.trust.as_ref()?.reasons.join(","))));
+    }
+    columns.push(reason("error", |row| Some(row.outcome.error.as_ref()?.message.clone())));
     columns
 }
 
@@ -188,6 +193,7 @@ mod tests {
         let own = |n| (Parameter::Load, Scope::Recording(n));
         summary.parameters.extend([(Parameter::Coulomb, Scope::Shared), own(0), own(1)]);
         (summary.names_with, summary.holds_out) = (true, true);
+        summary.trust.levels.check = 1;
         summary
     }
 
@@ -218,6 +224,7 @@ mod tests {
                 found["at_bound"][name] = "min".into();
             }
             found["with"] = "coulomb,load".into();
+            found["trust"] = serde_json::json!({"level": "check", "reasons": ["at_bound", "residuals"]});
             found["validation"] = serde_json::json!({"fit_percent": {"current": 90.5, "speed": null}});
         }
         if id % 7 == 3 { failed.to_string() } else { found.to_string() }
@@ -248,7 +255,7 @@ mod tests {
                 assert_eq!((name, field), (expected, &cell), "run {id}");
                 cells += 1;
             }
-            assert_eq!(cells, 40 + 3 * 4 + 3);
+            assert_eq!(cells, 40 + 3 * 4 + 3 + 2);
         }
     }
 

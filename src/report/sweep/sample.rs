@@ -5,7 +5,9 @@ use crate::identify::{Method, Polish};
 use crate::motor::{Parameter, Parameters};
 use crate::named::Named as _;
 use crate::report::Reproduced;
-use crate::study::sweep::{Cell, Factors, Job, Limits, MOTOR, NamedRun, Outcome, SweepBlock, SweepSummary};
+use crate::study::sweep::{
+    Cell, Factors, Job, Limits, MOTOR, NamedRun, Outcome, SweepBlock, SweepSummary, TrustCounts,
+};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde_json::json;
@@ -51,7 +53,7 @@ fn cell(factors: Factors, noise: &str, runs: &[NamedRun]) -> Cell {
     let costs = runs.iter().filter_map(|run| run.outcome.cost).collect();
     let count = runs.len() as u64;
     let (noise, with, seconds) = (noise.to_owned(), None, 0.0031 * count as f64);
-    Cell { factors, noise, with, runs: count, failed: 0, costs, parameters, seconds }
+    Cell { factors, noise, with, runs: count, failed: 0, trust: TrustCounts::default(), costs, parameters, seconds }
 }
 
 fn summary(name: &str, blocks: Vec<SweepBlock>, runs: u64) -> SweepSummary {

@@ -1,6 +1,7 @@
 //! Tables of a sweep: costs and parameters by factor, the worst runs, runs without a result.
 
 use super::line::line_tables;
+use super::trust::trust;
 use super::words::{Unit, block_name, cell_of, counted, factors, grouped, heads, level, levels, lowest};
 use crate::numeric::count_u64;
 use crate::report::Table;
@@ -23,6 +24,7 @@ pub fn sweep_tables(summary: &SweepSummary, limits: &Limits) -> Vec<Table> {
 /// The tables of a block.
 pub(super) fn block_tables(summary: &SweepSummary, n: usize) -> Vec<Table> {
     let mut tables = vec![costs(summary, n)];
+    tables.extend(trust(summary, n));
     // Those of motors that were run once are told by the table of motors.
     let is_told = summary.motors > 1 && summary.blocks.len() == 1 && summary.blocks[n].cells.len() == 1;
     tables.extend(parameters(summary, n).filter(|_| !is_told));

@@ -4,7 +4,7 @@ use super::sample::{how, line, product};
 use super::words::grouped;
 use super::{shortened, sweep_answer, sweep_document, sweep_page, sweep_tables};
 use crate::report::Table;
-use crate::study::sweep::Limits;
+use crate::study::sweep::{LevelCounts, Limits, TrustCounts};
 
 fn table<'a>(tables: &'a [Table], id: &str) -> &'a Table {
     tables.iter().find(|table| table.id == id).unwrap()
@@ -66,6 +66,43 @@ fn cells_come_in_the_order_of_the_study_with_their_quantiles() {
     let order = ["min", "q05", "q25", "median", "q75", "q95", "max"].map(|name| q[name].as_f64().unwrap());
     assert!(order.is_sorted(), "{order:?}");
     assert!(table(&tables, "cost").notes[0].contains("gwo, noise none"), "{:?}", cost.notes);
+}
+
+#[test]
+fn results_are_counted_by_their_level_of_trust() {
+    let counts = |good, check, poor, reasons: &[(&str, u64)]| TrustCounts {
+        levels: LevelCounts { good, check, poor, unknown: 0 },
+        reasons: reasons.iter().map(|(code, runs)| ((*code).to_owned(), *runs)).collect(),
+    };
+    let mut summary = product(12);
+    assert!(sweep_tables(&summary, &Limits::default()).iter().all(|table| table.id != "trust"), "none has a level");
+    assert!(sweep_document(&summary, &Limits::default())["trust"].is_null());
+    let cells = &mut summary.blocks[0].cells;
+    cells.iter_mut().for_each(|cell| cell.trust = counts(200, 0, 0, &[]));
+    summary.trust = counts(2400, 0, 0, &[]);
+    assert!(sweep_tables(&summary, &Limits::default()).iter().all(|table| table.id != "trust"), "all are good");
+    assert!(sweep_answer(&summary, &Limits::default()).contains(" Trust in the results: all good."));
+    let codes = [("at_bound", 2), ("few_samples", 1), ("residuals", 9), ("search_stuck", 5)];
+    summary.blocks[0].cells[3].trust = counts(185, 10, 5, &codes);
+    summary.trust = counts(2385, 10, 5, &codes);
+    let tables = sweep_tables(&summary, &Limits::default());
+    let trust = table(&tables, "trust");
+    assert_eq!(trust.heads, ["method", "noise", "good", "check", "poor", "commonest reasons"]);
+    assert_eq!(trust.rows[2][2..], ["200", "0", "0", "none"]);
+    assert_eq!(trust.rows[3][2..], ["185", "10", "5", "residuals 9, search_stuck 5, at_bound 2, …"]);
+    let answer = sweep_answer(&summary, &Limits::default());
+    assert!(answer.contains(" Trust in the results: 2,385 good, 10 to be checked, 5 poor. Lowest"), "{answer}");
+    let page = sweep_page(&summary, &Limits::default(), &how()).html();
+    assert!(page.contains("5 of 2,400 runs have a poor level of trust") && page.contains("search_stuck 5"));
+    let document = sweep_document(&summary, &Limits::default());
+    let cell = &document["blocks"][0]["cells"][3]["trust"];
+    assert_eq!((&document["trust"]["poor"], &cell["check"], &cell["good"]), (&5.into(), &10.into(), &185.into()));
+    assert_eq!(cell["reasons"][0], serde_json::json!({"code": "residuals", "runs": 9}));
+    assert!(cell.get("unknown").is_none() && cell["reasons"][3]["code"] == "few_samples");
+    // Results of an earlier version beside others.
+    summary.blocks[0].cells[3].trust.levels.unknown = 7;
+    let tables = sweep_tables(&summary, &Limits::default());
+    assert_eq!(table(&tables, "trust").heads[5], "unknown");
 }
 
 #[test]

@@ -3,14 +3,15 @@
 
 use super::Sweep;
 use super::manifest::{File, Motor};
-use crate::analysis::split;
+use crate::analysis::{split, warnings_of_records};
 use crate::criterion::Noise;
 use crate::experiment::{noise_of, with_noise};
-use crate::identify::{Identification, IdentifySpec, needs_voltage, validate};
+use crate::identify::{Diagnosed, Identification, IdentifySpec, needs_voltage, validate};
 use crate::record::Record;
+use crate::warning::Warning;
 use crate::{Error, Result};
 use sha2::{Digest as _, Sha256};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// A motor under one drawing of noise.
 #[derive(Debug, Clone, Copy)]
@@ -26,6 +27,8 @@ pub(super) struct Dataset {
 pub(super) struct Recordings {
     pub fitted: Arc<Vec<Record>>,
     pub held_out: Arc<Vec<Record>>,
+    /// The warnings about what is fitted, looked for once for all runs.
+    diagnosis: Arc<OnceLock<Vec<Warning>>>,
 }
 
 /// The recordings of a motor, or why there are none.
@@ -35,6 +38,15 @@ pub(super) type Read = Result<Recordings>;
 pub(super) type Kept = Option<(usize, Read)>;
 
 impl Recordings {
+    fn new(fitted: Vec<Record>, held_out: Arc<Vec<Record>>) -> Self {
+        Self { fitted: Arc::new(fitted), held_out, diagnosis: Arc::default() }
+    }
+
+    /// Returns what is fitted with the warnings about it.
+    pub fn diagnosed(&self) -> Diagnosed<'_> {
+        (&self.fitted, self.diagnosis.get_or_init(|| warnings_of_records(&self.fitted)))
+    }
+
     /// A result with how well it explains what was held out.
     pub fn validated(&self, found: Identification, spec: &IdentifySpec) -> Result<Identification> {
         if self.held_out.is_empty() {
@@ -55,7 +67,7 @@ impl Sweep {
             Some(fraction) => split(fitted, fraction, &mut held_out)?,
             None => fitted,
         };
-        Ok(Recordings { fitted: Arc::new(fitted), held_out: Arc::new(held_out) })
+        Ok(Recordings::new(fitted, Arc::new(held_out)))
     }
 
     /// The recordings of a motor, which may be the one that was kept.
@@ -88,8 +100,8 @@ impl Sweep {
         let recordings = recordings.clone()?;
         let noisy =
             |(n, record): (usize, &Record)| with_noise(record, noise_of(record, noise), key(record, n, noise, seed));
-        let fitted = recordings.fitted.iter().enumerate().map(noisy).collect::<Result<_>>()?;
-        Ok(Recordings { fitted: Arc::new(fitted), ..recordings })
+        let fitted = recordings.fitted.iter().enumerate().map(noisy).collect::<Result<Vec<Record>>>()?;
+        Ok(Recordings::new(fitted, recordings.held_out))
     }
 }
 

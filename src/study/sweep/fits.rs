@@ -43,7 +43,7 @@ impl<'a> Fits<'a> {
             Ok(of) if f.method == Method::Auto || spec.is_extended() || !has_all_channels(&of.fitted) => {
                 let found = identify(&of.fitted, &IdentifySpec { device: DeviceSpec::Cpu, ..spec.clone() });
                 // A search depends on its seed and budget, and an error may be one of a search.
-                let is_fixed = found.as_ref().is_ok_and(|found| found.history.is_empty());
+                let is_fixed = found.as_ref().is_ok_and(|found| !found.searched.has_population);
                 (found.and_then(|found| of.validated(found, &spec)), is_fixed)
             }
             Ok(of) => (self.linear(&of, &spec, f.with), true),
@@ -61,7 +61,7 @@ impl<'a> Fits<'a> {
         let problem = Problem::new(records, spec.model, spec.space.clone(), spec.criterion)?;
         let make = || fit_problem(records, &spec.space, spec.model);
         let plain = self.plain.entry(with).or_insert_with(make).as_ref().map_err(Clone::clone)?;
-        let fit = || of.validated(fit_on((&problem, plain), records, spec)?, spec);
+        let fit = || of.validated(fit_on((&problem, plain), of.diagnosed(), spec)?, spec);
         let fitted = self.linear.entry((spec.polish.name(), with)).or_insert_with(fit).as_ref();
         fitted.map(|found| with_cost_on(&problem, found)).map_err(Clone::clone)
     }

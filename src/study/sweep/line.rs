@@ -3,6 +3,7 @@
 use super::runs::Job;
 use super::study::Study;
 use super::toml::as_key;
+use super::trust::RunTrust;
 use crate::channels::Channels;
 use crate::identify::{Estimates, Identification, some_or_nulls};
 use crate::optimize::Stop;
@@ -42,6 +43,9 @@ pub struct Outcome {
     pub precision: Name,
     /// Codes of warnings.
     pub warnings: Vec<String>,
+    /// The level of trust; `None` without a result, and on lines of earlier versions of the program.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trust: Option<RunTrust>,
     /// Why there is no result.
     pub error: Option<Failure>,
 }
@@ -119,6 +123,7 @@ impl Outcome {
             device: found.device_kind,
             precision: found.precision,
             warnings: reported.map(|warning| warning.code.to_owned()).collect(),
+            trust: Some((&found.trust).into()),
             error: None,
         }
     }
@@ -135,6 +140,8 @@ impl Outcome {
 pub(super) struct Row {
     pub id: u64,
     pub error: Option<Failure>,
+    #[serde(default)]
+    pub trust: Option<RunTrust>,
 }
 
 impl Row {
@@ -229,7 +236,7 @@ mod tests {
         assert_eq!(value["motor"], motor);
         assert!(value.get("timing").is_none());
         let row: Row = serde_json::from_str(line.trim_end()).unwrap();
-        assert_eq!((row.id, row.error), (0, None));
+        assert_eq!((row.id, row.error, row.trust.as_ref()), (0, None, outcome.trust.as_ref()));
         assert_eq!(serde_json::from_str::<Outcome>(line.trim_end()).unwrap(), outcome);
         let maps: Vec<&str> = value.as_object().unwrap().keys().map(String::as_str).collect();
         assert_eq!(maps[10..16], ["parameters", "std_error", "ci95", "at_bound", "cost", "fit_percent"]);

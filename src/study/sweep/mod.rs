@@ -24,6 +24,7 @@ mod streaming;
 mod study;
 mod summary;
 mod toml;
+mod trust;
 
 #[cfg(all(feature = "report", feature = "parquet"))]
 pub(crate) use line::Line;
@@ -38,6 +39,7 @@ pub(crate) use store::unwritable;
 pub use study::Factors;
 use study::Study;
 pub use summary::{Cell, Limits, MOTOR, Named, NamedRun, Quantiles, SweepBlock, SweepSummary};
+pub use trust::{LevelCounts, RunTrust, TrustCounts};
 
 use crate::{Error, Result};
 use std::io::BufWriter;

@@ -3,10 +3,12 @@
 use super::Sweep;
 use super::line::{Outcome, line};
 use super::manifest::FORMAT;
-use super::runs::{Bits, Job};
+use super::runs::{Bits, Job, TrustLevels};
 use super::shard::Shard;
 use super::store::{Head, Log, files, scan};
+use super::trust::LevelCounts;
 use crate::evaluate::Level;
+use crate::identify::TrustLevel;
 use crate::numeric::count_u64;
 use crate::warning::Warning;
 use crate::{Error, Result};
@@ -96,6 +98,8 @@ pub struct Tally {
     pub finished: u64,
     /// Runs without a result, those of earlier times included.
     pub failed: u64,
+    /// The others by their level of trust, those of earlier times included.
+    pub trust: LevelCounts,
     /// The first reasons of those of now.
     pub failures: Failures,
     /// Finished runs that could not be written, and why.
@@ -159,6 +163,7 @@ impl Sweep {
         };
         let log = Log::open(&self.folder, &head)?;
         let (mut done, mut failed) = (Bits::new(self.manifest.runs), Bits::new(self.manifest.runs));
+        let mut levels = TrustLevels::new(self.manifest.runs);
         let mut tally = Tally::default();
         let mut damaged = 0;
         for found in files(&self.folder, &self.digest)? {
@@ -167,6 +172,7 @@ impl Sweep {
                 if !place.row.is_retried() {
                     done.set(place.row.id, true);
                     failed.set(place.row.id, place.row.error.is_some());
+                    levels.set(place.row.id, place.row.trust.map(|trust| trust.level));
                 }
             })?;
             if found.head.instructions != head.instructions {
@@ -184,6 +190,9 @@ impl Sweep {
             running.tally.total += 1;
             running.tally.before += u64::from(running.done.get(id));
             running.tally.failed += u64::from(failed.get(id));
+            if running.done.get(id) && !failed.get(id) {
+                running.tally.trust.add(levels.get(id));
+            }
         }
         if damaged > 0 && running.tally.before < running.tally.total {
             let message =
@@ -219,13 +228,15 @@ impl Running<'_> {
     /// Keeps finished runs.
     pub(super) fn keep(&mut self, runs: Vec<Finished>) -> Step {
         let mut lines = String::new();
-        for Finished { id, line, failure } in runs {
+        for Finished { id, line, failure, level } in runs {
             lines.push_str(&line);
             self.done.set(id, true);
             self.tally.finished += 1;
             if let Some((motor, message)) = failure {
                 self.tally.failed += 1;
                 self.tally.failures.add(id, &motor, &message);
+            } else {
+                self.tally.trust.add(level);
             }
         }
         self.log.add(&lines);
@@ -250,12 +261,15 @@ pub(super) struct Finished {
     pub line: String,
     /// Its motor, and why there is no result.
     pub failure: Option<(String, String)>,
+    /// The level of trust in its result.
+    level: Option<TrustLevel>,
 }
 
 impl Finished {
     pub(super) fn new(sweep: &Sweep, job: &Job, outcome: &Outcome, seconds: f64) -> Self {
         let motor = &sweep.manifest.motors[job.motor].motor;
         let failure = outcome.error.as_ref().map(|failure| (motor.clone(), failure.message.clone()));
-        Self { id: job.id, line: line(sweep.study(), job, motor, outcome, seconds), failure }
+        let level = outcome.trust.as_ref().map(|trust| trust.level);
+        Self { id: job.id, line: line(sweep.study(), job, motor, outcome, seconds), failure, level }
     }
 }

@@ -1,6 +1,7 @@
 //! The runs of a sweep by number: nothing is listed, so that memory does not grow with them.
 
 use super::study::{FACTORS, Factors, Study};
+use crate::identify::TrustLevel;
 use crate::numeric::index;
 
 /// A run: a motor under levels of the factors.
@@ -129,5 +130,28 @@ impl Bits {
                 self.words[word] &= !bit;
             }
         }
+    }
+}
+
+/// The level of trust in the result of each run, in two bits.
+pub(super) struct TrustLevels([Bits; 2]);
+
+impl TrustLevels {
+    pub(super) fn new(size: u64) -> Self {
+        Self([Bits::new(size), Bits::new(size)])
+    }
+
+    pub(super) fn get(&self, id: u64) -> Option<TrustLevel> {
+        match [self.0[0].get(id), self.0[1].get(id)] {
+            [false, false] => None,
+            [true, false] => Some(TrustLevel::Good),
+            [false, true] => Some(TrustLevel::Check),
+            [true, true] => Some(TrustLevel::Poor),
+        }
+    }
+
+    pub(super) fn set(&mut self, id: u64, level: Option<TrustLevel>) {
+        self.0[0].set(id, matches!(level, Some(TrustLevel::Good | TrustLevel::Poor)));
+        self.0[1].set(id, matches!(level, Some(TrustLevel::Check | TrustLevel::Poor)));
     }
 }

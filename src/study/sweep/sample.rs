@@ -1,7 +1,8 @@
 //! An outcome for tests.
 
 use super::line::Outcome;
-use crate::identify::{Estimates, ParameterEstimate};
+use super::trust::RunTrust;
+use crate::identify::{Estimates, ParameterEstimate, TrustLevel};
 use crate::motor::{Parameter, Parameters, Scope};
 use crate::optimize::Stop;
 
@@ -24,6 +25,7 @@ pub(super) fn sample() -> Outcome {
         stop: Some(Stop::Converged),
         device: "cpu",
         precision: "f64",
+        trust: Some(RunTrust { level: TrustLevel::Check, reasons: vec!["at_bound".to_owned()] }),
         ..Outcome::default()
     }
 }

@@ -206,7 +206,7 @@ impl Sweep {
         }
         let prepare = |(key, spec): (Key, IdentifySpec)| {
             let made = realized[key.0].clone().and_then(|of| {
-                let prepared = PreparedSearch::new(&of.fitted, &spec)?;
+                let prepared = PreparedSearch::with_reference(&of.fitted, &spec)?;
                 Ok((of, Arc::new(prepared)))
             });
             (key, made)
@@ -257,7 +257,7 @@ impl Sweep {
             let spec = self.study().spec(&job.factors);
             let found = best.as_ref().ok_or_else(|| diverged(run.evaluations)).and_then(|best| {
                 let run = SearchRun { values: best.values, evaluations: run.evaluations, device };
-                recordings.validated(prepared.finish(&recordings.fitted, &spec, run)?, &spec)
+                recordings.validated(prepared.finish(recordings.diagnosed(), &spec, run)?, &spec)
             });
             let outcome = found.map_or_else(|error| self.failed(&error), |found| Outcome::of(&found));
             let [device, precision] = device;

@@ -5,6 +5,7 @@ use super::line::Outcome;
 use super::run::Failures;
 use super::runs::Job;
 use super::study::Factors;
+use super::trust::TrustCounts;
 use crate::identify::ParameterEstimate;
 use crate::motor::{Parameter, Scope};
 use crate::numeric::{quantile, sorted};
@@ -61,6 +62,8 @@ pub struct Cell {
     pub runs: u64,
     /// Of these, runs without a result.
     pub failed: u64,
+    /// The others by their level of trust.
+    pub trust: TrustCounts,
     /// Costs, in the order of the runs.
     pub costs: Vec<f64>,
     /// Values of each parameter that runs identified, in the order of the runs: those of R, L, K, B, J, then others.
@@ -119,6 +122,8 @@ pub struct SweepSummary {
     pub failed: u64,
     /// Their reasons.
     pub failures: Failures,
+    /// Runs with a result by their level of trust.
+    pub trust: TrustCounts,
     /// Runs that the CPU did in place of the device.
     pub taken_over: u64,
     /// Every Nth run of a cell is in the quantiles.
@@ -181,6 +186,8 @@ impl SweepSummary {
             self.failures.add(job.id, motor, message);
             return;
         };
+        taken.trust.add(outcome.trust.as_ref());
+        self.trust.add(outcome.trust.as_ref());
         if taken.runs.is_multiple_of(self.stride) || self.stride == 1 {
             taken.costs.push(cost);
             for e in &estimates.list {
@@ -243,6 +250,7 @@ impl SweepSummary {
             with: sweep.study().with_name(factors).map(str::to_owned),
             runs: 0,
             failed: 0,
+            trust: TrustCounts::default(),
             costs: Vec::new(),
             parameters: MOTOR.map(|named| (named, Vec::new())).to_vec(),
             seconds: 0.0,
