@@ -94,15 +94,15 @@ impl Models<'_> {
     /// Refines a model roughly under the weights of a smaller one: from where that is, and, with a new
     /// delay, from each way to explain one.
     pub(super) fn rough(&self, from: &Fit, with: &[Extension]) -> Result<Fit> {
-        self.from_starts(from, with, true)
+        self.ended(from, with, true)
     }
 
     /// Refines a model roughly from where another is alone.
     pub(super) fn near(&self, from: &Fit, with: &[Extension]) -> Result<Fit> {
-        self.from_starts(from, with, false)
+        self.ended(from, with, false)
     }
 
-    fn from_starts(&self, from: &Fit, with: &[Extension], anew: bool) -> Result<Fit> {
+    fn ended(&self, from: &Fit, with: &[Extension], anew: bool) -> Result<Fit> {
         let (problem, plain) = self.problems(&from.space, with)?;
         let sigma = &from.refined.weights;
         let mut starts = vec![warmed(&problem, (&from.space, &from.refined.values))?];
