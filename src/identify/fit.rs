@@ -9,7 +9,7 @@ use super::checks;
 use super::model_selection::Selection;
 use super::models::{Alternative, SelectionStep};
 use super::open_groups::Unidentified;
-use super::pipeline::{Conclusion, conclude, findings, tested};
+use super::pipeline::{Conclusion, conclude, findings, missed, tested};
 use super::prepare::Prepared;
 use super::refine::{Fit, from_search};
 use super::result::{Identification, left_out};
@@ -17,9 +17,9 @@ use super::search::SearchResult;
 use super::shared_reference::SharedReference;
 use super::spec::IdentifySpec;
 use super::start::{around, asked_space, start, steiglitz_mcbride};
-use super::trust::trust;
+use super::trust::{is_noise, trust};
 use super::unidentified::fix_unidentified;
-use super::verify::{Verification, verify};
+use super::verify::{Status, Verification, verify};
 use super::warnings;
 use crate::Result;
 use crate::analysis::{FitMetrics, fit_percent};
@@ -49,7 +49,12 @@ pub fn fit_on(
     let problem = prepared.searched(around(spec, &[estimate.parameters.to_array()])?);
     let found = SearchResult::of_estimate(&estimate, &problem);
     let fit = from_search(&prepared, &problem, found, Vec::new())?;
-    finished(&prepared, fit, &|fit| verify(&prepared, fit, Some(&estimate)).verification, (Vec::new(), diagnosis))
+    // A fit whose residuals are noise is not improved by another optimum: the box need not be searched.
+    let verified = |fit: &Fit, is_noise: bool| match is_noise {
+        true => Verification { status: Status::Agrees, ..Verification::none() },
+        false => verify(&prepared, fit, Some(&estimate)).verification,
+    };
+    finished(&prepared, fit, &verified, (Vec::new(), diagnosis))
 }
 
 /// The same result with its cost on another problem of the same recordings.
@@ -156,7 +161,7 @@ impl PreparedSearch {
         let prepared = Prepared::new(self.masked.as_deref().unwrap_or(records), Cow::Owned(spec))?;
         let left_out = left_out(records, prepared.records);
         let fit = from_search(&prepared, &self.problem, found, Vec::new())?;
-        let verified = |fit: &Fit| match &self.reference {
+        let verified = |fit: &Fit, _| match &self.reference {
             Some(reference) => reference.verify(&prepared, fit),
             None => verify(&prepared, fit, None).verification,
         };
@@ -169,12 +174,13 @@ impl PreparedSearch {
 fn finished(
     prepared: &Prepared<'_>,
     mut fit: Fit,
-    verified: &dyn Fn(&Fit) -> Verification,
+    verified: &dyn Fn(&Fit, bool) -> Verification,
     (alternatives, diagnosis): (Vec<Alternative>, &[Warning]),
 ) -> Result<Identification> {
     let (records, spec) = (prepared.records, prepared.spec.as_ref());
     let dropped = fix_unidentified(prepared, &mut fit, Unidentified::default())?;
-    let (verification, residual_tests) = (verified(&fit), tested(prepared, &fit));
+    let residual_tests = tested(prepared, &fit);
+    let verification = verified(&fit, is_noise(&residual_tests, &missed(&fit)));
     let of_recordings = warnings::as_taken(diagnosis, records, spec);
     let mut warnings = warnings::with_normalized(of_recordings, prepared.normalized.as_ref());
     let Conclusion { warnings: own, unidentified, evidence } = conclude(prepared, &mut fit, &dropped)?;

@@ -130,7 +130,7 @@ pub(super) fn conclude(prepared: &Prepared<'_>, fit: &mut Fit, dropped: &Unident
 }
 
 /// Returns the channels of recordings whose residuals are far above their noise.
-fn missed(fit: &Fit) -> Vec<Missed> {
+pub(super) fn missed(fit: &Fit) -> Vec<Missed> {
     let signals = fit.problem.signals();
     let of = |recording: usize, channel: usize| {
         let (of, sigma) = (&signals[recording], fit.refined.sigmas[recording][channel]);

@@ -45,12 +45,14 @@ pub(super) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identificat
     let mut add = |level, code, message: Text| all.push((level, TrustReason { code, message }));
     fits(records, found, &evidence.missed).into_iter().for_each(|(level, code, message)| add(level, code, message));
     let coloured = residuals(&found.residual_tests);
-    // Residuals that are noise leave nothing for another optimum to explain.
-    let is_noise = coloured.is_none() && evidence.missed.is_empty() && !found.residual_tests.is_empty();
+    let is_noise = is_noise(&found.residual_tests, &evidence.missed);
     if let Some((level, code, message)) =
         search(found).filter(|(_, code, _)| !is_noise || *code != "search_inconclusive")
     {
         add(level, code, message.into());
+    }
+    if found.uncertainty.is_none() {
+        add(Check, "not_polished", "without a polish there are no standard errors".into());
     }
     if let Some(message) = coloured {
         add(Check, "residuals", message);
@@ -69,6 +71,11 @@ pub(super) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identificat
     let reasons: Vec<TrustReason> = all.into_iter().map(|(_, reason)| reason).collect();
     let next = (level != TrustLevel::Good).then(|| next(spec, found, (&reasons, evidence)));
     Trust { level, reasons, next }
+}
+
+/// Returns whether tested residuals are noise, which leaves nothing for another optimum to explain.
+pub(super) fn is_noise(tests: &[ResidualTests], missed: &[Missed]) -> bool {
+    residuals(tests).is_none() && missed.is_empty() && !tests.is_empty()
 }
 
 /// Returns whether the model has what a finding is about.
@@ -219,7 +226,7 @@ fn next(spec: &IdentifySpec, found: &Identification, (reasons, evidence): (&[Tru
     if has(&["search_stuck", "search_inconclusive", "not_verified"]) && spec.method.is_search() {
         return text!([Method = "auto"]);
     }
-    if has(&["not_verified"]) && !spec.is_polished() {
+    if has(&["not_verified", "not_polished"]) && !spec.is_polished() {
         return text!([Polish = "lm"]);
     }
     text!([Command::Inspect])

@@ -38,7 +38,7 @@ pub struct Trust {
 }
 
 /// The codes of reasons, each with what it says.
-pub static REASONS: [(&str, &str); 25] = [
+pub static REASONS: [(&str, &str); 27] = [
     ("poor_fit", "The model leaves much of a channel unexplained, far more than noise."),
     ("recording_missed", "The model misses a channel of one recording of a joint fit."),
     ("search_stuck", "A better optimum is known."),
@@ -48,9 +48,11 @@ pub static REASONS: [(&str, &str); 25] = [
     ("not_converged", "The refinement has not come to its end."),
     ("search_inconclusive", "The search of the whole box is inconclusive."),
     ("not_verified", "No search of the whole box confirms the optimum."),
+    ("not_polished", "Without a polish there are no standard errors."),
     ("residuals", "The residuals are correlated, or the input explains part of them."),
     ("implausible", "No usual motor has such a current, speed or time constant: a unit may be wrong."),
     ("friction_differs", "Friction differs between the recordings."),
+    ("model_incomplete", "The residuals show an effect that the model lacks."),
     ("not_separated", "Another model explains the recordings as well."),
     ("at_bound", "A parameter ended at a bound."),
     ("between_samples", "The voltage goes on otherwise between samples than the discretization has it."),
