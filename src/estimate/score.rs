@@ -69,21 +69,29 @@ pub(crate) fn scores(problem: &Problem, values: &[f64], of: &Refined, tested: &[
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::simulated::simulated;
     use crate::estimate::{fit_problem, refine_on};
     use crate::evaluate::Model;
-    use crate::experiment::{Excitation, simulated, with_noise};
-    use crate::motor::{Axis, Discretization, Extended, Parameter, Parameters, Scope, Space};
-    use crate::record::Record;
+    use crate::motor::{Axis, Parameter, Parameters, Scope, Space};
+    use crate::record::{Record, Samples};
+    use rand::SeedableRng as _;
+    use rand_distr::{Distribution as _, StandardNormal};
 
     /// The paper's motor with a load torque under several levels both ways.
     fn record(load: f64, seed: u64) -> Record {
         let levels = [0.0, 9.0, 2.0, -6.0, 4.0, -1.5, 10.5];
         let voltage = (0..1400).map(|n| levels[n / 200]).collect();
         let time_s = (0_u32..1400).map(|n| 1e-3 * f64::from(n)).collect();
-        let mut motor = Extended::from(&Parameters::M2);
-        motor.set(Parameter::Load, load);
-        let clean = simulated(motor, &Excitation { time_s, voltage, torque: None }, Discretization::Zoh).unwrap();
-        with_noise(&clean, [0.05, 0.5], seed).unwrap()
+        let clean = simulated(time_s, voltage, Some(vec![load; 1400]));
+        let mut samples = Samples { torque: None, ..clean.samples().clone() };
+        let mut numbers = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(seed);
+        for (signal, sigma) in [(&mut samples.current, 0.05), (&mut samples.speed, 0.5)] {
+            for value in signal.iter_mut().flatten() {
+                let normal: f64 = StandardNormal.sample(&mut numbers);
+                *value += sigma * normal;
+            }
+        }
+        Record::new(samples).unwrap()
     }
 
     /// The score of the load, its statistic by two fits, and the shift of B by them in standard errors.
