@@ -31,9 +31,9 @@ pub(super) struct Lacking {
 /// Tests which effects a fit lacks.
 pub(super) fn lacking(prepared: &Prepared<'_>, fit: &Fit) -> Lacking {
     let (records, spec) = (prepared.records, prepared.spec.as_ref());
-    // Latencies belong to recordings: their derivatives at zero say nothing of later ones.
-    let more: Vec<Extension> =
-        candidates(records, &fit.space).into_iter().filter(|e| *e != Extension::Latency).collect();
+    // A delay leaves residuals that the other tests notice, and a limit of the drive has no derivative where it changes nothing.
+    let is_tested = |e: &Extension| !e.is_late() && *e != Extension::Saturation;
+    let more: Vec<Extension> = candidates(records, &fit.space).into_iter().filter(is_tested).collect();
     let motor = Parameter::ALL.map(|p| fit.refined.parameters.get(p));
     let space = extended_space(records, spec, &fit.space, (&more, &motor));
     let Ok(space) = space else { return Lacking::default() };

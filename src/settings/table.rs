@@ -143,8 +143,8 @@ table! {
     PerRecording: List, "Model", "LIST" [] "TL",
         "Parameters that each recording of a joint fit has for itself, as TL,K (a start latency always is one)";
     Discretization: choice::<Discretization>(), "Model", "DISCRETIZATION" [] "zoh",
-        "One-step method: input held (zoh), a line between samples (foh), Runge–Kutta, Euler [default: zoh; foh where no \
-         voltage was recorded and the measured current is the input]";
+        "One-step method: input held (zoh), a line between samples (foh), Runge–Kutta, Euler [default: zoh, which \
+         extensions by auto may leave for foh; foh where no voltage was recorded and the measured current is the input]";
     Initial: choice::<Initial>(), "Model", "INITIAL" ["auto"] "zero",
         "State at the first sample; auto: zero if the recording starts at rest, else free (a search takes it as measured)";
     Device: Word, "Device", "DEVICE" ["auto"] "cpu", "What evaluates: auto, cpu, gpu, gpu:INDEX or gpu:NAME";

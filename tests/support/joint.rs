@@ -13,7 +13,7 @@ use motorfit::motor::{Axis, Discretization, Extended, Extension, Parameter, Scop
 use motorfit::record::{Record, Samples};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_distr::{Distribution as _, StandardNormal};
-use rand_xoshiro::Xoshiro256PlusPlus as Numbers;
+pub use rand_xoshiro::Xoshiro256PlusPlus as Numbers;
 
 /// A motor, the voltage that it is made for, the period of its recordings.
 pub struct Truth {
