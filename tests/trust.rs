@@ -147,6 +147,18 @@ fn auto_tells_a_late_voltage_and_a_latency_of_one_recording() {
     assert!(share.iter().all(|share| *share >= 0.875), "{share:?}");
 }
 
+#[test]
+fn delays_of_some_samples_are_found_in_long_recordings() {
+    let auto = IdentifySpec { with: With::Auto, ..IdentifySpec::default() };
+    for model in [[Latency], [DeadTime]] {
+        let mut numbers = numbers(0);
+        let truth = motor(&mut numbers, &model);
+        // Their bounds are some hundred samples, so that an even grid passes them by.
+        let found = identify(&records(&mut numbers, &truth, 10_000, 40.0), &auto).unwrap();
+        assert_eq!((found.extensions(), found.trust.level), (model.to_vec(), TrustLevel::Good));
+    }
+}
+
 /// A chirp from 0.2 % to a third of the sampling rate: each value held until the next sample, or a sine that is sampled.
 fn chirp(numbers: &mut joint::Numbers, truth: &Truth, is_held: bool) -> Record {
     const COUNT: usize = 3000;

@@ -42,12 +42,12 @@ pub(super) fn choose<'a>(
     spec: &'a IdentifySpec,
 ) -> Result<Chosen<'a>> {
     if let Some(masked) = masked {
-        let chosen = between_samples(on(masked, Cow::Borrowed(spec))?)?;
+        let chosen = between_samples(on(masked, Cow::Borrowed(spec))?, spec)?;
         if !explains_all(&chosen, records) {
             return Ok(chosen);
         }
     }
-    between_samples(on(records, Cow::Borrowed(spec))?)
+    between_samples(on(records, Cow::Borrowed(spec))?, spec)
 }
 
 fn on<'a>(records: &'a [Record], spec: Cow<'a, IdentifySpec>) -> Result<Chosen<'a>> {
@@ -59,9 +59,8 @@ fn on<'a>(records: &'a [Record], spec: Cow<'a, IdentifySpec>) -> Result<Chosen<'
 }
 
 /// Selects the model anew with the other course of the voltage between samples, where that may fit better, and returns the
-/// better one.
-fn between_samples(first: Chosen<'_>) -> Result<Chosen<'_>> {
-    let spec = first.prepared.spec.as_ref();
+/// better one. The spec is that which was asked for: the one of a normalized model holds parameters that nobody held.
+fn between_samples<'a>(first: Chosen<'a>, spec: &IdentifySpec) -> Result<Chosen<'a>> {
     let Some(best) = &first.selection.best else { return Ok(first) };
     let is_open = spec.auto_discretization && !is_driven_by_current(first.prepared.records);
     let other = match spec.model.discretization {
@@ -73,7 +72,7 @@ fn between_samples(first: Chosen<'_>) -> Result<Chosen<'_>> {
         return Ok(first);
     }
     let spec = IdentifySpec { model: Model { discretization: other, ..spec.model }, ..spec.clone() };
-    let prepared = first.prepared.under(spec)?;
+    let prepared = Prepared::new(first.prepared.records, Cow::Owned(spec))?;
     if !may_be_better(&Models { prepared: &prepared, start: &first.start }, best) {
         return Ok(first);
     }

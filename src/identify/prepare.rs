@@ -56,14 +56,6 @@ impl<'a> Prepared<'a> {
         Self { records, spec, normalized: None, searched, fitted, deviations: OnceLock::new() }
     }
 
-    /// Prepares the recordings under another spec.
-    ///
-    /// # Errors
-    /// As [`Prepared::new`].
-    pub(super) fn under(&self, spec: IdentifySpec) -> Result<Self> {
-        Self::new(self.records, Cow::Owned(spec))
-    }
-
     /// Prepares some of the recordings alike.
     pub(super) fn of<'b>(&'b self, records: &'b [Record]) -> Result<Prepared<'b>> {
         Prepared::with(records, Cow::Borrowed(self.spec.as_ref()), None)
