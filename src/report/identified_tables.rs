@@ -94,7 +94,12 @@ pub fn selection_table(selection: &[SelectionStep]) -> Table {
 /// The selection in a line: what was taken, and how many models were tried.
 #[must_use]
 pub fn selection_text(found: &Identification) -> Option<String> {
-    let selection = found.selection.as_ref()?;
+    let tried = found.selection.as_ref()?.len();
+    Some(format!("{}; {tried} models were tried (-v shows them)", selected(found)))
+}
+
+/// The model that was selected: its extensions, the voltage between samples, the samples that were left out.
+pub(super) fn selected(found: &Identification) -> String {
     let taken: Vec<&str> = found.extensions().into_iter().map(Extension::name).collect();
     let what = if taken.is_empty() { "no extension".to_owned() } else { taken.join(", ") };
     let course = match found.model.discretization {
@@ -106,5 +111,5 @@ pub fn selection_text(found: &Identification) -> Option<String> {
         0 => String::new(),
         _ => format!("; {samples} samples left out, where the voltage is undersampled"),
     };
-    Some(format!("{what}{course}{left_out}; {} models were tried (-v shows them)", selection.len()))
+    format!("{what}{course}{left_out}")
 }

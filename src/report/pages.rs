@@ -4,7 +4,7 @@ use super::compare::{best, paper_tables, setting_name, tables};
 use super::figures;
 use super::held_out::held_out;
 use super::identified::{noise_floor_text, with_error};
-use super::identified_tables::{characteristics_table, fit_table, parameters_table, selection_table};
+use super::identified_tables::{characteristics_table, fit_table, parameters_table, selected, selection_table};
 use super::page::{Page, Part, Section};
 use super::spelling::command_line;
 use crate::analysis::{Characteristics, Named};
@@ -72,7 +72,10 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     sure.push(Part::Table(parameters_table(found)));
     sure.push(Part::Table(fit_table(found, spec)));
     sure.push(Part::Table(characteristics_table(found)));
-    sure.extend(found.selection.as_ref().map(|selection| Part::Table(selection_table(selection))));
+    if let Some(selection) = &found.selection {
+        sure.push(Part::Text(format!("Model: {}.", selected(found))));
+        sure.push(Part::Table(selection_table(selection)));
+    }
     sure.extend(figures::correlations(found).map(Part::Figure));
     let modelled = found.modelled(records).unwrap_or_default();
     let response = |(n, (record, signals))| figures::responses(&format!("response-{n}"), record, "model", signals);
