@@ -223,7 +223,7 @@ fn effects_that_residuals_show_only_together_are_noticed() {
         let right = single(&[], &[], excitation);
         let wrong = [Coulomb, Load].map(|missing| single(&[missing], &[], excitation)[0]);
         println!("excitation {excitation}: right {right:?}, without friction or load {wrong:?}");
-        assert!(right[0] >= 0.98 && right[1] <= 0.0 && wrong.iter().all(|share| *share <= 0.0));
+        assert!(right[0] >= 0.97 && right[1] <= 0.0 && wrong.iter().all(|share| *share <= 0.0));
     }
 }
 

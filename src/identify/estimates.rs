@@ -197,8 +197,7 @@ impl Identification {
     /// The extensions of its motor.
     #[must_use]
     pub fn extensions(&self) -> Vec<Extension> {
-        let features = self.space.features();
-        Extension::ALL.into_iter().filter(|extension| features.has_any(extension.parameters())).collect()
+        self.space.features().extensions()
     }
 
     /// What it says that recordings show: current and speed, one value a sample, of those that it was made from; not a

@@ -64,9 +64,10 @@ impl Lacking {
         self.shown.map(|(extension, _)| extension)
     }
 
-    /// Returns it as warnings.
-    pub(super) fn warnings(&self) -> Vec<Warning> {
-        self.shown.map(shown).into_iter().chain(self.remark()).collect()
+    /// Returns it as warnings about a fit with some extensions, which `auto` has selected where that `is_selected`.
+    pub(super) fn warnings(&self, with: &[Extension], is_selected: bool) -> Vec<Warning> {
+        let shown = self.shown.map(|(extension, shift)| shown((with, extension), shift, is_selected));
+        shown.into_iter().chain(self.remark()).collect()
     }
 
     /// Returns the remark about effects that the recordings do not show and do not exclude.
@@ -83,12 +84,14 @@ impl Lacking {
 }
 
 /// Returns the warning about an effect that residuals show.
-fn shown((extension, shift): (Extension, f64)) -> Warning {
+fn shown((with, extension): (&[Extension], Extension), shift: f64, is_selected: bool) -> Warning {
     let name = extension.name();
     let shift = significant(shift, 2);
     let message = format!(
         "the residuals show {name}, which the model lacks: with it a parameter moves by {shift} standard errors"
     );
-    let remedy = Some(text!("Use " [With = "{name}"] " or " [With = "auto"] "."));
+    let all: Vec<&str> = with.iter().chain([&extension]).map(|e| e.name()).collect();
+    let named = text!("Use " [With = "{}", all.join(",")]);
+    let remedy = Some(if is_selected { named.and(".") } else { named.and(text!(" or " [With = "auto"] ".")) });
     Warning { remedy, ..Warning::new("model_incomplete", message) }
 }

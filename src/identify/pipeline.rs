@@ -23,7 +23,7 @@ use crate::analysis::{
 use crate::device::with_threads;
 use crate::estimate::widened;
 use crate::evaluate::Scalar;
-use crate::motor::{Input, Parameter, Scope, Space};
+use crate::motor::{Input, Parameter, Scope, Space, With};
 use crate::optimize::Progress;
 use crate::record::Record;
 use crate::warning::Warning;
@@ -124,7 +124,7 @@ pub(super) fn conclude(prepared: &Prepared<'_>, fit: &mut Fit, dropped: &Unident
     warnings.extend(dropped.warnings());
     let unidentified = unidentified(prepared, &fit.space, dropped);
     let lacking = if spec.is_polished() { lacking(prepared, fit) } else { Lacking::default() };
-    warnings.extend(lacking.warnings());
+    warnings.extend(lacking.warnings(&fit.space.features().extensions(), spec.with == With::Auto));
     let evidence = Evidence { missed: missed(fit), lacking: lacking.extension() };
     Ok(Conclusion { warnings, unidentified, evidence })
 }

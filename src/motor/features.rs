@@ -2,6 +2,7 @@
 
 use super::discretize::{Discretization, Method};
 use super::extended::Extended;
+use super::extension::Extension;
 use super::parameter::Parameter;
 use super::space::Space;
 
@@ -29,6 +30,12 @@ impl ModelFeatures {
     #[must_use]
     pub fn has_any(self, parameters: &[Parameter]) -> bool {
         parameters.iter().any(|p| self.has(*p))
+    }
+
+    /// Returns the extensions that the model has.
+    #[must_use]
+    pub fn extensions(self) -> Vec<Extension> {
+        Extension::ALL.into_iter().filter(|extension| self.has_any(extension.parameters())).collect()
     }
 
     /// Returns whether the model is the linear motor.
