@@ -16,7 +16,7 @@ use support::{median, ratio, seconds};
 
 const PERIOD_S: f64 = 1e-3;
 
-/// How the samples of a recording lie in time.
+/// The sampling times of a recording.
 #[derive(Clone, Copy)]
 enum Clock {
     Regular,

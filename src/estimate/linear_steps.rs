@@ -70,7 +70,7 @@ pub(super) struct SplitTables<'a> {
     pub split: &'a SplitSteps,
     pub coarse: Vec<Step>,
     pub fine: Vec<Step>,
-    /// Whether the voltage is a line over each step.
+    /// True where the voltage is a line over each step.
     pub is_line: bool,
 }
 

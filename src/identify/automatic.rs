@@ -1,4 +1,4 @@
-//! What `auto` decides beside the extensions: which samples count, and what the voltage does between samples.
+//! The choices of `auto` beside the extensions: which samples count, and the course of the voltage between samples.
 
 use super::bic::{Fit, gain};
 use super::checks;
@@ -42,16 +42,16 @@ pub(super) fn choose<'a>(
     spec: &'a IdentifySpec,
 ) -> Result<Chosen<'a>> {
     if let Some(masked) = masked {
-        let chosen = between_samples(on(masked, Cow::Borrowed(spec))?, spec)?;
+        let chosen = between_samples(on(masked, spec)?, spec)?;
         if !explains_all(&chosen, records) {
             return Ok(chosen);
         }
     }
-    between_samples(on(records, Cow::Borrowed(spec))?, spec)
+    between_samples(on(records, spec)?, spec)
 }
 
-fn on<'a>(records: &'a [Record], spec: Cow<'a, IdentifySpec>) -> Result<Chosen<'a>> {
-    let prepared = Prepared::new(records, spec)?;
+fn on<'a>(records: &'a [Record], spec: &'a IdentifySpec) -> Result<Chosen<'a>> {
+    let prepared = Prepared::new(records, Cow::Borrowed(spec))?;
     checks::before(records, &prepared.spec, &prepared.searched(asked_space(records, &prepared.spec)?))?;
     let start = start(&prepared)?;
     let selection = select(&prepared, &start)?;

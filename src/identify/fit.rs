@@ -19,7 +19,7 @@ use super::spec::IdentifySpec;
 use super::start::{around, asked_space, start, steiglitz_mcbride};
 use super::trust::{is_noise, trust};
 use super::unidentified::fix_unidentified;
-use super::verify::{Status, Verification, verify};
+use super::verify::{Verification, verify};
 use super::warnings;
 use crate::Result;
 use crate::analysis::{FitMetrics, fit_percent};
@@ -51,7 +51,7 @@ pub fn fit_on(
     let fit = from_search(&prepared, &problem, found, Vec::new())?;
     // A fit whose residuals are noise is not improved by another optimum: the box need not be searched.
     let verified = |fit: &Fit, is_noise: bool| match is_noise {
-        true => Verification { status: Status::Agrees, ..Verification::none() },
+        true => Verification::none(),
         false => verify(&prepared, fit, Some(&estimate)).verification,
     };
     finished(&prepared, fit, &verified, (Vec::new(), diagnosis))

@@ -99,7 +99,7 @@ fn estimated(
     Ok((result, prepared.normalized, evidence))
 }
 
-/// What the refinement of a finished fit shows beside its parameters.
+/// The findings about a finished fit beside its parameters.
 pub(super) struct Conclusion {
     pub warnings: Vec<Warning>,
     pub unidentified: Vec<(Parameter, Scope)>,

@@ -70,7 +70,7 @@ pub struct Identification {
     pub trust: Trust,
     /// What drives the motor in the recordings.
     pub input: Input,
-    /// How the motor was simulated: the spec's model or, where `auto` chose, another course of the voltage between samples.
+    /// The method of the simulation: the spec's or, where `auto` chose, with another course of the voltage between samples.
     pub model: Model,
     /// Samples that `auto` left out.
     pub left_out: Vec<LeftOut>,

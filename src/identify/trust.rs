@@ -46,9 +46,7 @@ pub(super) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identificat
     fits(records, found, &evidence.missed).into_iter().for_each(|(level, code, message)| add(level, code, message));
     let coloured = residuals(&found.residual_tests);
     let is_noise = is_noise(&found.residual_tests, &evidence.missed);
-    if let Some((level, code, message)) =
-        search(found).filter(|(_, code, _)| !is_noise || *code != "search_inconclusive")
-    {
+    if let Some((level, code, message)) = search(found).filter(|(level, ..)| !is_noise || *level == Poor) {
         add(level, code, message.into());
     }
     if found.uncertainty.is_none() {
@@ -83,7 +81,7 @@ fn is_modelled(found: &Identification, code: &str) -> bool {
     code == "averaged_sensor" && found.extensions().contains(&Extension::SensorAverage)
 }
 
-/// What speaks against a result beside its warnings.
+/// The evidence against a result beside its warnings.
 pub(super) struct Evidence {
     /// Recordings and channels that the model misses by far.
     pub missed: Vec<Missed>,

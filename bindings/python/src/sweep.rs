@@ -150,8 +150,8 @@ impl Sweep {
     }
 
     /// Puts the results of all shards in order, in results.jsonl, and sums them up as `motorfit sweep merge --json` does,
-    /// with the path of the file as "results" and the results by level of trust as "trust". Runs may be missing. `limits` are those that parameters of a motor must
-    /// keep, in SI units.
+    /// with the path of the file as "results" and the results by level of trust as "trust". Runs may be missing. `limits`
+    /// are those that parameters of a motor must keep, in SI units.
     #[pyo3(signature = (*, limits=None))]
     fn merge<'py>(&self, py: Python<'py>, limits: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
         let limits = limits_of(limits, py)?;

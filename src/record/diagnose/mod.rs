@@ -143,3 +143,8 @@ pub(super) fn findings(record: &Record) -> Vec<Finding> {
     findings.sort_by_key(|finding| finding.severity == Severity::Mention);
     findings
 }
+
+/// Returns the stretches in which the voltage changes faster than it is sampled.
+pub(super) fn undersampled_stretches(record: &Record) -> Vec<Range<usize>> {
+    undersampled::stretches(&View::new(record))
+}

@@ -56,7 +56,7 @@ fn throughout(view: &View<'_>) -> Option<Finding> {
 
 /// Returns the stretches in which the voltage changes fast, none where they leave too little: from the first window that is
 /// fast to a long pause or the end, because sines above the sampling rate look slow again.
-fn stretches(view: &View<'_>) -> Vec<Range<usize>> {
+pub(super) fn stretches(view: &View<'_>) -> Vec<Range<usize>> {
     let values = view.input.values;
     let mut found: Vec<Range<usize>> = Vec::new();
     if values.len() < 4 * WINDOW || view.restless == 0.0 {

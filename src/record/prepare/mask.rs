@@ -1,6 +1,6 @@
 //! What does not count: stretches of time, and what the recording itself shows to be wrong.
 
-use crate::record::diagnose::findings;
+use crate::record::diagnose::{findings, undersampled_stretches};
 use crate::record::{Excluded, Record};
 use crate::setting::text;
 use crate::text::excerpt;
@@ -10,7 +10,7 @@ use std::ops::Range;
 /// What does not count in a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mask {
-    /// What diagnoses find: saturated current does not count, nor stretches in which the voltage changes faster than it is
+    /// Everything that diagnoses find: saturated current does not count, nor stretches in which the voltage changes faster than it is
     /// sampled; an input that is reset at the end is cut off, and where the drive is disabled the recording is cut.
     Auto,
     /// The channels (current, speed) from one time to another \[s\].
@@ -125,9 +125,8 @@ impl Record {
     /// Returns a copy in which stretches whose voltage changes faster than it is sampled do not count; `None` where there are
     /// none.
     pub(crate) fn without_undersampled(&self) -> Option<Self> {
-        let undersampled = findings(self).into_iter().filter(|finding| finding.code == "undersampled_input");
         let is_masked = |place: &Excluded| self.excluded.iter().any(|e| e.start <= place.start && place.end <= e.end);
-        let places = undersampled.flat_map(|finding| finding.places).map(whole);
+        let places = undersampled_stretches(self).into_iter().map(whole);
         let more: Vec<Excluded> = places.filter(|place| !is_masked(place)).collect();
         let excluded = self.excluded.iter().chain(&more).copied().collect();
         (!more.is_empty()).then(|| Self { excluded, ..self.clone() })

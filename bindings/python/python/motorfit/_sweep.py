@@ -36,7 +36,8 @@ def sweep(
 
     Gives what ``motorfit sweep merge --json`` prints, with the path of results.jsonl as "results"; "missing" and
     "failed" count runs that are not finished and runs without a result, "trust" the results by their level of trust ("good",
-    "check", "poor") with the codes of the reasons; each line of results.jsonl has its own. The bytes of results.jsonl are the command line's.
+    "check", "poor") with the codes of the reasons; each line of results.jsonl has its own. The bytes of results.jsonl are
+    the command line's.
     """
     Sweep._check_limits(limits)
     plan = Sweep.plan(study, folder_of(study, out))
