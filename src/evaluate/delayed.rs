@@ -4,7 +4,7 @@ use super::problem::Problem;
 use super::signals::Signals;
 use super::step::{Pair, Step, loaded};
 use crate::motor::{
-    Aligned, CHUNK, Commanded, DelayTaps, DelayedVoltage, DriveNonlinearity, Extended, Parameter, SimulationSettings,
+    Acting, Aligned, CHUNK, Commanded, DelayTaps, DelayedVoltage, DriveNonlinearity, Extended, Parameter, SimulationSettings,
     multiply_add, sample_times, tap_times,
 };
 
@@ -65,15 +65,24 @@ impl<'a, const L: usize> DelayedInputs<'a, L> {
             Clock::Uneven(lanes) => {
                 let mut voltages = Aligned([[[0.0; L]; 2]; CHUNK]);
                 let voltages = &mut voltages.0;
+                let mut changes = Aligned([[[0.0; L]; 2]; CHUNK]);
+                let changes = &mut changes.0;
                 for (lane, (delayed, cursor)) in lanes.iter_mut().enumerate() {
                     for n in start..end {
-                        let [first, last] = settings.ends(delayed.line(n, cursor));
-                        voltages[n - start][0][lane] = first;
-                        voltages[n - start][1][lane] = last;
+                        let Acting { ends, added } = delayed.acting(n, cursor);
+                        for axis in 0..2 {
+                            voltages[n - start][axis][lane] = ends[axis];
+                            changes[n - start][axis][lane] = added.unwrap_or_default()[axis];
+                        }
                     }
                 }
-                for (n, (gain, voltages)) in (start..).zip(gains.iter_mut().zip(voltages)) {
+                for (n, (gain, (voltages, changes))) in (start..).zip(gains.iter_mut().zip(voltages.iter().zip(changes))) {
                     *gain = steps[usize::from(signals.step_of(n))].gain::<FMA>(voltages, &torques.at(n));
+                    for axis in 0..2 {
+                        for lane in 0..L {
+                            gain[axis][lane] += changes[axis][lane];
+                        }
+                    }
                 }
             }
         }

@@ -7,7 +7,7 @@ use super::signals::{Initial, Signals};
 use crate::Result;
 use crate::criterion::Criterion;
 use crate::motor::{
-    Discretization, Extended, ExtendedWalk, Input, Method, ModelFeatures, Parameters, SimulationSettings, Space, walk,
+    Discretization, Extended, ExtendedWalk, Input, Method, ModelFeatures, Parameter, Parameters, SimulationSettings, Space, walk,
 };
 use crate::record::{Quantity, Record, is_driven_by_current};
 use crate::setting::text;
@@ -143,27 +143,34 @@ impl Problem {
         self.features
     }
 
+    /// Returns whether a motor may move before its input: driven by an offset or a load, or by a voltage that is recorded late.
+    fn moves_early(&self) -> bool {
+        let free = self.space.free().iter().map(|axis| (axis.parameter, axis.min));
+        let mut lowest = free.chain(self.space.fixed().iter().map(|(parameter, _, value)| (*parameter, *value)));
+        self.features.is_biased() || lowest.any(|(parameter, value)| parameter == Parameter::DeadTime && value < 0.0)
+    }
+
     /// The first sample of a recording that has to be simulated: those before find the motor at rest, unless something
     /// acts on it without an input.
     #[must_use]
     pub fn first_active(&self, signals: &Signals) -> usize {
-        if self.features.is_biased() { 0 } else { signals.first_active }
+        if self.moves_early() { 0 } else { signals.first_active }
     }
 
     /// Returns the runs of constant inputs from there on.
     #[cfg(feature = "gpu")]
     pub(crate) fn runs<'a>(&self, signals: &'a Signals) -> &'a [Run] {
-        if self.features.is_biased() { &signals.runs } else { signals.active_runs() }
+        if self.moves_early() { &signals.runs } else { signals.active_runs() }
     }
 
     /// Returns the segments from there on.
     pub(super) fn segments<'a>(&self, signals: &'a Signals) -> &'a [Segment] {
-        if self.features.is_biased() { &signals.segments } else { signals.active_segments() }
+        if self.moves_early() { &signals.segments } else { signals.active_segments() }
     }
 
     /// Returns the weighted sums of errors before that sample.
     pub(crate) fn idle_sums(&self, signals: &Signals) -> [f64; 2] {
-        if self.features.is_biased() { [0.0; 2] } else { signals.idle_sums }
+        if self.moves_early() { [0.0; 2] } else { signals.idle_sums }
     }
 
     /// Samples that have to be simulated for each candidate, over all recordings: its candidate-steps.

@@ -26,7 +26,7 @@ pub(super) struct Step<const L: usize> {
 impl<const L: usize> Step<L> {
     #[inline(always)]
     pub(super) fn new(motors: &Extended<[f64; L]>, h: f64, features: ModelFeatures, method: Method) -> Self {
-        let maps = step_maps(&motors.motor, h, features.method(method));
+        let maps = step_maps(&motors.motor, h, method);
         let [offset, load] = [Parameter::Offset, Parameter::Load].map(|of| motors.get(of));
         let mut bias = [[0.0; L]; 2];
         for (axis, bias) in bias.iter_mut().enumerate() {

@@ -52,11 +52,11 @@ fn bounds(parameter: Parameter, records: &[Record], &[r, _, k, b, j]: &[f64; 5])
             (min * stall_torque, max * stall_torque)
         }
         UsualBounds::OfInput(min, max) => (min * input(), max * input()),
-        UsualBounds::Late(periods, constants) => {
+        UsualBounds::Late(early, periods, constants) => {
             let (period_s, duration_s) = (largest(&Record::period_s), largest(&Record::duration_s));
             let time_constant_s = if by_current { j / b } else { r * j / (k * k + r * b) };
             let longest = (periods * period_s).max(constants * time_constant_s);
-            (0.0, longest.min(0.25 * duration_s).max(period_s))
+            (early * period_s, longest.min(0.25 * duration_s).max(period_s))
         }
         UsualBounds::Samples => {
             let shortest = records.iter().map(Record::len).min().unwrap_or(1);

@@ -1,14 +1,14 @@
-//! Dead time and start latency: a delayed voltage over each step, as the straight line with the same mean and the same
-//! first moment, on any clock.
+//! Dead time and start latency: a delayed voltage over each step, on any clock.
 //!
-//! With a dead time that is no whole number of samples the voltage changes within a step. The line keeps the change's
-//! size and its instant; against the exact solution a step then misses `Δv (h/τ)² / 200` of what it moves at most, τ the
-//! fastest time constant.
+//! With a dead time that is no whole number of samples the voltage changes within a step. The step then is that of the
+//! voltage at its beginning, and each later change adds what it does until the end of the step (`remainder.rs`): exact for
+//! zero-order and first-order hold. A negative dead time is that of a voltage that is recorded late.
 
 use super::drive::DriveNonlinearity;
 use super::dual::Number;
 use super::extended::Extended;
 use super::parameter::Parameter;
+use super::remainder::Remainder;
 use super::settings::SimulationSettings;
 use super::simulate::Drive;
 use std::sync::Arc;
@@ -30,6 +30,15 @@ pub(crate) struct DelayedVoltage<'a, T> {
     /// no start latency.
     latency: Option<T>,
     first_movement: usize,
+    remainder: Remainder<T>,
+}
+
+/// The voltage over a step.
+pub(crate) struct Acting<T> {
+    /// At the beginning and, as its first piece goes on, at the end of the step.
+    pub ends: [T; 2],
+    /// The change of both states by the pieces that begin within the step.
+    pub added: Option<[T; 2]>,
 }
 
 /// The times of the samples of a recording from the first on.
@@ -60,6 +69,7 @@ impl<'a, T: Number> DelayedVoltage<'a, T> {
             dead_time: motor.get(Parameter::DeadTime),
             latency: features.has(Parameter::Latency).then(|| motor.get(Parameter::Latency)),
             first_movement: history.first_movement,
+            remainder: Remainder::new(motor, method),
         }
     }
 
@@ -105,40 +115,34 @@ impl<'a, T: Number> DelayedVoltage<'a, T> {
         None
     }
 
-    /// Returns start and end of the line for step `n`; `cursor` as in [`Self::advance`].
+    /// Returns the voltage of step `n`; `cursor` as in [`Self::advance`].
     #[inline(always)]
-    pub(crate) fn line(&self, n: usize, cursor: &mut usize) -> [T; 2] {
+    pub(crate) fn acting(&mut self, n: usize, cursor: &mut usize) -> Acting<T> {
         self.advance(n, cursor);
         match self.constant(n, *cursor) {
-            Some(voltage) => [self.nonlinearity.output(voltage); 2],
-            None => self.line_from(n, *cursor),
+            Some(voltage) => Acting { ends: [self.nonlinearity.output(voltage); 2], added: None },
+            None => self.acting_from(n, *cursor),
         }
     }
 
-    /// Returns start and end of the line for step `n`, in which the piece `cursor` acts first.
-    pub(crate) fn line_from(&self, n: usize, cursor: usize) -> [T; 2] {
+    /// Returns the voltage of step `n`, in which the piece `cursor` acts first.
+    pub(crate) fn acting_from(&mut self, n: usize, cursor: usize) -> Acting<T> {
         let (from, h) = (self.time[n], self.drive.step(n));
-        let zero = T::constant(0.0);
-        let (mut sum, mut moment) = (zero, zero);
-        let (mut begin, mut piece) = (zero, cursor);
-        loop {
-            let end = self.begins((self.dead_time, self.latency), piece, from);
-            let end = end.filter(|end| end.value() < h * (1.0 - ROUNDING));
-            let [start, rate] = self.acts(piece, from);
-            if end.is_none() && piece == cursor {
-                return [start, start + rate * h];
-            }
-            let stop = end.unwrap_or_else(|| T::constant(h));
-            let (one, two) = (stop - begin, stop * stop - begin * begin);
-            let three = stop * stop * stop - begin * begin * begin;
-            sum = sum + start * one + rate * two * 0.5;
-            moment = moment + start * two * 0.5 + rate * three * (1.0 / 3.0);
-            let Some(end) = end else { break };
-            (begin, piece) = (end, piece + 1);
+        let mut added = None;
+        let mut piece = cursor;
+        let [start, rate] = self.acts(piece, from);
+        let mut before = [start, rate];
+        while let Some(begin) = self.begins((self.dead_time, self.latency), piece, from)
+            && begin.value() < h * (1.0 - ROUNDING)
+        {
+            piece += 1;
+            let after = self.acts(piece, from);
+            let [jump, bend] = [0, 1].map(|n| after[n] - before[n]);
+            let more = self.remainder.change([jump + bend * begin, bend], T::constant(h) - begin);
+            added = Some(added.map_or(more, |sum: [T; 2]| [sum[0] + more[0], sum[1] + more[1]]));
+            before = after;
         }
-        let mean = sum * (1.0 / h);
-        let half = (moment - sum * (0.5 * h)) * (6.0 / (h * h));
-        [mean - half, mean + half]
+        Acting { ends: [start, start + rate * h], added }
     }
 
     /// Returns the voltage commanded at both ends of a piece, counted as in [`Self::advance`].

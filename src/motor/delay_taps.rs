@@ -1,26 +1,28 @@
 //! A delayed voltage on an even clock: three taps and a shift, as the kernel and the shaders take it.
 //!
-//! The taps are the weights of three samples in the line of [`DelayedVoltage`], which holds on any clock; they are a third
-//! of its work. Steps that no taps give (where the start latency ends, and where lines begin) are computed by it beforehand.
+//! The taps are what a volt of each of three samples does in a step of [`DelayedVoltage`], which serves any clock; they are a
+//! third of its work. Steps that no taps give (where the start latency ends, and where lines begin) are computed by it beforehand.
 //! Twin: `shaders/delay.wgsl`.
 
-use super::delay::{DelayedVoltage, sample_times};
-use super::discretize::step_maps;
+use super::delay::{Acting, DelayedVoltage, sample_times};
 use super::drive::DriveNonlinearity;
 use super::extended::Extended;
 use super::parameter::Parameter;
+use super::remainder::Remainder;
 use super::settings::{InputHistory, SimulationSettings};
 use super::simulate::Drive;
 use std::sync::Arc;
 
 /// The number of no step.
 const NEVER: usize = usize::MAX;
+/// Samples of a delay that is longer than any recording.
+const LONGER: isize = 1_000_000_000;
 
 /// How a delayed voltage enters the steps of one motor.
 #[derive(Clone, Copy)]
 pub(crate) struct DelayTaps {
-    /// Whole samples of the dead time: step n takes the samples from n − `whole` − 1 on.
-    pub whole: usize,
+    /// Whole samples of the dead time, rounded down: step n takes the samples from n − `whole` − 1 on.
+    pub whole: isize,
     /// The change of both states for one volt of each of the three samples.
     pub gains: [[f64; 3]; 2],
     /// The step in which the first movement begins after the start latency; `None` without one.
@@ -40,34 +42,33 @@ impl DelayTaps {
     /// `time` holds those of [`tap_times`].
     pub(crate) fn new(motor: &Extended, drive: Drive<'_>, settings: SimulationSettings, time: Arc<[f64]>) -> Self {
         let (h, lines) = (drive.step_s[0], settings.method.uses_next_input());
-        let maps = step_maps(&motor.motor.map(|p| [p]), h, settings.features.method(settings.method));
-        let gain = |voltages: [f64; 2]| {
-            let [first, last] = settings.ends(voltages);
-            [0, 1].map(|axis| maps.taps[0][axis][0] * first + maps.taps[1][axis][0] * last)
-        };
+        let responses = Remainder::new(motor, settings.method);
+        let whole_step = responses.over(h);
         let steps = motor.get(Parameter::DeadTime) / h;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a recording is far shorter")]
-        let whole = steps.floor().clamp(0.0, 1e9) as usize;
-        let taps = weights(steps - steps.floor(), lines).map(gain);
+        let whole = whole_steps(steps).unwrap_or(LONGER);
+        let rest = 1.0 - (steps - steps.floor());
+        let gains = [0, 1].map(|axis| taps([whole_step, responses.over(rest * h)].map(|of| of.map(|r| r[axis])), rest, h));
         let movement = settings.features.has(Parameter::Latency).then(|| {
             let steps = (motor.get(Parameter::DeadTime) + motor.get(Parameter::Latency)) / h;
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked")]
-            let at = if (0.0..1e9).contains(&steps) { settings.history.first_movement + steps as usize } else { NEVER };
-            at
+            whole_steps(steps).map_or(NEVER, |steps| settings.history.first_movement.saturating_add_signed(steps))
         });
-        let mut delay = Self { whole, gains: [0, 1].map(|axis| taps.map(|tap| tap[axis])), movement, special: NONE };
-        let voltage = DelayedVoltage::new(motor, drive, settings, time);
+        let mut voltage = DelayedVoltage::new(motor, drive, settings, time);
+        let mut delay = Self { whole, gains, movement, special: NONE };
         for (entry, back) in [2, 1].into_iter().enumerate() {
             if let Some(at) = movement.and_then(|at| at.checked_sub(back)).filter(|at| *at < drive.voltage.len()) {
                 delay.special[entry] = (at, delay.before_movement(at, &voltage, settings.history));
             }
         }
-        let begin = if lines { [whole.checked_sub(1), Some(whole)] } else { [None; 2] };
+        let begin = if lines { [whole - 1, whole].map(|at| usize::try_from(at).ok()) } else { [None; 2] };
         // The piece that acts there is known but for one or two; from the first piece on it would be found too.
         let piece = settings.history.first_movement.saturating_sub(2);
         for (entry, (at, mut piece)) in (2..).zip([(movement, piece), (begin[0], 0), (begin[1], 0)]) {
             if let Some(at) = at.filter(|at| *at < drive.voltage.len()) {
-                delay.special[entry] = (at, gain(voltage.line(at, &mut piece)));
+                let Acting { ends: [start, end], added } = voltage.acting(at, &mut piece);
+                let [held, ramp] = whole_step;
+                let added = added.unwrap_or_default();
+                let change = [0, 1].map(|axis| start * held[axis] + (end - start) / h * ramp[axis] + added[axis]);
+                delay.special[entry] = (at, change);
             }
         }
         delay
@@ -114,33 +115,34 @@ pub(crate) struct Commanded<'a> {
 impl Commanded<'_> {
     /// Writes those from sample `from` − `back` on.
     #[inline(always)]
-    fn copy(self, from: usize, back: usize, to: &mut [f64]) {
+    fn copy(self, from: usize, back: isize, to: &mut [f64]) {
         let Self { voltage, history } = self;
-        let early = back.saturating_sub(from).min(to.len());
+        let at = |n: usize| n.cast_signed().saturating_sub(back);
+        let early = usize::try_from(-at(from)).unwrap_or(0).min(to.len());
         let (before, rest) = to.split_at_mut(early);
         before.fill(history.voltage);
-        let known = voltage.get((from + early).saturating_sub(back)..).unwrap_or_default();
+        let known = usize::try_from(at(from + early)).ok().and_then(|n| voltage.get(n..)).unwrap_or_default();
         let (within, after) = rest.split_at_mut(known.len().min(rest.len()));
         within.copy_from_slice(&known[..within.len()]);
         after.fill(voltage.last().copied().unwrap_or(history.voltage));
     }
 }
 
-/// Returns the weights of three samples for the start and the end of a step's line, `part` of a step late. They are those
-/// of [`DelayedVoltage::line`] for constant pieces, or for lines between samples.
-fn weights(part: f64, lines: bool) -> [[f64; 2]; 3] {
-    let rest = 1.0 - part;
-    // Means and first moments (in steps) of what each sample adds.
-    let (mean, moment) = if lines {
-        // Corners at the start, at the sample and at the end of the step.
-        let mean = [part / 2.0, 0.5, rest / 2.0];
-        let middle = part * part / 3.0 + part * rest / 2.0 + rest * rest / 6.0;
-        let moment = [part * part / 6.0, middle, part * rest / 2.0 + rest * rest / 3.0];
-        let share = |of: [f64; 3]| [part * of[0], rest * of[0] + of[1] + part * of[2], rest * of[2]];
-        (share(mean), share(moment))
-    } else {
-        ([part, rest, 0.0], [part * part / 2.0, (1.0 - part * part) / 2.0, 0.0])
-    };
-    let half = |n: usize| 6.0 * (moment[n] - 0.5 * mean[n]);
-    [0, 1, 2].map(|n| [mean[n] - half(n), mean[n] + half(n)])
+/// Returns the gains of three samples in one state, from its responses `[held, ramp]` over a step and over what is `rest` of it
+/// when the next sample arrives. They are those of [`DelayedVoltage::acting`] for pieces that are constant, or lines.
+fn taps([[held, ramp], [held_rest, ramp_rest]]: [[f64; 2]; 2], rest: f64, h: f64) -> [f64; 3] {
+    // A held voltage has no ramp.
+    if ramp == 0.0 {
+        return [held - held_rest, held_rest, 0.0];
+    }
+    // The line from the first sample to the second has come to the part `rest` of its way when the step begins.
+    let [bend, bend_rest] = [ramp / h, ramp_rest / h];
+    [(1.0 - rest) * held - bend + bend_rest, rest * held + bend - 2.0 * bend_rest, bend_rest]
+}
+
+/// Returns the whole steps of a delay, rounded down; `None` where it is longer than any recording.
+fn whole_steps(steps: f64) -> Option<isize> {
+    #[expect(clippy::cast_possible_truncation, reason = "checked")]
+    let whole = (steps.abs() < 1e9).then_some(steps.floor() as isize);
+    whole
 }

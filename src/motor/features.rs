@@ -1,6 +1,5 @@
 //! The extensions that a model has, as a set of flags.
 
-use super::discretize::{Discretization, Method};
 use super::extended::Extended;
 use super::extension::Extension;
 use super::parameter::Parameter;
@@ -60,14 +59,6 @@ impl ModelFeatures {
     #[must_use]
     pub fn is_averaged(self) -> bool {
         self.has_any(&[Parameter::CurrentAverage, Parameter::SpeedAverage])
-    }
-
-    /// Returns the one-step method of the step maps: a delayed voltage is a line over a step, which the zero-order hold
-    /// cannot take.
-    #[must_use]
-    pub fn method(self, method: Method) -> Method {
-        let lines = self.is_delayed() && method.discretization == Discretization::Zoh;
-        if lines { Method { discretization: Discretization::Foh, ..method } } else { method }
     }
 }
 

@@ -19,6 +19,7 @@ mod friction;
 mod linear;
 mod matrix;
 mod parameter;
+mod remainder;
 mod response;
 mod sensor;
 mod settings;
@@ -27,7 +28,7 @@ mod space;
 mod walk;
 
 pub(crate) use composed::SplitSteps;
-pub(crate) use delay::{DelayedVoltage, sample_times};
+pub(crate) use delay::{Acting, DelayedVoltage, sample_times};
 pub(crate) use delay_taps::{Commanded, DelayTaps, tap_times};
 pub(crate) use discretize::seeded;
 pub use discretize::{Discretization, Input, Method, StepMap, StepMaps, step_maps};

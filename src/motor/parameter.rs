@@ -25,8 +25,8 @@ pub enum UsualBounds {
     OfTorque(f64, f64),
     /// Parts of the largest input.
     OfInput(f64, f64),
-    /// From zero to so many periods or so many mechanical time constants, whichever is longer.
-    Late(f64, f64),
+    /// From so many periods to so many periods or so many mechanical time constants, whichever is longer.
+    Late(f64, f64, f64),
     /// From one sample to a quarter of the recording, 300 at most.
     Samples,
 }
@@ -103,10 +103,10 @@ parameters! {
         Coulomb = (["Tc", "N*m", "Coulomb friction"], NOT_NEGATIVE, 0.0, OfTorque(0.0, 1.0));
         /// Constant load torque.
         Load = (["TL", "N*m", "load torque"], ANY, 0.0, OfTorque(-1.0, 1.0));
-        /// Dead time: all of the input acts that much later.
-        DeadTime = (["td", "s", "dead time"], NOT_NEGATIVE, 0.0, Late(100.0, 6.0));
+        /// Dead time: all of the input acts that much later than it was recorded; below zero it acts before.
+        DeadTime = (["td", "s", "dead time"], ANY, 0.0, Late(-1.0, 100.0, 6.0));
         /// Start latency: the first movement of the input alone acts that much later.
-        Latency = (["t0", "s", "start latency"], NOT_NEGATIVE, 0.0, Late(500.0, 10.0));
+        Latency = (["t0", "s", "start latency"], NOT_NEGATIVE, 0.0, Late(0.0, 500.0, 10.0));
         /// Offset of the voltage.
         Offset = (["v0", "V", "voltage offset"], ANY, 0.0, OfInput(-0.5, 0.5));
         /// Voltage drop of the brushes: against the current, which does not flow below it.

@@ -1,7 +1,6 @@
 //! The settings in which a motor with extensions is simulated.
 
 use super::discretize::Method;
-use super::dual::Number;
 use super::features::ModelFeatures;
 
 /// The input before a recording and up to its first movement.
@@ -36,12 +35,4 @@ pub struct SimulationSettings {
     pub method: Method,
     /// The input before the recording.
     pub history: InputHistory,
-}
-
-impl SimulationSettings {
-    /// Returns the voltages at both ends of a step as the method takes them: where it holds its input, their mean.
-    #[inline(always)]
-    pub(crate) fn ends<T: Number>(&self, [start, end]: [T; 2]) -> [T; 2] {
-        if self.features.method(self.method).uses_next_input() { [start, end] } else { [(start + end) * 0.5; 2] }
-    }
 }

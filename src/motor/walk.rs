@@ -8,7 +8,7 @@
 //! [`Dual`]: super::dual::Dual
 
 use super::composed::SplitSteps;
-use super::delay::{DelayedVoltage, sample_times};
+use super::delay::{Acting, DelayedVoltage, sample_times};
 use super::discretize::{StepMaps, step_maps};
 use super::dual::Number;
 use super::extended::Extended;
@@ -48,7 +48,7 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
         settings: SimulationSettings,
         (initial, split): ([T; 2], Option<&SplitSteps>),
     ) -> Self {
-        let method = settings.features.method(settings.method);
+        let method = settings.method;
         let one = motor.map(|value| [value]);
         let tables = split.map(|split| (split, split.tables(&one.motor, method)));
         let mut steps = Vec::with_capacity(drive.step_s.len());
@@ -107,11 +107,12 @@ impl<T: Number> Iterator for ExtendedWalk<'_, T> {
         }
         let torque = drive.torque.get(*n).copied().unwrap_or(0.0);
         let acting = (drive.index(*n), torque.to_bits());
-        let (ends, is_same) = inputs.ends(*n);
+        let (Acting { ends, added }, is_same) = inputs.acting(*n);
         let gain = match self.known {
             Some((same, gain)) if is_same && same == acting => gain,
             _ => self.known.insert((acting, steps[acting.0].gain(ends, T::constant(torque) + self.load))).1,
         };
+        let gain = added.map_or(gain, |more| [gain[0] + more[0], gain[1] + more[1]]);
         self.x = steps[acting.0].advance(self.x, gain);
         *n += 1;
         Some(seen)
@@ -128,9 +129,9 @@ struct Inputs<'a, T> {
 }
 
 impl<T: Number> Inputs<'_, T> {
-    /// Returns the voltage at both ends of a step, and whether it is that of the step before.
+    /// Returns the voltage of a step, and whether it is that of the step before.
     #[inline(always)]
-    fn ends(&mut self, n: usize) -> ([T; 2], bool) {
+    fn acting(&mut self, n: usize) -> (Acting<T>, bool) {
         let Self { delayed, settings, .. } = self;
         let commanded = if !settings.features.is_delayed() {
             Some([delayed.drive.voltage[n], delayed.end(n)])
@@ -140,13 +141,14 @@ impl<T: Number> Inputs<'_, T> {
         };
         let Some(commanded) = commanded else {
             self.last = None;
-            return (settings.ends(delayed.line_from(n, self.cursor)), false);
+            return (delayed.acting_from(n, self.cursor), false);
         };
         let bits = commanded.map(f64::to_bits);
-        match self.last {
+        let (ends, is_same) = match self.last {
             Some((known, given)) if known == bits => (given, true),
             _ => (self.last.insert((bits, commanded.map(|v| delayed.nonlinearity.output(v)))).1, false),
-        }
+        };
+        (Acting { ends, added: None }, is_same)
     }
 }
 
@@ -161,7 +163,7 @@ impl<T: Number> Step<T> {
     #[inline(never)]
     fn new(motor: &Extended<T>, h: f64, settings: SimulationSettings) -> Self {
         let motor = motor.map(|value| [value]);
-        let map = step_maps(&motor.motor, h, settings.features.method(settings.method));
+        let map = step_maps(&motor.motor, h, settings.method);
         Self::of(&motor, map, settings)
     }
 

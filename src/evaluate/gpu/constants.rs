@@ -4,7 +4,7 @@ use super::features::{FIELDS, SLOTS, STATES, ShaderFeatures, Slot, WINDOWS};
 use super::variant::LANES;
 use crate::evaluate::{Problem, Signals};
 use crate::motor::{DelayTaps, Extended, MovingAverage, Parameter, WINDOW_MAX};
-use crate::numeric::count;
+use crate::numeric::{count, real};
 use std::sync::Arc;
 
 /// Samples up to which f32 counts.
@@ -38,7 +38,7 @@ pub(super) fn constants(
         // Steps count from the first that is simulated; of `samples` none has the number `samples + 1`.
         let (first, samples) = (problem.first_active(signals), signals.len());
         let own = &mut constants[features.slot(Slot::Taps)];
-        own[0] = count(taps.whole.min(samples + 1));
+        own[0] = real(taps.whole.min(samples.cast_signed() + 1) as i64);
         own[1] = count(taps.movement.unwrap_or(0).min(samples + 1).saturating_sub(first));
         own[2..8].copy_from_slice(taps.gains.as_flattened());
         let own = &mut constants[features.slot(Slot::Special)];

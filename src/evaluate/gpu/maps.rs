@@ -121,8 +121,7 @@ impl Block<'_> {
     /// Puts the map of motors with extensions: D, gains, and what the reactions add to the other state.
     fn put_extended(&self, step: usize, put: &mut dyn FnMut(&[f64; LANES])) {
         let (problem, motors) = (self.group.problem, Extended::side_by_side(&self.motors()));
-        let method = problem.features().method(problem.method());
-        let maps = step_maps(&motors.motor, self.signals().step_s[step], method);
+        let maps = step_maps(&motors.motor, self.signals().step_s[step], problem.method());
         maps.d.iter().for_each(&mut *put);
         [&maps.taps[0], &maps.taps[1], &maps.torque].into_iter().flatten().for_each(&mut *put);
         Reactions::new(&motors, &maps, problem.features()).adds.iter().for_each(put);
