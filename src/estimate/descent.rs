@@ -83,7 +83,7 @@ impl<'a> Search<'a> {
             let (matrix, gradient) = self.fit.weighted(&self.normal, &self.sigma);
             let cost = self.normal.cost(&self.sigma);
             let free = self.free(&gradient);
-            let Some(step) = damped_step(&matrix, &gradient, &free, self.damping) else {
+            let Some(step) = self.trusted(&matrix, &gradient, free) else {
                 self.damping = (self.damping * growth).max(1e-12);
                 growth *= 2.0;
                 if self.damping > 1e16 {
@@ -91,7 +91,7 @@ impl<'a> Search<'a> {
                 }
                 continue;
             };
-            let next = clamp(&(&self.at + self.trusted(step)), &self.lower, &self.upper);
+            let next = clamp(&(&self.at + step), &self.lower, &self.upper);
             let step = &next - &self.at;
             let length = step.dot(&(&matrix * &step)).max(0.0).sqrt();
             let smallest = step.iter().zip(&self.at).all(|(s, x)| s.abs() <= 1e-15 * x.abs().max(1.0));
@@ -141,10 +141,22 @@ impl<'a> Search<'a> {
         (0..self.fit.unknowns).filter(|&n| !held(n)).collect()
     }
 
-    /// A step whose logarithms all stay within the trust.
-    fn trusted(&self, step: DVector<f64>) -> DVector<f64> {
-        let longest = numeric::peak(&step.as_slice()[..self.fit.problem.space().free().len()]);
-        if longest > TRUST { step * (TRUST / longest) } else { step }
+    /// Returns a step whose logarithms all stay within the trust: what would go beyond goes to its edge, and the others go as far
+    /// as they should then. Shortened as a whole, the step would hardly move where a parameter matters little.
+    fn trusted(&self, matrix: &DMatrix<f64>, gradient: &DVector<f64>, mut free: Vec<usize>) -> Option<DVector<f64>> {
+        let axes = self.fit.problem.space().free().len();
+        let mut edge = DVector::zeros(self.fit.unknowns);
+        loop {
+            let left = gradient - matrix * &edge;
+            let step = damped_step(matrix, &left, &free, self.damping)?;
+            let longest =
+                free.iter().copied().filter(|n| *n < axes).max_by(|a, b| step[*a].abs().total_cmp(&step[*b].abs()));
+            match longest.filter(|n| step[*n].abs() > TRUST) {
+                Some(n) => edge[n] = TRUST.copysign(step[n]),
+                None => return Some(edge + step),
+            }
+            free.retain(|n| edge[*n] == 0.0);
+        }
     }
 
     /// Sets first weights: balanced ones, none below those that it was begun with.

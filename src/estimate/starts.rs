@@ -148,10 +148,25 @@ pub(crate) fn carried(problem: &Arc<Problem>, (space, values): (&Space, &[f64]))
 
 /// The same, lowered along what was not there.
 pub(crate) fn warmed(problem: &Arc<Problem>, from: (&Space, &[f64])) -> Result<Vec<f64>> {
-    let has = |axis: &Axis| from.0.free().iter().any(|other| other.parameter == axis.parameter);
+    Ok(descended(&coarse(problem), carried(problem, from), &added(problem.space(), from.0), 1)?.1)
+}
+
+/// The same, lowered along what was not there and then along the delays that were: a delay that stood in for what was not there
+/// is at another optimum. `None` where there was no delay.
+pub(crate) fn retimed(problem: &Arc<Problem>, from: (&Space, &[f64])) -> Option<Result<Vec<f64>>> {
+    let mut order = added(problem.space(), from.0);
+    let is_delay = |axis: &Axis| matches!(axis.parameter, Parameter::DeadTime | Parameter::Latency);
     let axes = problem.space().free();
-    let order: Vec<usize> = (0..axes.len()).filter(|n| !has(&axes[*n])).collect();
-    Ok(descended(&coarse(problem), carried(problem, from), &order, 1)?.1)
+    let delays: Vec<usize> = (0..axes.len()).filter(|n| is_delay(&axes[*n]) && !order.contains(n)).collect();
+    order.extend(&delays);
+    let lowered = || Ok(descended(&coarse(problem), carried(problem, from), &order, 1)?.1);
+    (!delays.is_empty()).then(lowered)
+}
+
+/// Returns the places of axes whose parameters another space has not got.
+fn added(space: &Space, from: &Space) -> Vec<usize> {
+    let has = |axis: &Axis| from.free().iter().any(|other| other.parameter == axis.parameter);
+    (0..space.free().len()).filter(|n| !has(&space.free()[*n])).collect()
 }
 
 /// Parts of the largest voltage at which a drive may saturate.

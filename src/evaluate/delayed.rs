@@ -4,8 +4,8 @@ use super::problem::Problem;
 use super::signals::Signals;
 use super::step::{Pair, Step, loaded};
 use crate::motor::{
-    Acting, Aligned, CHUNK, Commanded, DelayTaps, DelayedVoltage, DriveNonlinearity, Extended, Parameter, SimulationSettings,
-    multiply_add, sample_times, tap_times,
+    Acting, Aligned, CHUNK, Commanded, DelayTaps, DelayedVoltage, DriveNonlinearity, Extended, Parameter,
+    SimulationSettings, multiply_add, sample_times, tap_times,
 };
 
 /// The delayed inputs of a block of candidates, in the order of samples.
@@ -76,7 +76,9 @@ impl<'a, const L: usize> DelayedInputs<'a, L> {
                         }
                     }
                 }
-                for (n, (gain, (voltages, changes))) in (start..).zip(gains.iter_mut().zip(voltages.iter().zip(changes))) {
+                for (n, (gain, (voltages, changes))) in
+                    (start..).zip(gains.iter_mut().zip(voltages.iter().zip(changes)))
+                {
                     *gain = steps[usize::from(signals.step_of(n))].gain::<FMA>(voltages, &torques.at(n));
                     for axis in 0..2 {
                         for lane in 0..L {

@@ -7,7 +7,8 @@ use super::signals::{Initial, Signals};
 use crate::Result;
 use crate::criterion::Criterion;
 use crate::motor::{
-    Discretization, Extended, ExtendedWalk, Input, Method, ModelFeatures, Parameter, Parameters, SimulationSettings, Space, walk,
+    Discretization, Extended, ExtendedWalk, Input, Method, ModelFeatures, Parameter, Parameters, SimulationSettings,
+    Space, walk,
 };
 use crate::record::{Quantity, Record, is_driven_by_current};
 use crate::setting::text;

@@ -7,7 +7,7 @@ use super::refine::refine_widening;
 use super::start::Start;
 use crate::analysis::fit_percent;
 use crate::channels;
-use crate::estimate::{Refined, best_start, carried, explained, global_reference, warmed};
+use crate::estimate::{Refined, best_start, carried, explained, global_reference, retimed, warmed};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Extension, Parameter, Scope, Space};
 use crate::record::Record;
@@ -105,7 +105,9 @@ impl Models<'_> {
     fn ended(&self, from: &Fit, with: &[Extension], anew: bool) -> Result<Fit> {
         let (problem, plain) = self.problems(&from.space, with)?;
         let sigma = &from.refined.weights;
-        let mut starts = vec![warmed(&problem, (&from.space, &from.refined.values))?];
+        let there = (&from.space, &from.refined.values[..]);
+        let mut starts = vec![warmed(&problem, there)?];
+        starts.extend(retimed(&problem, there).transpose()?);
         if anew && with.iter().any(|e| e.is_late() && !from.with.contains(e)) {
             starts.extend(explained(&problem, &[from.refined.parameters.to_array()])?.into_iter().take(ANEW));
         }

@@ -47,7 +47,8 @@ impl DelayTaps {
         let steps = motor.get(Parameter::DeadTime) / h;
         let whole = whole_steps(steps).unwrap_or(LONGER);
         let rest = 1.0 - (steps - steps.floor());
-        let gains = [0, 1].map(|axis| taps([whole_step, responses.over(rest * h)].map(|of| of.map(|r| r[axis])), rest, h));
+        let gains =
+            [0, 1].map(|axis| taps([whole_step, responses.over(rest * h)].map(|of| of.map(|r| r[axis])), rest, h));
         let movement = settings.features.has(Parameter::Latency).then(|| {
             let steps = (motor.get(Parameter::DeadTime) + motor.get(Parameter::Latency)) / h;
             whole_steps(steps).map_or(NEVER, |steps| settings.history.first_movement.saturating_add_signed(steps))

@@ -109,7 +109,12 @@ fn parts_of_a_step_are_those_of_a_finer_simulation() {
 fn an_irregular_clock_delays_likewise() {
     // The samples of a fine even clock that remain when most are left out, with the voltage in between that of the last one
     // kept: what a dead time, also a negative one, makes of it is the same as on the fine clock.
-    let kept: Vec<u32> = (0..200_u32).scan(0, |n, step| { *n += 3 + step * step % 7; Some(*n) }).collect();
+    let kept: Vec<u32> = (0..200_u32)
+        .scan(0, |n, step| {
+            *n += 3 + step * step % 7;
+            Some(*n)
+        })
+        .collect();
     let volts = |n: usize| 9.0 * (0.7 * n as f64).sin();
     for late in [-5, 4, 13] {
         let time_s = kept.iter().map(|n| f64::from(n - kept[0]) * 1e-3).collect();
