@@ -192,15 +192,18 @@ fn the_verification_finds_the_optimum_that_a_refinement_missed() {
         let spec = IdentifySpec { space, auto_bounds: Vec::new(), ..IdentifySpec::default() };
         let found = verify_at(&records, &spec, &stuck.values).unwrap();
         assert_eq!(found.status, Status::SearchStuck, "{seed}");
-        assert_eq!(found.reference, Some(ReferenceKind::VariableProjection), "{seed}");
-        Some(distance(&found.levenberg_marquardt.unwrap(), &best))
+        let by_projection = found.reference == Some(ReferenceKind::VariableProjection);
+        Some((by_projection, distance(&found.levenberg_marquardt.unwrap(), &best)))
     };
-    let all: Vec<f64> = (0..60).into_par_iter().filter_map(one).collect();
-    let worst = all.iter().copied().fold(0.0, f64::max);
+    let all: Vec<(bool, f64)> = (0..60).into_par_iter().filter_map(one).collect();
+    let worst = all.iter().map(|(_, off)| *off).fold(0.0, f64::max);
+    let by_projection = all.iter().filter(|(by_projection, _)| *by_projection).count();
     eprintln!("{} of 60 have another optimum; the right one is found within {worst:.1e} standard errors", all.len());
     // The verification makes the weights of what is left anew, in rounds, and ends with slightly other ones; another optimum is
     // many standard errors away.
     assert!(all.len() >= 20 && worst < 0.1, "{} {worst}", all.len());
+    // The projection serves all but the few whose weights are far off.
+    assert!(20 * by_projection >= 19 * all.len(), "{by_projection} of {}", all.len());
 }
 
 /// Short recordings of one motor, each with a clock and a voltage of its own.

@@ -59,7 +59,8 @@ fn on<'a>(records: &'a [Record], spec: &'a IdentifySpec) -> Result<Chosen<'a>> {
 }
 
 /// Selects the model anew with the other course of the voltage between samples, where that may fit better, and returns the
-/// better one. The spec is that which was asked for: the one of a normalized model holds parameters that nobody held.
+/// better one. Of models that are alike the one with a dead time of its own remains: a line between samples is a delay of half a
+/// period, taken for certain. The spec is that which was asked for: the one of a normalized model holds parameters that nobody held.
 fn between_samples<'a>(first: Chosen<'a>, spec: &IdentifySpec) -> Result<Chosen<'a>> {
     let Some(best) = &first.selection.best else { return Ok(first) };
     let is_open = spec.auto_discretization && !is_driven_by_current(first.prepared.records);
@@ -82,15 +83,16 @@ fn between_samples<'a>(first: Chosen<'a>, spec: &IdentifySpec) -> Result<Chosen<
     Ok(if is_better { Chosen { prepared, start, selection } } else { first })
 }
 
-/// Returns whether a model fits better on other terms, also with a dead time: between a voltage that is held and one that is a
-/// line lies half a period.
+/// Returns whether a model fits better on other terms, also with or without a dead time: between a voltage that is held and one
+/// that is a line lies half a period.
 fn may_be_better(there: &Models<'_>, best: &Fit) -> bool {
-    let delayed = best.with.iter().copied().chain([Extension::DeadTime]).collect();
-    let models = match best.with.contains(&Extension::DeadTime) {
-        true => vec![best.with.clone()],
-        false => vec![best.with.clone(), delayed],
-    };
-    models.iter().any(|with| there.near(best, with).is_ok_and(|fit| gain(best, &fit) < -TOLD_APART))
+    let mut toggled = best.with.clone();
+    match toggled.iter().position(|e| *e == Extension::DeadTime) {
+        Some(place) => drop(toggled.remove(place)),
+        None => toggled.push(Extension::DeadTime),
+    }
+    let is_better = |with: &Vec<Extension>| there.near(best, with).is_ok_and(|fit| gain(best, &fit) < -TOLD_APART);
+    [best.with.clone(), toggled].iter().any(is_better)
 }
 
 /// Residuals of stretches up to this many times as large as those of other samples are explained.
