@@ -270,7 +270,11 @@ fn the_outputs_tell_whether_a_voltage_is_held() {
             assert_eq!(said(foh, foh, seed), None);
         }
     }
-    assert_eq!(detect_intersample(&m2_record(), Some(&truth), zoh).unwrap(), None, "one step is the same either way");
+    assert_eq!(
+        detect_intersample(&m2_record(), Some(&truth), zoh).unwrap(),
+        None,
+        "one step is too little to tell a line by"
+    );
     let folder = Folder::new();
     let path = folder.file("sampled.csv", write_csv(&following(foh, 1, false)));
     let document = json(&["identify", &path, "--json"]);

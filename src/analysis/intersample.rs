@@ -27,14 +27,15 @@ pub struct Intersample {
     pub sigma_ratio: f64,
 }
 
-/// A voltage that changes at fewer samples than this part of them is the same either way.
+/// Where the voltage changes at fewer samples than this part of them, a line between samples is a delay by half a period, which
+/// a dead time stands for as well.
 const LIVELY: f64 = 0.3;
 /// What must be gained before it is said: a factor of e⁵ in likelihood, of residuals that count as far as they are not
 /// correlated from sample to sample.
 const LOG_LIKELIHOOD: f64 = 5.0;
 
-/// Whether the voltage changes at so many samples that it matters what it does between them.
-fn is_lively(record: &Record) -> bool {
+/// Returns whether the voltage changes at so many samples that its course between them can be seen.
+pub(crate) fn is_lively(record: &Record) -> bool {
     let voltage = record.input();
     let changes = voltage.windows(2).filter(|v| v[0].to_bits() != v[1].to_bits()).count();
     let part = numeric::count(changes) / numeric::count(voltage.len());

@@ -25,7 +25,7 @@ pub(crate) use homogeneity::homogeneity;
 pub(crate) use input_noise::input_noise;
 pub use intersample::{Intersample, detect_intersample, suspicions};
 pub(crate) use intersample::{
-    coarse_rate, guess_by_speed, intersample_of_current, intersample_of_voltage, lag_by_speed,
+    coarse_rate, guess_by_speed, intersample_of_current, intersample_of_voltage, is_lively, lag_by_speed,
 };
 pub use noise_floor::{NoiseFloor, noise_floor};
 pub(crate) use recording::unused_columns;

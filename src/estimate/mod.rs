@@ -40,7 +40,7 @@ pub use rough::refine_roughly;
 pub use sandwich::widened;
 pub(crate) use score::{Score, scores};
 pub use starts::signal_deviations;
-pub(crate) use starts::{best_start, carried, explained, lagged, led, retimed, warmed};
+pub(crate) use starts::{best_start, carried, descended, explained, lagged, led, retimed, warmed};
 pub use steiglitz_mcbride::{Estimate, steiglitz_mcbride, steiglitz_mcbride_on};
 pub(crate) use uncertainty::INDEPENDENT_MIN;
 pub use uncertainty::{Uncertainty, Whiteness, describe};

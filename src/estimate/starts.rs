@@ -45,7 +45,7 @@ fn neutral(axis: &Axis) -> f64 {
 
 /// Lowers the cost of a start along one axis after the other, all points of an axis at once, in some rounds over them;
 /// returns the cost and the start.
-pub(super) fn descended(
+pub(crate) fn descended(
     problem: &Arc<Problem>,
     mut start: Vec<f64>,
     order: &[usize],

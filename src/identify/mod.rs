@@ -15,6 +15,7 @@ mod fit;
 mod hull;
 mod identifiability;
 mod lacking;
+mod late_voltage;
 mod method;
 mod missing_channel;
 mod model_selection;

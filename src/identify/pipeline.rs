@@ -3,6 +3,7 @@
 use super::automatic::{Chosen, choose, without_undersampled};
 use super::checks;
 use super::lacking::{Lacking, lacking};
+use super::late_voltage::late_voltage;
 use super::method::Method;
 use super::model_selection::Selection;
 use super::normalized::NormalizedModel;
@@ -123,8 +124,11 @@ pub(super) fn conclude(prepared: &Prepared<'_>, fit: &mut Fit, dropped: &Unident
     }
     warnings.extend(dropped.warnings());
     let unidentified = unidentified(prepared, &fit.space, dropped);
+    let extensions = fit.space.features().extensions();
+    let late = if spec.is_polished() { late_voltage(prepared, fit) } else { None };
+    warnings.extend(late.map(|late| late.warning(&extensions)));
     let lacking = if spec.is_polished() { lacking(prepared, fit) } else { Lacking::default() };
-    warnings.extend(lacking.warnings(&fit.space.features().extensions(), spec.with == With::Auto));
+    warnings.extend(lacking.warnings(&extensions, spec.with == With::Auto));
     let evidence = Evidence { missed: missed(fit), lacking: lacking.extension() };
     Ok(Conclusion { warnings, unidentified, evidence })
 }

@@ -17,7 +17,7 @@ use crate::warning::{Warning, name_of};
 use TrustLevel::{Check, Poor};
 
 /// Warnings that are reasons, with the level that each leaves and what it says in short.
-const WARNINGS: [(&str, TrustLevel, &str); 19] = [
+const WARNINGS: [(&str, TrustLevel, &str); 20] = [
     ("sign_reversed", Poor, "a channel has the opposite sign"),
     ("units", Poor, "magnitudes fit no motor in these units"),
     ("recordings_differ", Poor, "the recordings are not of one motor under one condition"),
@@ -26,6 +26,7 @@ const WARNINGS: [(&str, TrustLevel, &str); 19] = [
     ("model_incomplete", Check, "the residuals show an effect that the model lacks"),
     ("not_separated", Check, "another model explains the recordings as well"),
     ("at_bound", Check, "a parameter ended at a bound"),
+    ("late_voltage", Check, "the voltage is logged late"),
     ("between_samples", Check, "the voltage goes on otherwise between samples"),
     ("not_identifiable", Check, "not every parameter is identifiable"),
     ("few_samples", Check, "there are few samples"),
@@ -209,7 +210,7 @@ fn next(spec: &IdentifySpec, found: &Identification, (reasons, evidence): (&[Tru
     if has(&["sign_reversed", "units", "implausible"]) {
         return text!([Command::Inspect]);
     }
-    if has(&["poor_fit", "recording_missed", "residuals", "averaged_sensor", "model_incomplete"])
+    if has(&["poor_fit", "recording_missed", "residuals", "averaged_sensor", "model_incomplete", "late_voltage"])
         && spec.with != With::Auto
     {
         return text!([With = "auto"]);

@@ -38,7 +38,7 @@ pub struct Trust {
 }
 
 /// The codes of reasons, each with what it says.
-pub static REASONS: [(&str, &str); 27] = [
+pub static REASONS: [(&str, &str); 28] = [
     ("poor_fit", "The model leaves much of a channel unexplained, far more than noise."),
     ("recording_missed", "The model misses a channel of one recording of a joint fit."),
     ("search_stuck", "A better optimum is known."),
@@ -55,6 +55,7 @@ pub static REASONS: [(&str, &str); 27] = [
     ("model_incomplete", "The residuals show an effect that the model lacks."),
     ("not_separated", "Another model explains the recordings as well."),
     ("at_bound", "A parameter ended at a bound."),
+    ("late_voltage", "The outputs move before the recorded voltage changes."),
     ("between_samples", "The voltage goes on otherwise between samples than the discretization has it."),
     ("not_identifiable", "Not every parameter is identifiable."),
     ("few_samples", "There are few samples."),

@@ -142,6 +142,42 @@ pub fn late(numbers: &mut Numbers, truth: &Truth, excitation: usize, count: usiz
     noisy(numbers, &Record::new(samples).unwrap(), decibels)
 }
 
+/// A recording on a clock that jitters by up to `jitter` periods, whose voltage is logged `late` periods after the drive took it.
+pub fn shifted(
+    numbers: &mut Numbers,
+    truth: &Truth,
+    (excitation, count, decibels): (usize, usize, f64),
+    (late, jitter): (f64, f64),
+) -> Record {
+    const FINE: usize = 20;
+    let voltage = voltage(numbers, truth, excitation, count);
+    let step = truth.period_s / FINE as f64;
+    let mut at: Vec<usize> =
+        (0..count).map(|n| n * FINE + (jitter * FINE as f64 * numbers.random_range(0.0..1.0)) as usize).collect();
+    at[0] = 0;
+    let taken = |n: usize| at[n].saturating_sub((late * FINE as f64).round() as usize);
+    let mut fine = Vec::with_capacity(count * FINE);
+    let mut now = 0;
+    for k in 0..=at[count - 1] {
+        while now + 1 < count && taken(now + 1) <= k {
+            now += 1;
+        }
+        fine.push(voltage[now]);
+    }
+    let time_s = |at: &mut dyn Iterator<Item = usize>| at.map(|k| k as f64 * step).collect::<Vec<f64>>();
+    let excitation = Excitation { time_s: time_s(&mut (0..fine.len())), voltage: fine, torque: None };
+    let all = simulated(truth.motor, &excitation, Discretization::Zoh).unwrap();
+    let logged = |signal: &Option<Vec<f64>>| signal.as_ref().map(|of| at.iter().map(|k| of[*k]).collect());
+    let samples = Samples {
+        time_s: time_s(&mut at.iter().copied()),
+        voltage,
+        current: logged(&all.samples().current),
+        speed: logged(&all.samples().speed),
+        ..Samples::default()
+    };
+    noisy(numbers, &Record::new(samples).unwrap(), decibels)
+}
+
 /// One recording of each excitation.
 pub fn records(numbers: &mut Numbers, truth: &Truth, count: usize, decibels: f64) -> Vec<Record> {
     (0..EXCITATIONS).map(|excitation| record(numbers, truth, excitation, count, decibels)).collect()
