@@ -12,7 +12,7 @@ fuzz_target!(|bytes: &[u8]| {
     let columns = match how % 4 {
         0 => "",
         1 => "time=#1:8kHz,voltage=#2*12/255:V,speed=#3:rpm",
-        2 => "voltage=#2:0..12,position=#3/4096:turns",
+        2 => "voltage=#2:0..12,position=cumsum(#3)/4096:turns,load_torque=int16(#2)*sin(position)/(#3-1)",
         _ => "time=#1,voltage=#2,current=#3*-1+0.5:mA",
     };
     let options = ReadOptions {

@@ -127,12 +127,18 @@ const GAP_IRREGULAR: f64 = 10.0;
 const IRREGULAR_PART: f64 = 0.1;
 const IRREGULAR_STEP: f64 = 0.03;
 
+/// Steps of lost samples are so near to whole numbers of periods.
+const MULTIPLE: f64 = 0.1;
+
 /// The longest step that is no gap \[s\].
+///
+/// A long step counts as one of an irregular clock unless it is a whole number of periods, as where samples were lost.
 fn gap_limit(differences: &[f64], period_s: f64) -> f64 {
     let (mut off, mut all) = (0.0, 0.0);
-    for step in differences.iter().map(|step| step / period_s).filter(|step| *step <= GAP) {
-        off += if (step - 1.0).abs() > IRREGULAR_STEP { 1.0 } else { 0.0 };
-        all += 1.0;
+    for step in differences.iter().map(|step| step / period_s).filter(|step| *step <= GAP_IRREGULAR) {
+        let is_lost = step > GAP && (step - step.round()).abs() <= MULTIPLE;
+        off += if (step - 1.0).abs() > IRREGULAR_STEP && !is_lost { 1.0 } else { 0.0 };
+        all += if is_lost { 0.0 } else { 1.0 };
     }
     let irregular = off > IRREGULAR_PART * all;
     period_s * if irregular { GAP_IRREGULAR } else { GAP }

@@ -104,7 +104,11 @@ table! {
     Columns: Word, "Recording", "LIST" [] "current=I:mA",
         "What columns hold, as QUANTITY=HEADING,…; quantities: time, voltage, current, speed, load_torque, position. Behind a \
          heading (or its number, #2) may stand operations (from left to right), a unit, or the two voltages of a flag: \
-         current=I:mA, time=tick:8kHz (time=- for none), voltage=PWM*12/255:V, voltage=step:0..12, position=count/4096:turns";
+         current=I:mA, time=tick:8kHz (time=- for none), voltage=PWM*12/255:V, voltage=step:0..12, position=count/4096:turns. \
+         Or an expression of several columns, with + - * / ^ ( ), pi, sin, cos, abs, int8, int16, int32 (unsigned two's \
+         complement), cumsum (running sum), constants of a JSON file and other quantities named in the list, in SI units; \
+         headings with signs in quotation marks: time=cumsum(dt):ms, voltage=int16(load)/885*\"supply (V)\", \
+         load_torque=0.5*9.81*0.1*sin(position)";
     Rate: Number, "Recording", "HZ" [] "1000",
         "Samples per second: of a recording without a time column; any other is brought to it, behind an anti-alias filter \
          where it is faster";

@@ -85,7 +85,7 @@ pub(super) fn find(lines: &mut impl Lines, wish: &Wish<'_>) -> Result<Layout> {
 
 /// The line that says most, the first of equals.
 fn likeliest(ahead: &VecDeque<(u64, String)>, wish: &Wish<'_>) -> usize {
-    let score = |text: &str| understood(&headings(&wish.separator_of(text).row(text), None), wish.requests);
+    let score = |text: &str| understood(&headings(&wish.separator_of(text).row(text), None), wish);
     let scores = ahead.iter().map(|(_, text)| score(text)).enumerate();
     scores.rev().max_by_key(|&(_, score)| score).map_or(0, |(at, _)| at)
 }

@@ -1,16 +1,20 @@
 //! Files as recordings: formats, headings, units, and what loggers do to them.
 //!
 //! A file becomes lines of cells ([`text`], or those of another format), the lines a table with a heading
-//! ([`layout`], [`columns`], [`formula`]), its rows signals ([`collect`], [`signals`]).
+//! ([`layout`], [`columns`], [`request`], [`formula`]), its rows signals ([`collect`], [`convert`], [`signals`]).
 
 mod collect;
 mod columns;
+mod convert;
 mod decimal;
+mod expression;
 mod formats;
 mod formula;
+mod lacking;
 mod layout;
 mod parse;
 mod quick;
+mod request;
 mod signals;
 mod text;
 mod write;
@@ -178,12 +182,12 @@ fn tables(mut reader: impl Read, options: &ReadOptions, need: Need) -> Result<Ve
     let timed = options.rate_hz.is_some();
     let mut head = Vec::new();
     (&mut reader).take(HEAD as u64).read_to_end(&mut head).map_err(|e| unreadable(&e))?;
-    let wish = |separator| Wish { requests: &options.columns, need, timed, separator };
+    let wish = Wish { requests: &options.columns, need, timed, separator: None, constants: &[] };
     let format = Format::of(&head);
     let mut reader = std::io::Cursor::new(head).chain(reader);
     let Some(format) = format else {
         let mut lines = TextLines::new(reader)?;
-        let mut table = collect(&mut lines, &wish(None))?;
+        let mut table = collect(&mut lines, &wish)?;
         table.source.sha256 = Some(lines.sha256()?);
         return Ok(vec![table.timed(options.rate_hz)]);
     };
@@ -194,16 +198,16 @@ fn tables(mut reader: impl Read, options: &ReadOptions, need: Need) -> Result<Ve
         let message = format!("is larger than {} MiB", most >> 20);
         return Err(Error::data(message, "Save the recording as CSV, of which any size is read."));
     }
-    let read = |cells: Cells| {
+    let read = |cells: &Cells| {
         let part = Some(cells.name.clone()).filter(|name| !name.is_empty());
-        let mut table = collect(&mut CellLines::new(&cells), &wish(Some(CellLines::SEPARATOR)))
-            .map_err(|error| in_part(error, part.as_deref()))?;
-        table.source.notes.extend(cells.notes);
+        let wish = Wish { separator: Some(CellLines::SEPARATOR), constants: &cells.constants, ..wish };
+        let mut table = collect(&mut CellLines::new(cells), &wish).map_err(|error| in_part(error, part.as_deref()))?;
+        table.source.notes.extend(cells.notes.iter().cloned());
         table.source.sha256 = Some(text::digest(&bytes));
         table.source.part = part;
         Ok(table.timed(options.rate_hz))
     };
-    (format.tables)(&bytes, options.sheet.as_deref())?.into_iter().map(read).collect()
+    (format.tables)(&bytes, options.sheet.as_deref())?.iter().map(read).collect()
 }
 
 fn in_part(error: Error, part: Option<&str>) -> Error {
