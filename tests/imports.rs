@@ -3,12 +3,17 @@
 //! flags, positions, other formats, several files as one; damaged files never panic and never give half a recording.
 //! Does not prove: readers against all programs that write such files (tests/golden/formats says which).
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
-#![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    clippy::float_cmp,
+    reason = "small numbers; exact equality is meant"
+)]
 
 mod support;
 
 use motorfit::Error;
-use motorfit::record::{Gaps, ReadOptions, Record, parse_columns, read, read_bytes, read_joined};
+use motorfit::record::{BadRows, Gaps, ReadOptions, Record, parse_columns, read, read_bytes, read_joined};
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -370,6 +375,101 @@ fn gaps_and_repeats_are_treated_as_asked() {
 }
 
 #[test]
+fn rows_that_cannot_be_read_are_refused_or_left_out() {
+    let skip = |columns: &str| ReadOptions { bad_rows: BadRows::Skip, ..options(columns) };
+    let row = |n: i32| format!("{:.2},{},{}\n", f64::from(n) * 0.01, n % 7, n);
+    let rows = |bad: &dyn Fn(i32) -> Option<&'static str>| -> String {
+        (0..60).map(|n| bad(n).map_or_else(|| row(n), |line| format!("{line}\n"))).collect()
+    };
+    let garbled = |n: i32| match n {
+        20 => Some("Sensor reset!"),
+        30 => Some("0.30,2,\u{1}\u{2}"),
+        31 => Some("0.31,3,n/a"),
+        45 => Some("0.45,nan,45"),
+        _ => None,
+    };
+    let text = format!("Booting...\nt,u,i\n{}0.60,1,", rows(&garbled));
+    for (without, part) in [
+        (text.clone(), "line 23: found 1 cell, expected 3"),
+        (text.replace("Sensor reset!\n", ""), "line 32: found a control character"),
+        (format!("t,u,i\n{}", rows(&|n| (n == 31).then_some("0.31,3,n/a"))), "line 33, column i: found \"n/a\""),
+    ] {
+        let error = refused(&without, "");
+        assert!(error.to_string().contains(part), "{error}");
+        assert!(error.hint().to_string().contains("bad_rows skip"), "{}", error.hint());
+    }
+    let record = records(&text, &skip("")).unwrap().pop().unwrap();
+    assert_eq!(record.len(), 56);
+    let notes = record.source().notes.join("\n");
+    assert!(
+        notes.contains("5 rows that could not be read left out: line 23 (found 1 cell, expected 3 as in the heading)")
+    );
+    assert!(notes.contains("line 33 (found a control character") && notes.contains("line 34 (column i: found \"n/a\""));
+    assert!(notes.contains("3 gaps in time where rows were left out"), "{notes}");
+    assert!(notes.contains("1 line before the heading left out"), "{notes}");
+    // A gap is as long as its time says, and no longer.
+    assert!((record.steps().step(19) - 0.02).abs() < 1e-9 && (record.steps().step(28) - 0.03).abs() < 1e-9);
+    assert_eq!(record.measured()[0].unwrap()[20], 21.0);
+    assert_eq!(record.source().lines.get(20), Some(24));
+    let longer = text.replace(&row(21), "");
+    assert!(
+        records(&longer, &skip("")).unwrap_err().to_string().contains("gap in time"),
+        "more is missing than was read"
+    );
+    let split = records(&text, &ReadOptions { gaps: Gaps::Split, ..skip("") }).unwrap();
+    assert_eq!(split.iter().map(Record::len).collect::<Vec<_>>(), [20, 13, 14], "but of fewer than ten samples");
+    // A row that a formula makes no number of is a bad row too, but a sum needs them all.
+    let zero = format!("t,u,i\n{}", rows(&|n| (n == 50).then_some("0.50,0,-1")));
+    let record = records(&zero, &skip("voltage=u/(i+1)")).unwrap().pop().unwrap();
+    assert!(
+        record.len() == 59 && record.source().notes.join("").contains("line 52 (voltage of"),
+        "{:?}",
+        record.source()
+    );
+    let sum = records(&text, &skip("voltage=cumsum(u)")).unwrap_err();
+    assert!(sum.line() == Some(23) && sum.to_string().contains("needs every row"), "{sum}");
+    // Where samples are counted, a row that may be none makes all later times uncertain.
+    let counted = ReadOptions { rate_hz: Some(100.0), ..skip("time=-") };
+    assert!(records(&text, &counted).unwrap_err().to_string().contains("time is counted"));
+    assert_eq!(records(&format!("x\nu,i\n{}boot\n", "1,2\n".repeat(9)), &counted).unwrap()[0].len(), 9);
+    // Numbers behind notices are no heading.
+    let bare = format!("Booting...\n\u{7}\n{}", rows(&garbled));
+    let record = records(&bare, &skip("time=#1,voltage=#2,current=#3")).unwrap().pop().unwrap();
+    assert!(record.len() == 56 && record.samples().time_s[0] == 0.0, "{}", record.len());
+    assert!(record.source().notes.join("").contains("2 lines before the rows left out"), "{:?}", record.source().notes);
+}
+
+#[test]
+fn a_clock_that_starts_again_splits_a_file() {
+    let run = |from: f64, count: i32, period: f64, far: f64| -> String {
+        let position = |n: i32| far + f64::from(n) * f64::from(n);
+        (0..count).map(|n| format!("{:.3},1,{}\n", from + f64::from(n) * period, position(n))).collect()
+    };
+    let text =
+        format!("t,u,position\n{}{}{}", run(5.0, 20, 0.01, 0.0), run(0.0, 30, 0.1, 5000.0), run(0.0, 4, 0.1, 0.0));
+    let with = |gaps| ReadOptions { gaps, ..options("position=position:rad") };
+    for gaps in [Gaps::Error, Gaps::Keep] {
+        let error = records(&text, &with(gaps)).unwrap_err();
+        assert!(error.to_string().contains("time goes back") && error.line() == Some(22), "{error}");
+        assert!(error.hint().to_string().contains("gaps split"), "{}", error.hint());
+    }
+    let split = records(&text, &with(Gaps::Split)).unwrap();
+    assert_eq!(split.iter().map(Record::len).collect::<Vec<_>>(), [20, 30]);
+    assert_eq!(split.iter().map(Record::period_s).collect::<Vec<_>>(), [0.01, 0.1], "each has its own clock");
+    assert!(split[0].source().notes.iter().any(|note| note == "1 stretch of fewer than 10 samples left out"));
+    assert_eq!(split[1].source().lines.get(0), Some(22));
+    // No speed is made of positions on both sides of a cut: its central differences are those of a parabola.
+    for (record, period) in split.iter().zip([0.01, 0.1]) {
+        let speed = record.measured()[1].unwrap();
+        assert!(
+            (speed[record.len() - 1] * period - (2.0 * (record.len() as f64 - 1.0) - 1.0)).abs() < 1e-6,
+            "{speed:?}"
+        );
+        assert!((speed[0] * period - 1.0).abs() < 1e-6);
+    }
+}
+
+#[test]
 fn several_files_are_one_recording() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str, text: &str| -> PathBuf {
@@ -641,8 +741,8 @@ proptest! {
             "time=#1:8kHz,voltage=#2*12/255:V,speed=#3:rpm",
             "time=cumsum(#1)/100,voltage=int16(#2)*12/(#3-1),position=#3:turns,load_torque=sin(position)*#2",
         ][named];
-        for gaps in [Gaps::Error, Gaps::Split] {
-            match read_bytes(&bytes, None, &ReadOptions { gaps, ..options(columns) }) {
+        for (gaps, bad_rows) in [(Gaps::Error, BadRows::Error), (Gaps::Split, BadRows::Error), (Gaps::Error, BadRows::Skip)] {
+            match read_bytes(&bytes, None, &ReadOptions { gaps, bad_rows, ..options(columns) }) {
                 Ok(records) => for record in records {
                     let samples = record.samples();
                     prop_assert!(samples.time_s.windows(2).all(|t| t[1] > t[0]));

@@ -5,7 +5,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use motorfit::record::{Gaps, Mask, Offset, Preparation, ReadOptions, diagnose, parse_columns, read_bytes};
+use motorfit::record::{BadRows, Gaps, Mask, Offset, Preparation, ReadOptions, diagnose, parse_columns, read_bytes};
 
 fuzz_target!(|bytes: &[u8]| {
     let Some((&how, bytes)) = bytes.split_first() else { return };
@@ -19,6 +19,7 @@ fuzz_target!(|bytes: &[u8]| {
         columns: parse_columns(columns).unwrap_or_default(),
         rate_hz: (how & 4 != 0).then_some(1000.0),
         gaps: [Gaps::Error, Gaps::Keep, Gaps::Split][usize::from(how / 8) % 3],
+        bad_rows: if how & 128 != 0 { BadRows::Skip } else { BadRows::Error },
         drop_repeats: how & 64 != 0,
         ..ReadOptions::default()
     };

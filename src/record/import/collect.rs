@@ -1,5 +1,6 @@
 //! The rows of a table into signals in SI.
 
+use super::bad_rows::{BadRows, LeftOut, with_remedy};
 use super::columns::{Need, Used, Wish, choose};
 use super::convert::{Cells, converted};
 use super::formula::Formula;
@@ -12,6 +13,7 @@ use crate::record::{Lines, Quantity, SAMPLES_MAX, Source};
 use crate::setting::text;
 use crate::text::{counted, excerpt, quoted};
 use crate::{Error, Result};
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Reads a table: the columns used.
@@ -20,25 +22,9 @@ pub(super) fn collect(lines: &mut impl Text, wish: &Wish<'_>) -> Result<Signals>
     // Objects of a list have no line of headings.
     let place = Some(layout.line).filter(|line| *line > 0);
     let used = choose(&layout.headings, wish).map_err(|e| e.at_line(place))?;
-    let mut rows = Rows::new(&used, &layout);
-    for (line, text) in &layout.pending {
-        rows.add(*line, text)?;
-    }
-    // The last line may be cut off: what is wrong with it is said when it is known to be the last.
-    let mut fault: Option<Error> = None;
-    loop {
-        if fault.is_none() {
-            rows.add_ahead(lines);
-        }
-        let next = lines.next_line()?;
-        if let Some(error) = fault {
-            let cut = next.is_none() && lines.is_open();
-            return Err(if cut { cut_off(&error) } else { error });
-        }
-        let Some(line) = next else { break };
-        fault = line.text().and_then(|text| rows.add(line.number, &text)).err();
-    }
-    let Rows { columns, values, lines: places, blank, comma, has_point, quick, .. } = rows;
+    let mut rows = Rows::new(&used, &layout, wish.bad_rows == BadRows::Skip);
+    read_rows(lines, &mut rows)?;
+    let Rows { columns, values, lines: places, blank, mut bad, comma, has_point, quick, skips, .. } = rows;
     if let Some(error) = comma.filter(|_| has_point || quick.is_some_and(|quick| quick.has_point)) {
         return Err(error);
     }
@@ -48,12 +34,21 @@ pub(super) fn collect(lines: &mut impl Text, wish: &Wish<'_>) -> Result<Signals>
     }
     let columns = columns.iter().map(|column| (column.at, column.heading)).collect();
     let mut cells = Cells { columns, values, lines: places };
-    let (signals, wrong) = converted(&used, &mut cells)?;
-    if let Some(wrong) = wrong.into_iter().next() {
-        return Err(wrong.error);
+    let (mut signals, wrong) = converted(&used, &mut cells)?;
+    let mut places = cells.lines;
+    if let Some(first) = wrong.first().filter(|_| !skips) {
+        return Err(with_remedy(&first.error));
     }
-    let places = cells.lines;
-    check_sums(&used, &places, &blank)?;
+    if !wrong.is_empty() {
+        wrong.iter().for_each(|wrong| bad.push(places.get(wrong.row).unwrap_or(0), &wrong.error));
+        let is_good = |row: &usize| wrong.binary_search_by_key(row, |wrong| wrong.row).is_err();
+        let kept: Vec<usize> = (0..places.len()).filter(is_good).collect();
+        signals.iter_mut().for_each(|signal| *signal = kept.iter().map(|&row| signal[row]).collect());
+        places = places.of(kept.into_iter());
+    }
+    let (left_out, note) = bad.finish();
+    notes.extend(note);
+    check_sums(&used, &places, &[blank, left_out.clone()].concat())?;
     let taken: Vec<usize> = used.iter().flat_map(Used::places).collect();
     let others =
         layout.headings.iter().enumerate().filter(|(at, heading)| !taken.contains(at) && !heading.name.is_empty());
@@ -71,7 +66,29 @@ pub(super) fn collect(lines: &mut impl Text, wish: &Wish<'_>) -> Result<Signals>
         // A position beside a speed serves formulas.
         list.retain(|(quantity, _)| *quantity != Quantity::Position);
     }
-    Ok(Signals { source, list })
+    Ok(Signals { source, list, left_out })
+}
+
+/// Reads the rows behind a heading.
+fn read_rows(lines: &mut impl Text, rows: &mut Rows<'_>) -> Result<()> {
+    let layout = rows.layout;
+    for (line, text) in &layout.pending {
+        rows.take(*line, Ok(text.into()))?;
+    }
+    // The last line may be cut off: what is wrong with it is said when it is known to be the last.
+    let mut fault: Option<Error> = None;
+    loop {
+        if fault.is_none() {
+            rows.add_ahead(lines);
+        }
+        let next = lines.next_line()?;
+        if let Some(error) = fault {
+            let cut = next.is_none() && lines.is_open();
+            return Err(if cut { cut_off(&error) } else { error });
+        }
+        let Some(line) = next else { return Ok(()) };
+        fault = rows.take(line.number, line.text()).err();
+    }
 }
 
 fn cut_off(error: &Error) -> Error {
@@ -107,6 +124,9 @@ struct Rows<'a> {
     lines: Lines,
     /// The lines of rows of nan.
     blank: Vec<u64>,
+    /// Rows that cannot be read, where they are left out.
+    bad: LeftOut,
+    skips: bool,
     cells: Vec<Range<usize>>,
     quick: Option<Quick>,
     /// True where a number had a decimal point. Below, the error of the first decimal comma beside one.
@@ -115,7 +135,7 @@ struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    fn new(used: &[Used], layout: &'a Layout) -> Self {
+    fn new(used: &[Used], layout: &'a Layout, skips: bool) -> Self {
         let mut columns: Vec<Column<'a>> = Vec::new();
         for used in used {
             for at in used.places() {
@@ -132,8 +152,24 @@ impl<'a> Rows<'a> {
             Separator::Blanks => None,
         };
         let (values, lines) = (vec![Vec::new(); columns.len()], Lines::default());
-        let blank = Vec::new();
-        Self { columns, layout, values, lines, blank, cells: Vec::new(), quick, has_point: false, comma: None }
+        let (blank, bad, cells) = (Vec::new(), LeftOut::default(), Vec::new());
+        Self { columns, layout, values, lines, blank, bad, skips, cells, quick, has_point: false, comma: None }
+    }
+
+    /// Adds a line, or leaves out one that cannot be read.
+    fn take(&mut self, line: u64, text: Result<Cow<'_, str>>) -> Result<()> {
+        if let Err(error) = text.and_then(|text| self.add(line, &text)) {
+            if !self.skips {
+                return Err(with_remedy(&error));
+            }
+            let kept = self.lines.len();
+            self.values.iter_mut().for_each(|signal| signal.truncate(kept));
+            self.bad.push(line, &error.at_line(line));
+        }
+        if self.lines.len() > SAMPLES_MAX {
+            return Err(Error::data(format!("more than {SAMPLES_MAX} samples"), "Cut the recording.").at_line(line));
+        }
+        Ok(())
     }
 
     /// Adds all plain rows that were read ahead.
@@ -184,7 +220,8 @@ impl<'a> Rows<'a> {
                     return Ok(());
                 }
                 Err(found) => {
-                    let hint = match column.is_time {
+                    let is_clock = cell.contains(':') || cell.matches(['-', '/']).count() > 1;
+                    let hint = match column.is_time && is_clock {
                         true => text!(
                             "Times are numbers; for dates and clock times count samples instead: " [Columns = "time=-"]
                             " " [Rate = "HZ"] "."
@@ -197,9 +234,6 @@ impl<'a> Rows<'a> {
             self.values[n].push(value);
         }
         self.lines.push(line);
-        if self.lines.len() > SAMPLES_MAX {
-            return Err(Error::data(format!("more than {SAMPLES_MAX} samples"), "Cut the recording.").at_line(line));
-        }
         Ok(())
     }
 
@@ -217,6 +251,6 @@ fn check_count(row: &[Range<usize>], expected: usize) -> Result<()> {
     if found == expected {
         return Ok(());
     }
-    let message = format!("found {found} cells, expected {expected} as in the heading");
+    let message = format!("found {}, expected {expected} as in the heading", counted(found, "cell"));
     Err(Error::data(message, "Give every row as many cells as the heading; a decimal comma needs ; between the cells."))
 }

@@ -1,5 +1,6 @@
 //! Which columns of a table are used: those that the user names, the others by their headings.
 
+use super::bad_rows::BadRows;
 use super::formula::{Formula, Operand};
 use super::lacking::{is_drive, lacking, missing};
 use super::parse::Separator;
@@ -30,6 +31,7 @@ pub(super) struct Wish<'a> {
     pub timed: bool,
     /// The separator where it is known.
     pub separator: Option<Separator>,
+    pub bad_rows: BadRows,
     /// Numbers that stand beside the rows, with their names.
     pub constants: &'a [(String, f64)],
 }
