@@ -54,6 +54,7 @@ settings! {
     Columns "columns" Word "The quantities that columns hold, and their units."
     Rate "rate" Number "Samples per second."
     Sheet "sheet" Word "The sheet of a workbook."
+    BadRows "bad_rows" Word "The treatment of rows that cannot be read."
     Gaps "gaps" Word "The treatment of gaps in time."
     DropRepeats "drop_repeats" Switch "Whether rows that repeat a time are left out."
     Crop "crop" Word "The interval of time that is used."

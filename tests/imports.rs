@@ -3,12 +3,17 @@
 //! flags, positions, other formats, several files as one; damaged files never panic and never give half a recording.
 //! Does not prove: readers against all programs that write such files (tests/golden/formats says which).
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
-#![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    clippy::float_cmp,
+    reason = "small numbers; exact equality is meant"
+)]
 
 mod support;
 
 use motorfit::Error;
-use motorfit::record::{Gaps, ReadOptions, Record, parse_columns, read, read_bytes, read_joined};
+use motorfit::record::{BadRows, Gaps, ReadOptions, Record, parse_columns, read, read_bytes, read_joined};
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -162,9 +167,11 @@ fn ticks_duty_and_flags_become_volts_and_seconds() {
     for (columns, part) in [
         ("time=tick:8kHz,voltage=pwm:0..12,current=mA:mA", "expected a flag of two values"),
         ("time=tick:furlong,voltage=pwm,current=mA:mA", "unit \"furlong\""),
-        ("time=tick:8kHz,voltage=pwm*12/0:V,current=mA:mA", "no column \"pwm*12/0:V\""),
-        ("time=tick:8kHz,voltage=pwm^2,current=mA:mA", "no column \"pwm^2\""),
-        ("time=tick:8kHz,voltage=pwm*1*1*1*1*1*1*1*1*1,current=mA:mA", "no column"),
+        (
+            "time=tick:8kHz,voltage=pwm*12/0:V,current=mA:mA",
+            "line 2: voltage of \"pwm*12/0\" is no number with pwm = 0",
+        ),
+        ("time=tick:8kHz,voltage=duty,current=mA:mA", "no column \"duty\" for voltage"),
     ] {
         assert!(refused(text, columns).to_string().contains(part), "{columns}: {}", refused(text, columns));
     }
@@ -178,6 +185,96 @@ fn ticks_duty_and_flags_become_volts_and_seconds() {
     let odd = "t,U*2,I/mA\n0,1,500\n0.1,2,600\n";
     assert_eq!(one(odd, "voltage=U*2").samples().voltage, [1.0, 2.0]);
     assert_eq!(one(odd, "voltage=U*2*3").samples().voltage, [3.0, 6.0]);
+}
+
+#[test]
+fn formulas_of_several_columns() {
+    let text = "dt,pwm,supply,mA,count,load-1\n10,0,12,1,0,0\n10,128,11,2,256,65535\n20,255,10,3,-512,2\n";
+    let voltage = |formula: &str| {
+        let record = one(text, &format!("time=cumsum(dt):ms,current=mA:mA,voltage={formula}"));
+        (record.samples().voltage.clone(), record)
+    };
+    for (formula, expected) in [
+        ("pwm/255*supply", [0.0, 128.0 / 255.0 * 11.0, 10.0]),
+        ("supply*(pwm-64)/128", [-6.0, 5.5, 10.0 * 191.0 / 128.0]),
+        ("-supply+pwm^2/1000:mV", [-0.012, -0.011 + 0.016_384, -0.010 + 0.065_025]),
+        ("#2 - #3", [-12.0, 117.0, 245.0]),
+        ("int16(load-1) + 0*pwm", [0.0, -1.0, 2.0]),
+        ("int16(\"load-1\")", [0.0, -1.0, 2.0]),
+        ("abs(count)/512*12", [0.0, 6.0, 12.0]),
+        ("12*sin(pi/2)*cos(0*pwm)", [12.0; 3]),
+        // One column and numbers go from left to right, as ever; with several columns precedence is the usual one.
+        ("pwm+1*2", [2.0, 258.0, 512.0]),
+        ("pwm+supply*2", [24.0, 150.0, 275.0]),
+        ("pwm+(1*2)", [2.0, 130.0, 257.0]),
+    ] {
+        let (found, record) = voltage(formula);
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{formula}: {found:?}");
+        let column = &record.source().columns[1];
+        let shown = format!("{}:{}", column.heading, column.unit);
+        assert!(shown.starts_with(formula.trim_end_matches("*1*2").split("+1").next().unwrap()), "{formula}: {shown}");
+    }
+    let (_, record) = voltage("pwm/255*supply");
+    assert!(record.samples().time_s.iter().zip([0.01, 0.02, 0.04]).all(|(a, b)| (a - b).abs() < 1e-15));
+    assert_eq!(record.source().columns[1].heading, "pwm/255*supply", "the echo shows the formula");
+    let counted = one(text, "time=cumsum(dt):ms,voltage=pwm,position=cumsum(count)/1024:turns");
+    let speed = counted.measured()[1].unwrap();
+    assert!((speed[0] - 0.25 * std::f64::consts::TAU / 0.01).abs() < 1e-9 && speed[2] < 0.0, "{speed:?}");
+    // What belongs to a sum and is not there makes all that follows wrong.
+    let hole = text.replace("10,128,11,2,256,65535\n", "10,128,11,2,256,65535\nnan,nan,nan,nan,nan,nan\n");
+    let error = refused(&hole, "time=cumsum(dt):ms,voltage=pwm,current=mA");
+    assert!(error.line() == Some(4) && error.to_string().contains("needs every row"), "{error}");
+}
+
+#[test]
+fn a_load_is_a_formula_of_the_position() {
+    let text = "t,u,w,deg\n0,1,0.5,0\n0.1,1,1,30\n0.2,1,1.5,90\n";
+    let torque = |record: &Record| record.samples().torque.clone().unwrap();
+    let gravity = "load_torque=0.5*9.80665*0.1*sin(position)";
+    let both = one(text, &format!("position=deg:deg,{gravity}"));
+    assert_eq!(both.measured()[1].unwrap(), [0.5, 1.0, 1.5], "a speed that is given wins");
+    assert!(torque(&both).iter().zip([0.0, 0.5, 1.0]).all(|(a, b)| (a - 0.490_332_5 * b).abs() < 1e-12));
+    assert!(both.source().columns.iter().any(|column| column.heading.contains("sin(position)")));
+    let alone = one(text, &format!("position=deg:deg,speed=-,{gravity}"));
+    assert!((alone.measured()[1].unwrap()[1] - std::f64::consts::FRAC_PI_2 / 0.2).abs() < 1e-9);
+    assert_eq!(torque(&alone), torque(&both));
+    // A heading that is called position is the position, in rad, where that is named; else its cells.
+    let named = text.replace("deg", "position");
+    assert_eq!(torque(&one(&named, &format!("position=position:deg,{gravity}"))), torque(&both));
+    assert_eq!(torque(&one(&named, "position=position:deg,load_torque=position*2"))[1], 2.0 * 30f64.to_radians());
+    assert!((torque(&one(&named, gravity))[1] - 0.490_332_5 * 30f64.sin()).abs() < 1e-12);
+    for (text, columns, part) in [
+        (text, gravity.to_owned(), "no column \"position\""),
+        (&named, format!("position=w*1:rad,{gravity}"), "is a heading and a quantity"),
+        (&text.replace("deg", "angle_deg"), "load_torque=sin(angle_deg)".to_owned(), "sin and cos take rad"),
+        (text, "position=deg+speed:deg,speed=position*2".to_owned(), "a formula of itself"),
+        (
+            text,
+            "load_torque=1/w+1/(w-1)*u".to_owned(),
+            "line 3: load torque of \"1/w+1/(w-1)*u\" is infinite with w = 1",
+        ),
+        (
+            text,
+            "load_torque=int8(deg*10)".to_owned(),
+            "line 3: load torque of \"int8(deg*10)\" is no number with deg = 30",
+        ),
+        (text, "load_torque=tan(deg)".to_owned(), "expected one of the functions sin, cos"),
+        (text, "load_torque=(u+w".to_owned(), "closing parenthesis"),
+        (text, "load_torque=2*3".to_owned(), "numbers alone"),
+        (text, "load_torque=u*w:".to_owned(), "expected an operation or a unit"),
+        (text, "load_torque=u*w:furlong".to_owned(), "unit \"furlong\""),
+        (text, format!("load_torque=u{}", "*w".repeat(300)), "expected at most 400"),
+    ] {
+        let error = refused(text, &columns);
+        assert!(error.to_string().contains(part), "{columns}: {error}");
+    }
+    assert!(refused(text, gravity).hint().to_string().contains("position=HEADING:UNIT"));
+    // What a simulation is driven by may be a formula too.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("input.csv");
+    std::fs::write(&path, text).unwrap();
+    let inputs = motorfit::record::read_inputs(&path, &parse_columns(&format!("position=deg:deg,{gravity}")).unwrap());
+    assert_eq!(inputs.unwrap().torque.unwrap(), torque(&both));
 }
 
 #[test]
@@ -263,6 +360,113 @@ fn gaps_and_repeats_are_treated_as_asked() {
         })
         .collect();
     assert_eq!(one(&format!("t,u,i\n{polled}"), "").len(), 200);
+    // Nor has one of two speeds, where long steps are no whole number of short ones; lost samples are.
+    for (long, is_clock) in [(0.0154, true), (0.0165, true), (0.02, false), (0.0305, false)] {
+        let mut t = 0.0;
+        let two: String = (0..200)
+            .map(|n| {
+                t += if n % 5 == 4 { long } else { 0.01 };
+                format!("{t:.6},1,{n}\n")
+            })
+            .collect();
+        let read = records(&format!("t,u,i\n{two}"), &ReadOptions::default());
+        assert_eq!(read.is_ok(), is_clock, "{long}");
+    }
+}
+
+#[test]
+fn rows_that_cannot_be_read_are_refused_or_left_out() {
+    let skip = |columns: &str| ReadOptions { bad_rows: BadRows::Skip, ..options(columns) };
+    let row = |n: i32| format!("{:.2},{},{}\n", f64::from(n) * 0.01, n % 7, n);
+    let rows = |bad: &dyn Fn(i32) -> Option<&'static str>| -> String {
+        (0..60).map(|n| bad(n).map_or_else(|| row(n), |line| format!("{line}\n"))).collect()
+    };
+    let garbled = |n: i32| match n {
+        20 => Some("Sensor reset!"),
+        30 => Some("0.30,2,\u{1}\u{2}"),
+        31 => Some("0.31,3,n/a"),
+        45 => Some("0.45,nan,45"),
+        _ => None,
+    };
+    let text = format!("Booting...\nt,u,i\n{}0.60,1,", rows(&garbled));
+    for (without, part) in [
+        (text.clone(), "line 23: found 1 cell, expected 3"),
+        (text.replace("Sensor reset!\n", ""), "line 32: found a control character"),
+        (format!("t,u,i\n{}", rows(&|n| (n == 31).then_some("0.31,3,n/a"))), "line 33, column i: found \"n/a\""),
+    ] {
+        let error = refused(&without, "");
+        assert!(error.to_string().contains(part), "{error}");
+        assert!(error.hint().to_string().contains("bad_rows skip"), "{}", error.hint());
+    }
+    let record = records(&text, &skip("")).unwrap().pop().unwrap();
+    assert_eq!(record.len(), 56);
+    let notes = record.source().notes.join("\n");
+    assert!(
+        notes.contains("5 rows that could not be read left out: line 23 (found 1 cell, expected 3 as in the heading)")
+    );
+    assert!(notes.contains("line 33 (found a control character") && notes.contains("line 34 (column i: found \"n/a\""));
+    assert!(notes.contains("3 gaps in time where rows were left out"), "{notes}");
+    assert!(notes.contains("1 line before the heading left out"), "{notes}");
+    // A gap is as long as its time says, and no longer.
+    assert!((record.steps().step(19) - 0.02).abs() < 1e-9 && (record.steps().step(28) - 0.03).abs() < 1e-9);
+    assert_eq!(record.measured()[0].unwrap()[20], 21.0);
+    assert_eq!(record.source().lines.get(20), Some(24));
+    let longer = text.replace(&row(21), "");
+    assert!(
+        records(&longer, &skip("")).unwrap_err().to_string().contains("gap in time"),
+        "more is missing than was read"
+    );
+    let split = records(&text, &ReadOptions { gaps: Gaps::Split, ..skip("") }).unwrap();
+    assert_eq!(split.iter().map(Record::len).collect::<Vec<_>>(), [20, 13, 14], "but of fewer than ten samples");
+    // A row that a formula makes no number of is a bad row too, but a sum needs them all.
+    let zero = format!("t,u,i\n{}", rows(&|n| (n == 50).then_some("0.50,0,-1")));
+    let record = records(&zero, &skip("voltage=u/(i+1)")).unwrap().pop().unwrap();
+    assert!(
+        record.len() == 59 && record.source().notes.join("").contains("line 52 (voltage of"),
+        "{:?}",
+        record.source()
+    );
+    let sum = records(&text, &skip("voltage=cumsum(u)")).unwrap_err();
+    assert!(sum.line() == Some(23) && sum.to_string().contains("needs every row"), "{sum}");
+    // Where samples are counted, a row that may be none makes all later times uncertain.
+    let counted = ReadOptions { rate_hz: Some(100.0), ..skip("time=-") };
+    assert!(records(&text, &counted).unwrap_err().to_string().contains("time is counted"));
+    assert_eq!(records(&format!("x\nu,i\n{}boot\n", "1,2\n".repeat(9)), &counted).unwrap()[0].len(), 9);
+    // Numbers behind notices are no heading.
+    let bare = format!("Booting...\n\u{7}\n{}", rows(&garbled));
+    let record = records(&bare, &skip("time=#1,voltage=#2,current=#3")).unwrap().pop().unwrap();
+    assert!(record.len() == 56 && record.samples().time_s[0] == 0.0, "{}", record.len());
+    assert!(record.source().notes.join("").contains("2 lines before the rows left out"), "{:?}", record.source().notes);
+}
+
+#[test]
+fn a_clock_that_starts_again_splits_a_file() {
+    let run = |from: f64, count: i32, period: f64, far: f64| -> String {
+        let position = |n: i32| far + f64::from(n) * f64::from(n);
+        (0..count).map(|n| format!("{:.3},1,{}\n", from + f64::from(n) * period, position(n))).collect()
+    };
+    let text =
+        format!("t,u,position\n{}{}{}", run(5.0, 20, 0.01, 0.0), run(0.0, 30, 0.1, 5000.0), run(0.0, 4, 0.1, 0.0));
+    let with = |gaps| ReadOptions { gaps, ..options("position=position:rad") };
+    for gaps in [Gaps::Error, Gaps::Keep] {
+        let error = records(&text, &with(gaps)).unwrap_err();
+        assert!(error.to_string().contains("time goes back") && error.line() == Some(22), "{error}");
+        assert!(error.hint().to_string().contains("gaps split"), "{}", error.hint());
+    }
+    let split = records(&text, &with(Gaps::Split)).unwrap();
+    assert_eq!(split.iter().map(Record::len).collect::<Vec<_>>(), [20, 30]);
+    assert_eq!(split.iter().map(Record::period_s).collect::<Vec<_>>(), [0.01, 0.1], "each has its own clock");
+    assert!(split[0].source().notes.iter().any(|note| note == "1 stretch of fewer than 10 samples left out"));
+    assert_eq!(split[1].source().lines.get(0), Some(22));
+    // No speed is made of positions on both sides of a cut: its central differences are those of a parabola.
+    for (record, period) in split.iter().zip([0.01, 0.1]) {
+        let speed = record.measured()[1].unwrap();
+        assert!(
+            (speed[record.len() - 1] * period - (2.0 * (record.len() as f64 - 1.0) - 1.0)).abs() < 1e-6,
+            "{speed:?}"
+        );
+        assert!((speed[0] * period - 1.0).abs() < 1e-6);
+    }
 }
 
 #[test]
@@ -306,6 +510,11 @@ fn other_formats_are_recordings() {
     assert_eq!(mat.samples().time_s, [0.0, 0.001, 0.002, 0.003, 0.004]);
     assert_eq!(mat.samples().voltage[3], 1.0 / 3.0);
     assert!(mat.source().notes.iter().any(|note| note.contains("fs")), "{:?}", mat.source().notes);
+    // Columns of a matrix have a comma in the heading that they are given; single values are constants.
+    for current in ["m(:,2):A", "\"m(:,2)\":A", "#10", "m(:,1)*0 + \"m(:,2)\"*(fs/fs)"] {
+        let mat = read(&golden("mixed_v7.mat"), &options(&format!("voltage=u:V,current={current},time=t:s"))).unwrap();
+        assert_eq!(mat[0].measured()[0].unwrap(), [2.0, 4.0, 6.0, 8.0, 10.0], "{current}");
+    }
     let book = read(&golden("log.xlsx"), &options("current=took:s")).unwrap_err();
     assert!(book.to_string().contains("log.xlsx, Log, line 3, column took: unit \"s\" of current"), "{book}");
     let book = read(&golden("log.xlsx"), &options("current=on:mA,voltage=voltage_V*1e-15:V")).unwrap().pop().unwrap();
@@ -334,6 +543,47 @@ fn other_formats_are_recordings() {
     assert!(json.to_string().contains("JSON"), "{json}");
 }
 
+#[test]
+fn objects_of_a_json_list_are_samples() {
+    let list = "[{\"t\": 0, \"u\": 1, \"on\": true, \"i\": 65535, \"note\": \"x\", \"raw\": [1]}, \
+                {\"u\": 2, \"t\": 0.1, \"on\": false, \"i\": 2}, {\"t\": 2e-1, \"u\": 4, \"on\": true, \"i\": 3}]";
+    let object = format!("{{\"gain\": 0.5, \"name\": \"arm\", \"active\": true, \"log\": {list}, \"other\": [1, 2]}}");
+    let lines = list.trim_matches(['[', ']']).replace("}, ", "}\n");
+    let columns = "time=t:s,voltage=u*on,current=int16(i)";
+    for text in [list, &object, &format!("\u{feff} {list}\n"), &lines] {
+        let record = one(text, columns);
+        assert_eq!(record.samples().voltage, [1.0, 0.0, 4.0], "{text}");
+        assert_eq!(record.measured()[0].unwrap(), [-1.0, 2.0, 3.0]);
+        assert_eq!(record.source().lines.get(2), Some(3), "objects are counted from 1");
+        assert!(record.source().notes.iter().any(|note| note.contains("\"raw\"")), "{:?}", record.source().notes);
+    }
+    let record = one(&object, "time=t:s,voltage=u*on*gain,current=i*gain*active");
+    assert_eq!(record.samples().voltage, [0.5, 0.0, 2.0]);
+    assert_eq!(record.measured()[0].unwrap()[1], 1.0);
+    assert!(record.source().notes.iter().any(|note| note.contains("gain = 0.5, active = 1")));
+    assert_eq!(one(&object, "time=t:s,voltage=u*gain,current=i").samples().voltage, [0.5, 1.0, 2.0]);
+    let two = object.replace("[1, 2]", "[{\"t\": 1}]");
+    assert!(refused(&two, columns).hint().to_string().contains("sheet log"));
+    let chosen = ReadOptions { sheet: Some("log".to_owned()), ..options(columns) };
+    assert_eq!(records(&two, &chosen).unwrap()[0].len(), 3);
+    for (text, part) in [
+        (list.replacen("\"u\": 2, ", "", 1), "line 2, column u: found an empty cell"),
+        (list.replacen("\"u\": 2", "\"u\": null", 1), "line 2, column u: found an empty cell"),
+        (list.replacen("\"u\": 2", "\"u\": \"off\"", 1), "line 2, column u: found \"off\""),
+        (list.replace("\"u\"", "\"volts_in\""), "no column \"u\" in \"u*on\" for voltage; the heading has \"t\""),
+        (list[..list.len() - 3].to_owned(), "no readable JSON"),
+        ("[]".to_owned(), "holds no recording"),
+        ("[1, 2]".to_owned(), "holds no recording"),
+        ("{\"log\": [{\"t\": 1}, 2]}".to_owned(), "holds no recording"),
+        (two.clone(), "holds 2 lists of objects: \"log\", \"other\""),
+        ("[".repeat(100_000), "no readable JSON"),
+    ] {
+        assert!(refused(&text, columns).to_string().contains(part), "{text:.200}: {}", refused(&text, columns));
+    }
+    let error = refused(&object, "time=t:s,voltage=u*gains,current=i");
+    assert!(error.to_string().contains("constants are gain, active") && error.line().is_none(), "{error}");
+}
+
 /// The folder of real recordings.
 fn folder() -> Option<PathBuf> {
     let folder = std::env::var_os("MOTORFIT_RECORDINGS").map(PathBuf::from);
@@ -346,8 +596,12 @@ fn folder() -> Option<PathBuf> {
 }
 
 fn files(folder: &Path) -> Vec<PathBuf> {
+    files_of(folder, "csv")
+}
+
+fn files_of(folder: &Path, extension: &str) -> Vec<PathBuf> {
     let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    paths.filter(|path| path.extension().is_some_and(|e| e == "csv")).collect()
+    paths.filter(|path| path.extension().is_some_and(|e| e == extension)).collect()
 }
 
 /// Rows of numbers of a text, read by the simplest means there are.
@@ -398,7 +652,29 @@ fn real_recordings_hold_what_is_known_of_them() {
         is_near(&record.samples().voltage, rows.iter().map(|r| volts(r[first + 3])));
         read_so_far += 1;
     }
-    assert_eq!(read_so_far, 20 + 104 + 12);
+    for path in files_of(&folder.join("rhoban-bam-xl330"), "json") {
+        let columns = "time=timestamp:s,speed=speed:rad/s,voltage=int16(load)/885*input_volts*torque_enable,\
+                       load_torque=mass*9.80665*length*sin(position)";
+        let record = read(&path, &options(columns)).unwrap().pop().unwrap();
+        let file: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        let entries = file["entries"].as_array().unwrap();
+        let number = |entry: &serde_json::Value, key: &str| entry[key].as_f64().unwrap();
+        is_near(&record.samples().time_s, entries.iter().map(|entry| number(entry, "timestamp")));
+        is_near(record.measured()[1].unwrap(), entries.iter().map(|entry| number(entry, "speed")));
+        is_near(
+            &record.samples().voltage,
+            entries.iter().map(|entry| {
+                let load = f64::from(number(entry, "load") as u16 as i16);
+                load / 885.0 * number(entry, "input_volts") * f64::from(entry["torque_enable"].as_bool().unwrap())
+            }),
+        );
+        let weight = 9.80665 * number(&file, "mass") * number(&file, "length");
+        let torque = entries.iter().map(|entry| weight * number(entry, "position").sin());
+        is_near(record.samples().torque.as_ref().unwrap(), torque);
+        assert!(record.samples().voltage.iter().any(|v| v.abs() > 0.3), "{}", path.display());
+        read_so_far += 1;
+    }
+    assert_eq!(read_so_far, 20 + 104 + 12 + 16);
 }
 
 /// A file with something done to its bytes.
@@ -435,15 +711,38 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(50_000) })]
 
     #[test]
+    fn any_formula_is_read_or_refused(
+        words in proptest::collection::vec(
+            proptest::sample::select(vec![
+                "t", "u", "w", "\"i,x\"", "#3", "#9", "position", "voltage", "sin", "int16", "cumsum", "(", "(", ")", ")",
+                "+", "-", "*", "/", "^", ":", "V", "..", "2", "1e9", ".", "\"", " ", ",", "=", "load_torque=", "ü",
+            ]),
+            1..14,
+        ),
+    ) {
+        let text = "t,u,\"i,x\",w\n0,0,1,2\n0.1,1,2,3\n0.2,3,1,2\n";
+        if let Ok(columns) = parse_columns(&format!("position=w:rad,current=#3,speed=w/2,voltage={}", words.concat())) {
+            match read_bytes(text.as_bytes(), None, &ReadOptions { columns, ..ReadOptions::default() }) {
+                Ok(records) => prop_assert!(records[0].samples().voltage.iter().all(|v| v.is_finite())),
+                Err(error) => prop_assert!(!error.hint().is_empty()),
+            }
+        }
+    }
+
+    #[test]
     fn damaged_files_are_read_whole_or_refused(
         seed in 0..SEEDS.len(),
         changes in proptest::collection::vec((any::<usize>(), any::<u8>(), any::<u8>()), 1..8),
-        named in any::<bool>(),
+        named in 0..3_usize,
     ) {
         let bytes = mutated(SEEDS[seed].as_bytes().to_vec(), &changes);
-        let columns = if named { "time=#1:8kHz,voltage=#2*12/255:V,speed=#3:rpm" } else { "" };
-        for gaps in [Gaps::Error, Gaps::Split] {
-            match read_bytes(&bytes, None, &ReadOptions { gaps, ..options(columns) }) {
+        let columns = [
+            "",
+            "time=#1:8kHz,voltage=#2*12/255:V,speed=#3:rpm",
+            "time=cumsum(#1)/100,voltage=int16(#2)*12/(#3-1),position=#3:turns,load_torque=sin(position)*#2",
+        ][named];
+        for (gaps, bad_rows) in [(Gaps::Error, BadRows::Error), (Gaps::Split, BadRows::Error), (Gaps::Error, BadRows::Skip)] {
+            match read_bytes(&bytes, None, &ReadOptions { gaps, bad_rows, ..options(columns) }) {
                 Ok(records) => for record in records {
                     let samples = record.samples();
                     prop_assert!(samples.time_s.windows(2).all(|t| t[1] > t[0]));

@@ -103,7 +103,7 @@ fn columns_and_files_by_flags() {
     let both = json(&["identify", &format!("{first}+{second}"), "--json"]);
     assert!((value(&both, "J") / 0.000_136 - 1.0).abs() < 1e-6);
     assert!(both["records"][0]["path"].as_str().unwrap().contains("a.csv+"));
-    fails(&["identify", &first, "--columns", "voltage=u*x"], 3, "no column \"u*x\"");
+    fails(&["identify", &first, "--columns", "voltage=u*x"], 3, "no column \"x\" in \"u*x\"");
     fails(&["identify", &format!("{first}+nothing.csv")], 3, "nothing.csv");
 }
 

@@ -11,7 +11,7 @@ use motorfit::motor::Extension;
 use motorfit::motor::{Discretization, Parameter, UsualBounds};
 use motorfit::named::Named;
 use motorfit::optimize::{Range, SEARCHES, Tuned};
-use motorfit::record::{FINDINGS, FORMATS, Gaps, Reading};
+use motorfit::record::{BadRows, FINDINGS, FORMATS, Gaps, Reading};
 use motorfit::setting::Setting;
 use motorfit::settings::{self, DEVICE, Given, Kind, PROBLEM, READING, SEARCH, Value, row};
 use std::fmt::Write as _;
@@ -143,6 +143,7 @@ fn the_reference_is_that_of_the_tables() {
     text += &named::<Discretization>("Discretizations");
     text += &named::<Initial>("Initial states");
     text += &named::<PrecisionSpec>("Precision");
+    text += &named::<BadRows>("Rows that cannot be read");
     text += &named::<Gaps>("Gaps in time");
     text += &parameters();
     let yes = |is: bool| if is { "yes" } else { "no" }.to_owned();
@@ -184,6 +185,7 @@ fn python_says_the_choices_of_the_tables() {
         ("initial", "_Initial", choices::<Initial>()),
         ("precision", "_Precision", choices::<PrecisionSpec>()),
         ("polish", "_Polish", choices::<Polish>()),
+        ("bad_rows", "_BadRows", choices::<BadRows>()),
         ("gaps", "_Gaps", choices::<Gaps>()),
         ("method", "_Method", choices::<Method>()),
         ("", "_Search", (searches.clone(), "")),

@@ -5,20 +5,21 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use motorfit::record::{Gaps, Mask, Offset, Preparation, ReadOptions, diagnose, parse_columns, read_bytes};
+use motorfit::record::{BadRows, Gaps, Mask, Offset, Preparation, ReadOptions, diagnose, parse_columns, read_bytes};
 
 fuzz_target!(|bytes: &[u8]| {
     let Some((&how, bytes)) = bytes.split_first() else { return };
     let columns = match how % 4 {
         0 => "",
         1 => "time=#1:8kHz,voltage=#2*12/255:V,speed=#3:rpm",
-        2 => "voltage=#2:0..12,position=#3/4096:turns",
+        2 => "voltage=#2:0..12,position=cumsum(#3)/4096:turns,load_torque=int16(#2)*sin(position)/(#3-1)",
         _ => "time=#1,voltage=#2,current=#3*-1+0.5:mA",
     };
     let options = ReadOptions {
         columns: parse_columns(columns).unwrap_or_default(),
         rate_hz: (how & 4 != 0).then_some(1000.0),
         gaps: [Gaps::Error, Gaps::Keep, Gaps::Split][usize::from(how / 8) % 3],
+        bad_rows: if how & 128 != 0 { BadRows::Skip } else { BadRows::Error },
         drop_repeats: how & 64 != 0,
         ..ReadOptions::default()
     };

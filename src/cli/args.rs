@@ -71,7 +71,7 @@ pub(crate) enum Command {
 
 #[derive(Args)]
 pub(crate) struct Recordings {
-    /// Recordings: CSV, XLSX, MAT or SysId JSON with time, voltage, current and speed; A+B makes one recording of two
+    /// Recordings: CSV, XLSX, MAT or JSON with time, voltage, current and speed; A+B makes one recording of two
     /// files
     #[arg(required = true, value_name = "RECORD")]
     pub records: Vec<PathBuf>,

@@ -9,7 +9,7 @@ use motorfit::setting::Setting;
 use motorfit::settings::{DEVICE, Given, Kind, PROBLEM, READING, SEARCH, Value, row};
 
 /// Choices whose texts help lists too.
-const DESCRIBED: [Setting; 3] = [Setting::Method, Setting::Polish, Setting::Gaps];
+const DESCRIBED: [Setting; 4] = [Setting::Method, Setting::Polish, Setting::BadRows, Setting::Gaps];
 
 fn flag(setting: Setting) -> Option<Arg> {
     let row = row(setting)?;

@@ -197,7 +197,7 @@ pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
         )
     };
     let mut requests: Vec<ColumnRequest> = Vec::new();
-    for item in text.split(',').filter(|item| !item.trim().is_empty()) {
+    for item in items(text).into_iter().filter(|item| !item.trim().is_empty()) {
         let Some((key, name)) = item.split_once('=').filter(|(_, name)| !name.trim().is_empty()) else {
             return Err(Error::usage(format!("{} names no column", quoted(item)), example()));
         };
@@ -210,6 +210,42 @@ pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
         requests.push(ColumnRequest { quantity, name: name.trim().to_owned() });
     }
     Ok(requests)
+}
+
+/// The items of a list: a comma inside quotation marks ends none, nor does one inside brackets that no `KEY=` follows.
+fn items(text: &str) -> Vec<&str> {
+    let mut items: Vec<&str> = Vec::new();
+    let (mut start, mut from) = (0, 0);
+    while let Some(at) = comma(text, start, from) {
+        let item = &text[start..at];
+        let is_open = ['(', '['].iter().any(|open| item.contains(*open))
+            && item.matches(['(', '[']).count() > item.matches([')', ']']).count();
+        let key = text[at + 1..].split(['=', ',']).next().unwrap_or_default().trim();
+        if is_open && !Quantity::COLUMNS.iter().any(|quantity| quantity.key() == key) {
+            from = at + 1;
+            continue;
+        }
+        items.push(item);
+        (start, from) = (at + 1, at + 1);
+    }
+    items.push(&text[start..]);
+    items
+}
+
+/// The first comma from `from` on that is in no quotation marks; marks open where a name may begin, and are closed.
+fn comma(text: &str, start: usize, from: usize) -> Option<usize> {
+    let mut end_of_marks = start;
+    for (at, c) in text[start..].char_indices().map(|(at, c)| (start + at, c)) {
+        let before = || text[start..at].trim_end().chars().next_back();
+        if at < end_of_marks {
+            continue;
+        } else if c == '"' && before().is_some_and(|c| "=+-*/^(".contains(c)) {
+            end_of_marks = text[at + 1..].find('"').map_or(end_of_marks, |length| at + length + 2);
+        } else if c == ',' && at >= from {
+            return Some(at);
+        }
+    }
+    None
 }
 
 /// Longer headings are prose.
@@ -283,6 +319,21 @@ fn quantity_of(words: &[(usize, &str)], unit: Option<&str>) -> Option<Quantity> 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn commas_in_names_end_no_item() {
+        for (text, expected) in [
+            ("time=a,voltage=b", &["time=a", "voltage=b"][..]),
+            ("time=\"a,b\":s,voltage=2*\"c, d\"", &["time=\"a,b\":s", "voltage=2*\"c, d\""]),
+            ("current=data(:,2):A,time=t", &["current=data(:,2):A", "time=t"]),
+            ("current=I (mA,time=t", &["current=I (mA", "time=t"]),
+            ("speed=12\" wheel:rpm,time=t \"x", &["speed=12\" wheel:rpm", "time=t \"x"]),
+            ("speed=\"open,time=t", &["speed=\"open", "time=t"]),
+            ("", &[""]),
+        ] {
+            assert_eq!(items(text), expected, "{text}");
+        }
+    }
 
     #[test]
     fn headings_of_real_loggers() {

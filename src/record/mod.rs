@@ -14,7 +14,8 @@ mod time;
 pub use diagnose::{FINDINGS, Finding, Severity, diagnose};
 pub use heading::{ColumnRequest, Quantity, parse_columns};
 pub use import::{
-    FORMATS, Format, ReadOptions, parse_number, read, read_bytes, read_csv, read_inputs, read_joined, write_csv,
+    BadRows, FORMATS, Format, ReadOptions, parse_number, read, read_bytes, read_csv, read_inputs, read_joined,
+    write_csv,
 };
 pub use lines::Lines;
 pub use prepare::{FilterKind, LowPass, Mask, Offset, Preparation, parse_masks};
@@ -127,9 +128,14 @@ impl Record {
 
     /// With `keep_gaps` a gap is a long step.
     pub(crate) fn from_file(samples: Samples, source: Source, keep_gaps: bool) -> Result<Self> {
+        Self::with_gaps(samples, source, &|_, _| keep_gaps)
+    }
+
+    /// With the gaps that `keep` accepts, by the sample before and the length in periods.
+    fn with_gaps(samples: Samples, source: Source, keep: &dyn Fn(usize, f64) -> bool) -> Result<Self> {
         let located = |error: Error| source.path.iter().fold(error, |error, path| error.in_file(path));
         samples.check_shape().map_err(located)?;
-        let steps = time::steps(&samples.time_s, &source.lines, keep_gaps).map_err(located)?;
+        let steps = time::steps(&samples.time_s, &source.lines, keep).map_err(located)?;
         for (quantity, signal) in samples.signals() {
             check_values(quantity, signal, &source).map_err(located)?;
         }

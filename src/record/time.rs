@@ -13,7 +13,7 @@ named! {
         Error = "error",
         /// A long step, over which the voltage is held.
         Keep = "keep",
-        /// Each stretch between gaps is a recording of its own.
+        /// Each stretch between gaps is a recording of its own, and each run of a clock that starts again.
         Split = "split",
     }
 }
@@ -62,8 +62,9 @@ const TIME_MAX: f64 = 1e12;
 /// Parts of a period to which irregular times are rounded, so that their steps form a table.
 const PARTS: f64 = 1000.0;
 
-/// Steps of at least two times. `lines` are the lines of the file they are on, or empty.
-pub(super) fn steps(time_s: &[f64], lines: &Lines, keep_gaps: bool) -> Result<Steps> {
+/// Steps of at least two times. `lines` are the lines of the file they are on, or empty; `keep` accepts gaps by the sample before
+/// and the length in periods.
+pub(super) fn steps(time_s: &[f64], lines: &Lines, keep: &dyn Fn(usize, f64) -> bool) -> Result<Steps> {
     if !time_s.iter().fold(true, |all, t| all & t.is_finite())
         && let Some(n) = time_s.iter().position(|t| !t.is_finite())
     {
@@ -74,12 +75,19 @@ pub(super) fn steps(time_s: &[f64], lines: &Lines, keep_gaps: bool) -> Result<St
     if shortest <= 0.0
         && let Some(n) = differences.iter().position(|&step| step <= 0.0)
     {
-        let (what, was) = (if differences[n] < 0.0 { "goes back" } else { "is repeated" }, time_s[n]);
+        let is_back = differences[n] < 0.0;
+        let (what, was) = (if is_back { "goes back" } else { "is repeated" }, time_s[n]);
         let message = format!("time {what}: found {} s after {was} s, expected a later time", time_s[n + 1]);
-        let hint = text!(
-            "Remove the row, cut the recording there, or leave out rows of repeated time with " [DropRepeats]
-            "; each row needs a time of its own, enough digits included."
-        );
+        let hint = match is_back {
+            true => text!(
+                "Where the clock starts again, " [Gaps = "split"] " makes a recording of each run; a single row may be \
+                 removed."
+            ),
+            false => text!(
+                "Remove the row, cut the recording there, or leave out rows of repeated time with " [DropRepeats]
+                "; each row needs a time of its own, enough digits included."
+            ),
+        };
         return Err(Error::data(message, hint).at_line(lines.get(n + 1)));
     }
     // The digits of a file's decimals, not those of their difference; the same for all steps of a regular clock.
@@ -94,9 +102,8 @@ pub(super) fn steps(time_s: &[f64], lines: &Lines, keep_gaps: bool) -> Result<St
         return Err(Error::data(message, hint));
     }
     if longest > period_s * GAP
-        && !keep_gaps
         && let limit = gap_limit(&differences, period_s)
-        && let Some(n) = differences.iter().position(|&step| step > limit)
+        && let Some(n) = (0..differences.len()).find(|&n| differences[n] > limit && !keep(n, differences[n] / period_s))
     {
         let (periods, before, after) = (differences[n] / period_s, time_s[n], time_s[n + 1]);
         let (missing, shown) = (periods.round() - 1.0, crate::text::significant(periods, 3));
@@ -127,12 +134,18 @@ const GAP_IRREGULAR: f64 = 10.0;
 const IRREGULAR_PART: f64 = 0.1;
 const IRREGULAR_STEP: f64 = 0.03;
 
+/// Steps of lost samples are so near to whole numbers of periods.
+const MULTIPLE: f64 = 0.1;
+
 /// The longest step that is no gap \[s\].
+///
+/// A long step counts as one of an irregular clock unless it is a whole number of periods, as where samples were lost.
 fn gap_limit(differences: &[f64], period_s: f64) -> f64 {
     let (mut off, mut all) = (0.0, 0.0);
-    for step in differences.iter().map(|step| step / period_s).filter(|step| *step <= GAP) {
-        off += if (step - 1.0).abs() > IRREGULAR_STEP { 1.0 } else { 0.0 };
-        all += 1.0;
+    for step in differences.iter().map(|step| step / period_s).filter(|step| *step <= GAP_IRREGULAR) {
+        let is_lost = step > GAP && (step - step.round()).abs() <= MULTIPLE;
+        off += if (step - 1.0).abs() > IRREGULAR_STEP && !is_lost { 1.0 } else { 0.0 };
+        all += if is_lost { 0.0 } else { 1.0 };
     }
     let irregular = off > IRREGULAR_PART * all;
     period_s * if irregular { GAP_IRREGULAR } else { GAP }
@@ -146,6 +159,22 @@ pub(super) fn gaps(time_s: &[f64]) -> Vec<usize> {
     }
     let longest = gap_limit(&differences, upper_median(&mut differences.clone()));
     (1..time_s.len()).filter(|&n| differences[n - 1] > longest).collect()
+}
+
+/// The samples at which a stretch begins: those that follow gaps, and those whose time goes back.
+pub(super) fn breaks(time_s: &[f64]) -> Vec<usize> {
+    let restarts = (1..time_s.len()).filter(|&n| time_s[n] < time_s[n - 1]);
+    let edges: Vec<usize> = std::iter::once(0).chain(restarts).chain([time_s.len()]).collect();
+    let runs = edges.windows(2).map(|edge| edge[0]..edge[1]);
+    let breaks = runs.flat_map(|run| {
+        std::iter::once(run.start).chain(gaps(&time_s[run.clone()]).into_iter().map(move |n| n + run.start))
+    });
+    breaks.filter(|&n| n > 0).collect()
+}
+
+/// Whether a gap of some periods is one of so many rows that were left out.
+pub(super) fn is_of_left_out(periods: f64, rows: usize) -> bool {
+    rows > 0 && periods <= count(rows) + GAP
 }
 
 /// `value` to so many significant digits.

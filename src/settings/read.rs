@@ -40,6 +40,7 @@ pub fn reading(given: &Given) -> Read<Reading> {
             columns: given.read(Setting::Columns, parse_columns)?.unwrap_or_default(),
             rate_hz,
             sheet: given.text(Setting::Sheet).map(str::to_owned),
+            bad_rows: given.choice(Setting::BadRows)?.unwrap_or_default(),
             gaps: given.choice(Setting::Gaps)?.unwrap_or_default(),
             drop_repeats: given.switch(Setting::DropRepeats),
         },

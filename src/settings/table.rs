@@ -7,7 +7,7 @@ use crate::identify::{Method, Polish};
 use crate::motor::{Discretization, Extension, Parameter};
 use crate::named::Named;
 use crate::optimize::{Hyperparameter, SEARCHES, Search};
-use crate::record::Gaps;
+use crate::record::{BadRows, Gaps};
 use crate::setting::{Setting, Text, text};
 
 /// The form of a setting's value.
@@ -47,9 +47,9 @@ pub struct Row {
 }
 
 /// How recordings are read and prepared.
-pub const READING: [Setting; 10] = {
-    use Setting::{Columns, Crop, Decimate, DropRepeats, Filter, Gaps, Mask, Offset, Rate, Sheet};
-    [Columns, Rate, Sheet, Gaps, DropRepeats, Crop, Offset, Mask, Decimate, Filter]
+pub const READING: [Setting; 11] = {
+    use Setting::{BadRows, Columns, Crop, Decimate, DropRepeats, Filter, Gaps, Mask, Offset, Rate, Sheet};
+    [Columns, Rate, Sheet, BadRows, Gaps, DropRepeats, Crop, Offset, Mask, Decimate, Filter]
 };
 /// How the optimum is found and refined.
 pub const SEARCH: [Setting; 6] =
@@ -104,13 +104,19 @@ table! {
     Columns: Word, "Recording", "LIST" [] "current=I:mA",
         "What columns hold, as QUANTITY=HEADING,…; quantities: time, voltage, current, speed, load_torque, position. Behind a \
          heading (or its number, #2) may stand operations (from left to right), a unit, or the two voltages of a flag: \
-         current=I:mA, time=tick:8kHz (time=- for none), voltage=PWM*12/255:V, voltage=step:0..12, position=count/4096:turns";
+         current=I:mA, time=tick:8kHz (time=- for none), voltage=PWM*12/255:V, voltage=step:0..12, position=count/4096:turns. \
+         Or an expression of several columns, with + - * / ^ ( ), pi, sin, cos, abs, int8, int16, int32 (unsigned two's \
+         complement), cumsum (running sum), constants of a JSON file and other quantities named in the list, in SI units; \
+         headings with signs in quotation marks: time=cumsum(dt):ms, voltage=int16(load)/885*\"supply (V)\", \
+         load_torque=0.5*9.81*0.1*sin(position)";
     Rate: Number, "Recording", "HZ" [] "1000",
         "Samples per second: of a recording without a time column; any other is brought to it, behind an anti-alias filter \
          where it is faster";
-    Sheet: Word, "Recording", "NAME" [] "Sheet1", "The sheet of a workbook [default: the first with numbers]";
+    Sheet: Word, "Recording", "NAME" [] "Sheet1", "The sheet of a workbook [default: the first with numbers], or the list of a JSON file";
+    BadRows: choice::<BadRows>(), "Recording", "HOW" ["error"] "skip",
+        "What becomes of rows that cannot be read, such as notices of a logger: bad data, or left out and counted";
     Gaps: choice::<Gaps>(), "Recording", "HOW" ["error"] "keep",
-        "What becomes of gaps in time: bad data, a long step, or a recording for each stretch";
+        "What becomes of gaps in time: bad data, a long step, or a recording for each stretch, also where time starts again";
     DropRepeats: Switch, "Recording", "" [] "true", "Leave out rows whose time repeats that of the row before";
     Crop: Word, "Recording", "FROM:TO" [] "0.2:1.5", "Use the time FROM:TO only, in seconds; either may be left out";
     Offset: Word, "Recording", "OFFSETS" [] "auto",

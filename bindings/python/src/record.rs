@@ -223,7 +223,7 @@ fn frozen<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Bound<'py, PyArray1<
     Ok(array)
 }
 
-/// The recordings of a file: CSV, XLSX, MAT or SysId JSON; "A+B" makes one recording of two files.
+/// The recordings of a file: CSV, XLSX, MAT or JSON; "A+B" makes one recording of two files.
 ///
 /// Parameters
 /// ----------
@@ -233,9 +233,11 @@ fn frozen<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Bound<'py, PyArray1<
 /// rate : float
 ///     Samples a second: of a recording without a time column; any other is brought to it.
 /// sheet : str
-///     Sheet of a workbook; the first with numbers by default.
+///     Sheet of a workbook, the first with numbers by default; the list of a JSON file.
+/// bad_rows : {"error", "skip"}
+///     Rows that cannot be read: bad data, or left out and counted.
 /// gaps : {"error", "keep", "split"}
-///     Gaps in time: bad data, a long step, or a recording for each stretch.
+///     Gaps in time: bad data, a long step, or a recording for each stretch, also where time starts again.
 /// drop_repeats : bool, default False
 ///     Leave out rows whose time repeats that of the row before.
 /// crop : str

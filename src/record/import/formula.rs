@@ -1,22 +1,37 @@
-//! What a request may say of a column: `HEADING`, then operations, then a unit or the two voltages of a flag.
+//! The formula of a quantity: one column with operations behind it, the two voltages of a flag, or an expression.
 //!
 //! `HEADING[*NUMBER | /NUMBER | +NUMBER | -NUMBER]…[:UNIT]`, from left to right, or `HEADING:LOW..HIGH`, or `#3` for the
-//! third column. A heading that contains such signs itself is taken as it stands.
+//! third column. A heading that contains such signs itself is taken as it stands. Whatever else stands there is an
+//! [`Expression`], of the usual precedence.
 
-use super::parse::parse_number;
+use super::expression::{Expression, LENGTH_MAX};
+use super::parse::{number_length, parse_number};
+use crate::record::Quantity;
 use crate::text::significant;
 
-/// Operations at most, and characters.
+/// Operations from left to right at most.
 const OPERATIONS_MAX: usize = 8;
-const LENGTH_MAX: usize = 200;
 
-/// What turns the cells of a column into a quantity.
+/// The meaning of a name in an expression.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Operand {
+    /// The cells of a column, by its place.
+    Column(usize),
+    /// A number that stands beside the rows.
+    Constant(f64),
+    /// Another quantity of the recording, in SI units.
+    Quantity(Quantity),
+}
+
+/// What turns the cells of columns into a quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Formula {
     /// `scale · cell + offset`, in a unit.
     Linear { scale: f64, offset: f64 },
     /// A flag of two values: what its lower and its higher value mean.
     Levels([f64; 2]),
+    /// An expression of several columns, as it was written.
+    Expression(Expression<Operand>, String),
 }
 
 impl Formula {
@@ -24,9 +39,10 @@ impl Formula {
 
     /// For people; empty where cells are taken as they are.
     pub(super) fn shown(&self) -> String {
-        let (scale, offset) = match *self {
-            Self::Linear { scale, offset } => (scale, offset),
-            Self::Levels([low, high]) => return format!("flag: {} or {}", significant(low, 5), significant(high, 5)),
+        let (scale, offset) = match self {
+            Self::Linear { scale, offset } => (*scale, *offset),
+            Self::Levels([low, high]) => return format!("flag: {} or {}", significant(*low, 5), significant(*high, 5)),
+            Self::Expression(..) => return String::new(),
         };
         let scaled = ((scale - 1.0).abs() > 0.0).then(|| format!("× {}", significant(scale, 5)));
         let sign = if offset < 0.0 { "−" } else { "+" };
@@ -88,14 +104,6 @@ fn operations(mut text: &str) -> Option<Vec<(char, f64)>> {
     Some(list)
 }
 
-/// How long the number at the start of a text is, blanks before it included.
-fn number_length(text: &str) -> usize {
-    let number = text.trim_start().as_bytes();
-    let is_sign = |n: usize| matches!(number[n], b'+' | b'-') && (n == 0 || matches!(number[n - 1], b'e' | b'E'));
-    let is_inside = |n: &usize| matches!(number[*n], b'0'..=b'9' | b'.' | b'e' | b'E') || is_sign(*n);
-    text.len() - number.len() + (0..number.len()).take_while(is_inside).count()
-}
-
 /// `6.67..7.79`; each side may be a product, as in `11.04*154/255..11.04*180/255`.
 fn levels(text: &str) -> Option<[f64; 2]> {
     let (low, high) = text.split_once("..").filter(|(_, high)| !high.starts_with('.'))?;
@@ -121,7 +129,7 @@ mod tests {
     fn linear_of(text: &str) -> Option<(f64, f64, Option<String>)> {
         match suffix(text)? {
             Suffix { formula: Formula::Linear { scale, offset }, unit } => Some((scale, offset, unit)),
-            Suffix { formula: Formula::Levels(_), .. } => None,
+            Suffix { .. } => None,
         }
     }
 

@@ -1,10 +1,13 @@
 //! Where a table begins: its heading, the units below it, or the comments above it that carry both.
 
+use super::bad_rows::BadRows;
 use super::columns::{Heading, Wish, choose, understood};
 use super::parse::{Separator, is_number};
-use super::text::Lines;
+use super::text::{Line, Lines};
 use crate::record::heading::Quantity;
+use crate::text::counted;
 use crate::{Error, Result};
+use std::borrow::Cow;
 use std::collections::VecDeque;
 
 /// Lines that are looked at to find the heading.
@@ -37,7 +40,7 @@ pub(super) fn find(lines: &mut impl Lines, wish: &Wish<'_>) -> Result<Layout> {
     let mut found = None;
     while found.is_none() && ahead.len() < AHEAD_MAX {
         let Some(line) = lines.next_line()? else { break };
-        let (number, text) = (line.number, line.text()?);
+        let (number, text) = (line.number, readable(line, wish)?);
         if let Some(comment) = comment(&text) {
             if ahead.is_empty() {
                 comments.push(comment.to_owned());
@@ -52,11 +55,16 @@ pub(super) fn find(lines: &mut impl Lines, wish: &Wish<'_>) -> Result<Layout> {
                 let message = format!("has {} cells, expected at most {COLUMNS_MAX}", row.len());
                 return Err(Error::data(message, "Check that it is CSV with one sample per line.").at_line(number));
             }
-            if ahead.len() == 1 && row.iter().all(|cell| is_number(cell)) {
+            let are_numbers = row.iter().all(|cell| is_number(cell));
+            if ahead.len() == 1 && are_numbers {
                 return without_heading(ahead, &comments, separator);
             }
-            let headings = headings(&row, None);
-            if choose(&headings, wish).is_ok() {
+            if are_numbers && row.len() > 1 {
+                // Numbers behind notices are no heading.
+                if choose(&numbers(row.len()), wish).is_ok() {
+                    return below(ahead, separator);
+                }
+            } else if choose(&headings(&row, None), wish).is_ok() {
                 found = Some(ahead.len() - 1);
             }
         }
@@ -72,20 +80,49 @@ pub(super) fn find(lines: &mut impl Lines, wish: &Wish<'_>) -> Result<Layout> {
     if pending.is_empty()
         && let Some(line) = lines.next_line()?
     {
-        pending.push_back((line.number, line.text()?.into_owned()));
+        pending.push_back((line.number, readable(line, wish)?.into_owned()));
     }
     let units = pending.front().and_then(|(_, text)| units(&separator.row(text), row.len()));
     if units.is_some() {
         pending.pop_front();
     }
-    let note = (!ahead.is_empty()).then(|| format!("{} lines before the heading left out", ahead.len()));
+    let note = (!ahead.is_empty()).then(|| before(ahead.len(), "heading"));
     let headings = headings(&row, units.as_deref());
     Ok(Layout { separator, headings, line, pending, notes: note.into_iter().collect() })
 }
 
+/// The note on lines that were passed over.
+fn before(count: usize, what: &str) -> String {
+    format!("{} before the {what} left out", counted(count, "line"))
+}
+
+/// A line as text; where bad rows are left out, one that is no text has signs that no number has.
+fn readable<'a>(line: Line<'a>, wish: &Wish<'_>) -> Result<Cow<'a, str>> {
+    line.text().or_else(|error| match wish.bad_rows {
+        BadRows::Skip => {
+            let text = String::from_utf8_lossy(line.bytes);
+            Ok(text.chars().map(|c| if c.is_control() && c != '\t' { '\u{fffd}' } else { c }).collect())
+        }
+        BadRows::Error => Err(error),
+    })
+}
+
+/// The headings of columns that have none.
+fn numbers(width: usize) -> Vec<Heading> {
+    (1..=width).map(|n| Heading { name: n.to_string(), unit: None }).collect()
+}
+
+/// The layout of rows without a heading, whose first is the last of some lines.
+fn below(mut ahead: VecDeque<(u64, String)>, separator: Separator) -> Result<Layout> {
+    let pending = ahead.split_off(ahead.len() - 1);
+    let mut layout = without_heading(pending, &[], separator)?;
+    layout.notes.push(before(ahead.len(), "rows"));
+    Ok(layout)
+}
+
 /// The line that says most, the first of equals.
 fn likeliest(ahead: &VecDeque<(u64, String)>, wish: &Wish<'_>) -> usize {
-    let score = |text: &str| understood(&headings(&wish.separator_of(text).row(text), None), wish.requests);
+    let score = |text: &str| understood(&headings(&wish.separator_of(text).row(text), None), wish);
     let scores = ahead.iter().map(|(_, text)| score(text)).enumerate();
     scores.rev().max_by_key(|&(_, score)| score).map_or(0, |(at, _)| at)
 }
@@ -123,7 +160,7 @@ fn without_heading(pending: VecDeque<(u64, String)>, comments: &[String], separa
             let note = "names of columns are those of the comment above them".to_owned();
             (headings(names, units.as_deref()), vec![note])
         }
-        None => ((1..=width).map(|n| Heading { name: n.to_string(), unit: None }).collect(), Vec::new()),
+        None => (numbers(width), Vec::new()),
     };
     Ok(Layout { separator, headings, line, pending, notes })
 }

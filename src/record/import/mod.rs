@@ -1,24 +1,30 @@
 //! Files as recordings: formats, headings, units, and what loggers do to them.
 //!
 //! A file becomes lines of cells ([`text`], or those of another format), the lines a table with a heading
-//! ([`layout`], [`columns`], [`formula`]), its rows signals ([`collect`], [`signals`]).
+//! ([`layout`], [`columns`], [`request`], [`formula`]), its rows signals ([`collect`], [`convert`], [`signals`]).
 
+mod bad_rows;
 mod collect;
 mod columns;
+mod convert;
 mod decimal;
+mod expression;
 mod formats;
 mod formula;
+mod lacking;
 mod layout;
 mod parse;
 mod quick;
+mod request;
 mod signals;
 mod text;
 mod write;
 
+pub use bad_rows::BadRows;
 pub use parse::parse_number;
 pub use write::write_csv;
 
-use super::heading::ColumnRequest;
+use super::heading::{ColumnRequest, Quantity};
 use super::{Gaps, Record, Samples, Source, time};
 use crate::setting::text;
 use crate::{Error, Result};
@@ -42,6 +48,8 @@ pub struct ReadOptions {
     pub rate_hz: Option<f64>,
     /// The sheet of a workbook; the first with numbers otherwise.
     pub sheet: Option<String>,
+    /// What becomes of rows that cannot be read.
+    pub bad_rows: BadRows,
     /// What becomes of gaps in time.
     pub gaps: Gaps,
     /// Whether rows whose time repeats that of the row before are left out.
@@ -138,16 +146,42 @@ fn split(mut signals: Signals, options: &ReadOptions) -> Result<Vec<Record>> {
     if options.drop_repeats {
         signals.drop_repeats();
     }
-    let (samples, mut source) = signals.samples()?;
-    if options.gaps != Gaps::Split {
-        return Ok(vec![Record::from_file(samples, source, options.gaps == Gaps::Keep)?]);
+    match options.gaps {
+        Gaps::Keep => {
+            signals.samples().and_then(|(samples, source)| Ok(vec![Record::from_file(samples, source, true)?]))
+        }
+        Gaps::Error => with_left_out(signals),
+        Gaps::Split => stretches(signals),
     }
-    let gaps = time::gaps(&samples.time_s);
-    let edges: Vec<usize> = std::iter::once(0).chain(gaps).chain([samples.time_s.len()]).collect();
+}
+
+/// The recording that signals are. A gap as long as the rows that were left out there is a long step.
+fn with_left_out(mut signals: Signals) -> Result<Vec<Record>> {
+    let left_out = std::mem::take(&mut signals.left_out);
+    let (samples, mut source) = signals.samples()?;
+    let lines = source.lines.clone();
+    let keep = |n: usize, periods: f64| time::is_of_left_out(periods, Signals::left_out_after(&lines, &left_out, n));
+    let gaps = if left_out.is_empty() { Vec::new() } else { time::gaps(&samples.time_s) };
+    if !gaps.is_empty() {
+        let gaps = crate::text::counted(gaps.len(), "gap");
+        source.notes.push(format!("{gaps} in time where rows were left out; the voltage is held over them"));
+    }
+    Ok(vec![Record::with_gaps(samples, source, &keep)?])
+}
+
+/// The recordings between gaps, and between the runs of a clock that starts again.
+fn stretches(mut signals: Signals) -> Result<Vec<Record>> {
+    let time = signals.get(Quantity::Time).map_or(&[][..], Vec::as_slice);
+    let edges: Vec<usize> = std::iter::once(0).chain(time::breaks(time)).chain([time.len()]).collect();
+    if edges.len() == 2 {
+        let (samples, source) = signals.samples()?;
+        return Ok(vec![Record::from_file(samples, source, false)?]);
+    }
     let all = edges.windows(2).map(|edge| edge[0]..edge[1]);
-    let (long, short): (Vec<_>, Vec<_>) = all.partition(|stretch| stretch.len() >= STRETCH_MIN || edges.len() == 2);
+    let (long, short): (Vec<_>, Vec<_>) = all.partition(|stretch| stretch.len() >= STRETCH_MIN);
     if !short.is_empty() {
-        source.notes.push(format!("{} stretches of fewer than {STRETCH_MIN} samples left out", short.len()));
+        let short = crate::text::counted(short.len(), "stretch").replace("stretchs", "stretches");
+        signals.source.notes.push(format!("{short} of fewer than {STRETCH_MIN} samples left out"));
     }
     if long.is_empty() {
         let message = format!("no stretch between gaps has {STRETCH_MIN} samples");
@@ -155,8 +189,10 @@ fn split(mut signals: Signals, options: &ReadOptions) -> Result<Vec<Record>> {
     }
     let count = long.len();
     let piece = |(n, range): (usize, Range<usize>)| {
-        let source = Source { lines: source.lines.of(range.clone()), ..source.clone() };
-        Record::from_file(samples.slice(range), source.stretch(n, count), false)
+        let (samples, source) = signals.part(range).samples()?;
+        let source = source.stretch(n, count);
+        let part = source.part.clone();
+        Record::from_file(samples, source, false).map_err(|error| in_part(error, part.as_deref()))
     };
     long.into_iter().enumerate().map(piece).collect()
 }
@@ -178,14 +214,15 @@ fn tables(mut reader: impl Read, options: &ReadOptions, need: Need) -> Result<Ve
     let timed = options.rate_hz.is_some();
     let mut head = Vec::new();
     (&mut reader).take(HEAD as u64).read_to_end(&mut head).map_err(|e| unreadable(&e))?;
-    let wish = |separator| Wish { requests: &options.columns, need, timed, separator };
+    let bad_rows = options.bad_rows;
+    let wish = Wish { requests: &options.columns, need, timed, bad_rows, separator: None, constants: &[] };
     let format = Format::of(&head);
     let mut reader = std::io::Cursor::new(head).chain(reader);
     let Some(format) = format else {
         let mut lines = TextLines::new(reader)?;
-        let mut table = collect(&mut lines, &wish(None))?;
+        let mut table = collect(&mut lines, &wish)?;
         table.source.sha256 = Some(lines.sha256()?);
-        return Ok(vec![table.timed(options.rate_hz)]);
+        return Ok(vec![table.timed(options.rate_hz)?]);
     };
     let mut bytes = Vec::new();
     let most = format.bytes_max;
@@ -194,16 +231,16 @@ fn tables(mut reader: impl Read, options: &ReadOptions, need: Need) -> Result<Ve
         let message = format!("is larger than {} MiB", most >> 20);
         return Err(Error::data(message, "Save the recording as CSV, of which any size is read."));
     }
-    let read = |cells: Cells| {
+    let read = |cells: &Cells| {
         let part = Some(cells.name.clone()).filter(|name| !name.is_empty());
-        let mut table = collect(&mut CellLines::new(&cells), &wish(Some(CellLines::SEPARATOR)))
-            .map_err(|error| in_part(error, part.as_deref()))?;
-        table.source.notes.extend(cells.notes);
+        let wish = Wish { separator: Some(CellLines::SEPARATOR), constants: &cells.constants, ..wish };
+        let mut table = collect(&mut CellLines::new(cells), &wish).map_err(|error| in_part(error, part.as_deref()))?;
+        table.source.notes.extend(cells.notes.iter().cloned());
         table.source.sha256 = Some(text::digest(&bytes));
         table.source.part = part;
-        Ok(table.timed(options.rate_hz))
+        table.timed(options.rate_hz)
     };
-    (format.tables)(&bytes, options.sheet.as_deref())?.into_iter().map(read).collect()
+    (format.tables)(&bytes, options.sheet.as_deref())?.iter().map(read).collect()
 }
 
 fn in_part(error: Error, part: Option<&str>) -> Error {

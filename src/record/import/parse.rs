@@ -104,6 +104,14 @@ fn place(line: &str, part: &str) -> Range<usize> {
     start..start + part.len()
 }
 
+/// Returns how long the number at the start of a text is, blanks before it included.
+pub(super) fn number_length(text: &str) -> usize {
+    let number = text.trim_start().as_bytes();
+    let is_sign = |n: usize| matches!(number[n], b'+' | b'-') && (n == 0 || matches!(number[n - 1], b'e' | b'E'));
+    let is_inside = |n: &usize| matches!(number[*n], b'0'..=b'9' | b'.' | b'e' | b'E') || is_sign(*n);
+    text.len() - number.len() + (0..number.len()).take_while(is_inside).count()
+}
+
 /// A finite number from a cell; with `decimal_comma` both `1,5` and `1.5` are one and a half.
 ///
 /// # Errors

@@ -2,10 +2,11 @@
 //! sample.
 
 use crate::numeric::{count, extremes, upper_median};
-use crate::record::{Quantity, Samples, Source};
+use crate::record::{Lines, Quantity, Samples, Source};
 use crate::setting::text;
 use crate::text::{counted, engineering};
 use crate::{Error, Result};
+use std::ops::Range;
 
 /// A table as signals by their quantity: those of a recording, or a part of them. They are in SI but for a position,
 /// which becomes a speed.
@@ -13,21 +14,47 @@ use crate::{Error, Result};
 pub(super) struct Signals {
     pub source: Source,
     pub list: Vec<(Quantity, Vec<f64>)>,
+    /// The lines of rows that could not be read and were left out, in rising order.
+    pub left_out: Vec<u64>,
 }
 
 impl Signals {
     /// The same without rows that were never filled; without a time column samples come at `rate_hz`.
-    pub(super) fn timed(mut self, rate_hz: Option<f64>) -> Self {
+    ///
+    /// # Errors
+    /// `Data` when rows between the samples were left out that are counted.
+    pub(super) fn timed(mut self, rate_hz: Option<f64>) -> Result<Self> {
         self.drop_trailing_zeros();
         if let (None, Some(rate)) = (self.get(Quantity::Time), rate_hz) {
-            let time = (0..self.source.lines.len()).map(|n| count(n) / rate).collect();
+            let lines = &self.source.lines;
+            let (first, last) = (lines.get(0), lines.get(lines.len().saturating_sub(1)));
+            let is_inside = |line: &&u64| Some(**line) > first && Some(**line) < last;
+            if let Some(&line) = self.left_out.iter().find(is_inside) {
+                let message = "time is counted, and this row may or may not be a sample: it cannot be read";
+                let hint = text!("Remove the line if it is a notice, or cut the recording there; a column of times needs no " [Rate] ".");
+                return Err(Error::data(message, hint).at_line(line));
+            }
+            let time = (0..lines.len()).map(|n| count(n) / rate).collect();
             self.list.insert(0, (Quantity::Time, time));
             self.source.notes.push(format!("time counted at {}", engineering(rate, "Hz", 6)));
         }
-        self
+        Ok(self)
     }
 
-    fn get(&self, quantity: Quantity) -> Option<&Vec<f64>> {
+    /// Some of its samples.
+    pub(super) fn part(&self, range: Range<usize>) -> Self {
+        let cut = |(quantity, signal): &(Quantity, Vec<f64>)| (*quantity, signal[range.clone()].to_vec());
+        let source = Source { lines: self.source.lines.of(range.clone()), ..self.source.clone() };
+        Self { source, list: self.list.iter().map(cut).collect(), left_out: Vec::new() }
+    }
+
+    /// How many rows between a sample and the next could not be read.
+    pub(super) fn left_out_after(lines: &Lines, left_out: &[u64], sample: usize) -> usize {
+        let Some((from, to)) = lines.get(sample).zip(lines.get(sample + 1)) else { return 0 };
+        left_out.partition_point(|line| *line < to).saturating_sub(left_out.partition_point(|line| *line <= from))
+    }
+
+    pub(super) fn get(&self, quantity: Quantity) -> Option<&Vec<f64>> {
         self.list.iter().find(|(q, _)| *q == quantity).map(|(_, signal)| signal)
     }
 
@@ -147,7 +174,10 @@ impl Signals {
         let time_s = self.take(Quantity::Time).unwrap_or_default();
         let mut speed = self.take(Quantity::Speed);
         if let Some(position) = self.take(Quantity::Position) {
-            self.check_counter(&position)?;
+            // Where a clock starts again, the checks of time say so.
+            if time_s.windows(2).all(|t| t[1] >= t[0]) {
+                self.check_counter(&position)?;
+            }
             // Speed of what cannot be differentiated: the checks of time come later and name the line.
             speed = Some(differences(&time_s, unwrapped(position))?);
             self.source.notes.push("speed is the central difference of the position".to_owned());

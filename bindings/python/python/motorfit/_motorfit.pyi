@@ -23,6 +23,7 @@ _Discretization = Literal["zoh", "foh", "rk4", "euler"]
 _Initial = Literal["auto", "zero", "measured", "free"]
 _Precision = Literal["auto", "f32", "f64"]
 _Polish = Literal["lm", "none"]
+_BadRows = Literal["error", "skip"]
 _Gaps = Literal["error", "keep", "split"]
 _Method = Literal["auto", "sm", "gwo", "jaya", "ga", "pso", "random"]
 _Search = Literal["gwo", "jaya", "ga", "pso", "random"]
@@ -31,6 +32,7 @@ class _ReadOptions(TypedDict, total=False):
     columns: _Named
     rate: float
     sheet: str
+    bad_rows: _BadRows
     gaps: _Gaps
     drop_repeats: bool
     crop: str

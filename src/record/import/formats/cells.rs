@@ -3,7 +3,7 @@
 /// A table as a file holds it: rows of cells as text.
 ///
 /// All rows are equally long. Empty cells are empty texts.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Cells {
     /// The name of the sheet or of the test; empty where a file has just one table.
     pub name: String,
@@ -11,6 +11,8 @@ pub struct Cells {
     pub rows: Vec<(u64, Vec<String>)>,
     /// What was left out or changed, in words.
     pub notes: Vec<String>,
+    /// Numbers that stand beside the rows, with their names.
+    pub constants: Vec<(String, f64)>,
 }
 
 /// The most cells of a table.

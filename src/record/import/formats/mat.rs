@@ -103,10 +103,10 @@ fn table(contents: Contents, length: usize) -> Cells {
         }
     }
     let (scalars, others): (Vec<_>, Vec<_>) = others.into_iter().partition(|variable| variable.len() == 1);
-    let scalars = scalars.into_iter().map(|scalar| {
-        let value = scalar.columns.first().and_then(|column| column.first()).copied().unwrap_or(f64::NAN);
-        format!("{}: 1 value, {}", scalar.name, number(value))
-    });
+    let value =
+        |scalar: &Variable| scalar.columns.first().and_then(|column| column.first()).copied().unwrap_or(f64::NAN);
+    let constants = scalars.iter().map(|scalar| (scalar.name.clone(), value(scalar))).collect();
+    let scalars = scalars.iter().map(|scalar| format!("{}: 1 value, {}", scalar.name, number(value(scalar))));
     let others = others.into_iter().map(|other| {
         let columns = if other.columns.len() == 1 { String::new() } else { format!("{} × ", other.columns.len()) };
         format!("{}: {columns}{} values, others have {length}", other.name, other.len())
@@ -114,7 +114,7 @@ fn table(contents: Contents, length: usize) -> Cells {
     let mut notes = shortened(others.collect(), NOTES_MAX);
     notes.extend(shortened(scalars.collect(), NOTES_MAX));
     notes.extend(shortened(contents.ignored, NOTES_MAX));
-    Cells { name: String::new(), rows, notes: notes.iter().map(|note| printable(note)).collect() }
+    Cells { name: String::new(), rows, notes: notes.iter().map(|note| printable(note)).collect(), constants }
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ mod mat;
 mod mat_element;
 #[cfg(feature = "formats")]
 mod mat_file;
+mod records;
 mod sysid;
 #[cfg(all(test, feature = "formats"))]
 mod tests;
@@ -17,7 +18,7 @@ mod xlsx;
 
 use super::parse::Separator;
 use super::text::{Line, Lines};
-use crate::{Error, Result};
+use crate::Result;
 pub(super) use cells::Cells;
 
 /// A format other than CSV: a row of the table.
@@ -61,18 +62,16 @@ pub static FORMATS: [Format; 3] = [
     },
     Format {
         name: "JSON",
-        text: "A file of SysId or frc-characterization; each of its tests is a recording.",
+        text: "A list of objects with numbers, one for each sample, with constants beside it; or a file of SysId or \
+               frc-characterization, each of whose tests is a recording.",
         is: |head| {
             let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
             text.starts_with(b"{") || text.starts_with(b"[")
         },
-        bytes_max: 32 << 20,
-        tables: |bytes, _| match sysid::is_sysid(bytes) {
+        bytes_max: 64 << 20,
+        tables: |bytes, name| match sysid::is_sysid(bytes) {
             true => sysid::sysid(bytes),
-            false => Err(Error::data(
-                "is JSON, but not of SysId or frc-characterization",
-                "Save the recording as CSV with a heading such as time_s,voltage_V,current_A,speed_rad_s.",
-            )),
+            false => records::records(bytes, name),
         },
     },
 ];
@@ -90,7 +89,7 @@ impl Format {
 #[cfg(not(feature = "formats"))]
 fn left_out(_: &[u8], _: Option<&str>) -> Result<Vec<Cells>> {
     let message = "is a workbook or MAT-file, which this build does not read";
-    Err(Error::data(message, "Build with the feature formats, or save the recording as CSV."))
+    Err(crate::Error::data(message, "Build with the feature formats, or save the recording as CSV."))
 }
 
 /// Rows of cells as lines.

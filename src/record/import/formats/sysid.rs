@@ -164,7 +164,7 @@ fn text<'a>(file: &'a Map<String, Value>, key: &str, expected: &str) -> Result<&
 
 fn table(test: &str, rows: &[Value], layout: &Layout) -> Result<Cells> {
     let heading = layout.headings.iter().map(|heading| (*heading).to_owned()).collect();
-    let mut cells = Cells { name: test.to_owned(), rows: vec![(1, heading)], notes: Vec::new() };
+    let mut cells = Cells { name: test.to_owned(), rows: vec![(1, heading)], ..Cells::default() };
     for (counted, row) in (1..).zip(rows) {
         let wrong = |what: String| Error::data(format!("test {test}, row {counted}: {what}"), AGAIN);
         let Value::Array(row) = row else {

@@ -146,7 +146,7 @@ impl Table {
             let dates = counted(self.dates, "date or time cell");
             format!("{dates}, the first in {first}, given in seconds (days times 86400)")
         });
-        Ok(Cells { name: name.to_owned(), rows: self.rows, notes: note.into_iter().collect() })
+        Ok(Cells { name: name.to_owned(), rows: self.rows, notes: note.into_iter().collect(), ..Cells::default() })
     }
 }
 
