@@ -6,6 +6,8 @@
 use super::fitted::FittedMotor;
 use super::recording::warnings_of_records;
 use super::residuals::variance_inflation;
+use super::speed_guess::guess_by_speed;
+use crate::Result;
 use crate::estimate::{RefineOptions, Refined, refine};
 use crate::evaluate::{Initial, Model};
 use crate::motor::{Axis, Discretization, Input, Parameter, Scope, Space};
@@ -14,7 +16,6 @@ use crate::record::{Quantity, Record};
 use crate::setting::text;
 use crate::text::{engineering, significant};
 use crate::warning::{Place, Warning};
-use crate::{Error, Result};
 
 /// Between samples, the voltage goes on as this rather than as that which was assumed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,36 +107,6 @@ fn by_speed(record: &Record) -> Result<(Space, Vec<f64>)> {
     let fixed = vec![(Parameter::R, Scope::Shared, 1.0), (Parameter::B, Scope::Shared, 1e-6 * k * k)];
     let free = [Parameter::L, Parameter::K, Parameter::J].into_iter().zip(start).map(|(p, v)| axis(p, v, [1e-3, 1e3]));
     Ok((Space::new(free.collect(), fixed)?, start.to_vec()))
-}
-
-/// L, K and J of a motor with R = 1 Ω and no friction that about does what the speed shows.
-pub(crate) fn guess_by_speed(record: &Record) -> Result<[f64; 3]> {
-    let [gain, constant] = lag_by_speed(record)?;
-    Ok([0.3 * record.period_s(), 1.0 / gain, constant / (gain * gain)])
-}
-
-/// Gain \[rad/s per unit of the input\] and time constant \[s\] of the first-order lag that about does what the speed
-/// shows.
-pub(crate) fn lag_by_speed(record: &Record) -> Result<[f64; 2]> {
-    let (speed, input) = (record.samples().speed.as_deref().unwrap_or_default(), record.input());
-    let h = record.period_s();
-    // w⁺ = a w + b v by least squares; rough, but a start.
-    let mut sums = [0.0; 5];
-    for (pair, v) in speed.windows(2).zip(input) {
-        let (w, v, next) = (pair[0], *v, pair[1]);
-        for (sum, term) in sums.iter_mut().zip([w * w, w * v, v * v, w * next, v * next]) {
-            *sum += term;
-        }
-    }
-    let [ww, wv, vv, wn, vn] = sums;
-    let determinant = ww * vv - wv * wv;
-    let (a, b) = ((vv * wn - wv * vn) / determinant, (ww * vn - wv * wn) / determinant);
-    let a = a.clamp(0.01, 0.9999);
-    let (gain, constant) = (b.abs() / (1.0 - a), -h / a.ln());
-    if !(gain.is_finite() && gain > 0.0 && constant.is_finite()) {
-        return Err(Error::data("the speed does not follow the input", "Check the recording."));
-    }
-    Ok([gain, constant])
 }
 
 impl Intersample {

@@ -14,6 +14,7 @@ mod noise_floor;
 mod recording;
 mod residual_input_test;
 mod residuals;
+mod speed_guess;
 mod validation;
 
 pub use characteristics::{Characteristic, Characteristics, Covariance, Named, characteristics};
@@ -24,9 +25,7 @@ pub use fitted::FittedMotor;
 pub(crate) use homogeneity::homogeneity;
 pub(crate) use input_noise::input_noise;
 pub use intersample::{Intersample, detect_intersample, suspicions};
-pub(crate) use intersample::{
-    coarse_rate, guess_by_speed, intersample_of_current, intersample_of_voltage, is_lively, lag_by_speed,
-};
+pub(crate) use intersample::{coarse_rate, intersample_of_current, intersample_of_voltage, is_lively};
 pub use noise_floor::{NoiseFloor, noise_floor};
 pub(crate) use recording::unused_columns;
 pub use recording::{record_warnings, warnings_of_records};
@@ -34,5 +33,6 @@ pub use residual_input_test::{Regressors, ResidualInputTest, Residuals, residual
 pub(crate) use residuals::document as residuals_document;
 pub use residuals::{ResidualTest, ResidualTests};
 pub(crate) use residuals::{residual_tests, residuals_follow_input, variance_inflation};
+pub(crate) use speed_guess::{guess_by_load, guess_by_speed, lag_by_speed, load_varies};
 pub(crate) use validation::validate;
 pub use validation::{HeldOut, Validation, split};

@@ -1,5 +1,5 @@
-//! Comparison of models by Schwarz's criterion (BIC, 1978) with as many samples as the residuals have independent ones:
-//! `N (1 − ρ)/(1 + ρ)` for a correlation ρ from sample to sample (G. V. Bayley, J. M. Hammersley 1946). Residuals that a
+//! Comparison of models by Schwarz's criterion (BIC, 1978) with as many samples as the squares of the residuals have independent
+//! ones: `N (1 − ρ²)/(1 + ρ²)` for a correlation ρ from sample to sample (G. V. Bayley, J. M. Hammersley 1946). Residuals that a
 //! wrong model leaves are correlated; counted as they are, they would favor any extension.
 //!
 //! Both sides of a comparison are weighted by the same σ, that of the model which fits better: a model that contains
@@ -35,9 +35,20 @@ pub(super) fn is_worth(from: &Fit, to: &Fit) -> bool {
     gain(from, to) < -GAIN && ratios.into_iter().any(|ratio| ratio < 1.0 - SMALLEST)
 }
 
-/// Returns the part of the measured values that are independent, by the residuals of each recording and channel, and the
-/// number of values.
+/// Returns the part of the measured values that are independent where means of residuals count, `(1 − ρ)/(1 + ρ)`, and the number
+/// of values.
 pub(super) fn effective(problem: &Problem, refined: &Refined) -> (f64, f64) {
+    independent(problem, refined, |correlation| (1.0 - correlation) / (1.0 + correlation))
+}
+
+/// Returns the same where squares of residuals count, `(1 − ρ²)/(1 + ρ²)`.
+pub(super) fn effective_for_squares(problem: &Problem, refined: &Refined) -> (f64, f64) {
+    independent(problem, refined, |correlation| (1.0 - correlation.powi(2)) / (1.0 + correlation.powi(2)))
+}
+
+/// Returns the part of the measured values that are independent, by what a correlation of the residuals leaves of each recording
+/// and channel, and the number of values.
+fn independent(problem: &Problem, refined: &Refined, share: impl Fn(f64) -> f64) -> (f64, f64) {
     let (mut independent, mut all) = (0.0, 0.0);
     for (recording, initial) in refined.initial.iter().enumerate() {
         let signals = &problem.signals()[recording];
@@ -48,7 +59,7 @@ pub(super) fn effective(problem: &Problem, refined: &Refined) -> (f64, f64) {
             let products: f64 = residuals.windows(2).map(|e| e[0] * e[1]).sum();
             let correlation = if squares > 0.0 { (products / squares).clamp(0.0, 0.9999) } else { 0.0 };
             let count = numeric::count(signals.count(channel));
-            independent += count * (1.0 - correlation) / (1.0 + correlation);
+            independent += count * share(correlation);
             all += count;
         }
     }

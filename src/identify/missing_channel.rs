@@ -6,7 +6,7 @@
 use super::normalized::{NormalizedModel, is_measured, longest};
 use super::spec::IdentifySpec;
 use crate::Result;
-use crate::analysis::{guess_by_speed, unused_columns};
+use crate::analysis::{guess_by_load, guess_by_speed, load_varies, unused_columns};
 use crate::motor::{Axis, Parameter};
 use crate::numeric::peak;
 use crate::record::{Record, is_driven_by_current};
@@ -31,7 +31,7 @@ pub(super) fn single_channel(records: &[Record], spec: &IdentifySpec) -> Result<
     }
     let held = |parameter| spec.fixed(parameter).is_some();
     let free = Parameter::ALL.into_iter().filter(|p| !held(*p)).count();
-    let by_speed = !is_measured(records, 0) && free > 3 && !held(Parameter::K);
+    let by_speed = !is_measured(records, 0) && !is_loaded(records) && free > 3 && !held(Parameter::K);
     let by_current = !is_measured(records, 1) && !BY_CURRENT.into_iter().any(held);
     let Some((what, remedy)) = missing_channel(records, spec).filter(|_| by_speed || by_current) else {
         return Ok(None);
@@ -48,10 +48,16 @@ pub(super) fn single_channel(records: &[Record], spec: &IdentifySpec) -> Result<
     model.map(Some)
 }
 
+/// Returns whether a load torque that was recorded moves the motor: it gives speed alone the scale of torques, and with it what
+/// the current would.
+fn is_loaded(records: &[Record]) -> bool {
+    records.iter().any(|record| load_varies(record))
+}
+
 /// A motor that about does what one channel shows, where there is only one.
 pub(super) fn guess(records: &[Record], spec: &IdentifySpec) -> Option<[f64; 5]> {
     match [0, 1].map(|channel| is_measured(records, channel)) {
-        [false, true] => Some(of_speed(records, spec)),
+        [false, true] => Some(of_load(records).unwrap_or_else(|| of_speed(records, spec))),
         [true, false] => Some(of_current(records, spec)),
         _ => None,
     }
@@ -69,6 +75,12 @@ fn of_speed(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
     });
     let r = spec.fixed(Parameter::R).unwrap_or(1.0);
     [r, spec.fixed(Parameter::L).unwrap_or(r * l), k, spec.fixed(Parameter::B).unwrap_or(FRICTION * k * k / r), j / r]
+}
+
+/// A motor that about does what the speed shows under a load torque that was recorded; `None` without one.
+fn of_load(records: &[Record]) -> Option<[f64; 5]> {
+    let loaded: Vec<Record> = records.iter().filter(|record| load_varies(record)).cloned().collect();
+    guess_by_load(longest(&loaded)?)
 }
 
 /// A motor that about does what the current shows: the resistance by the largest current, time constants that the
@@ -93,7 +105,7 @@ pub(super) fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option
     let free: Vec<&Axis> = spec.space.free().iter().filter(|axis| !axis.parameter.is_extension()).collect();
     let is_free = |parameter| free.iter().any(|axis| axis.parameter == parameter);
     let unused = unused_columns(records);
-    if !is_measured(records, 0) && free.len() > 3 {
+    if !is_measured(records, 0) && !is_loaded(records) && free.len() > 3 {
         let count = free.len();
         Some((
             text!("no current" {unused} ": speed alone fixes three combinations of the {count} free parameters"),

@@ -1,6 +1,6 @@
 //! Models that a selection tries, and their fits.
 
-use super::bic::{Fit, effective, is_far};
+use super::bic::{Fit, effective_for_squares, is_far};
 use super::extension_bounds::extended_space;
 use super::prepare::Prepared;
 use super::refine::refine_widening;
@@ -165,7 +165,7 @@ pub(super) fn shared(problem: &Arc<Problem>, from: &Fit) -> Vec<f64> {
 }
 
 fn fit(with: &[Extension], plain: &Problem, refined: Refined) -> Fit {
-    let (effective, count) = effective(plain, &refined);
+    let (effective, count) = effective_for_squares(plain, &refined);
     Fit { with: with.to_vec(), space: plain.space().clone(), refined, effective, count }
 }
 
