@@ -92,7 +92,8 @@ impl Climb<'_> {
         steps.push(step(records, &best, None, true));
         while best.with.len() < HEIGHT {
             let mut tried = self.ranked(&best)?;
-            let others = tried.split_off(tried.len().min(FINALISTS));
+            let mut others = tried.split_off(tried.len().min(FINALISTS));
+            tried.extend(likeliest(&mut others));
             let mut fits: Vec<Fit> = tried.into_par_iter().map(|fit| self.finished(&best, fit)).collect();
             fits.sort_by(|a, b| badness(&best, a).total_cmp(&badness(&best, b)));
             let taken = fits.iter().position(|fit| is_worth(&best, fit));
@@ -196,6 +197,12 @@ impl Climb<'_> {
         }
         (best, Vec::new())
     }
+}
+
+/// Takes the model whose residuals move least out of some.
+fn likeliest(fits: &mut Vec<Fit>) -> Option<Fit> {
+    let lowest = (0..fits.len()).min_by(|a, b| fits[*a].deviance.total_cmp(&fits[*b].deviance))?;
+    Some(fits.remove(lowest))
 }
 
 /// A model whose rough fit is worse by this much will not be as good: its end is within some hundredths.

@@ -1,13 +1,13 @@
 //! Models that a selection tries, and their fits.
 
-use super::bic::{Fit, effective_for_squares, is_far};
+use super::bic::{Fit, is_far};
 use super::extension_bounds::extended_space;
 use super::prepare::Prepared;
 use super::refine::refine_widening;
 use super::start::Start;
 use crate::analysis::fit_percent;
 use crate::channels;
-use crate::estimate::{Refined, best_start, carried, explained, global_reference, retimed, warmed};
+use crate::estimate::{best_start, carried, explained, global_reference, retimed, warmed};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Extension, Parameter, Scope, Space};
 use crate::record::Record;
@@ -83,7 +83,7 @@ impl Models<'_> {
     /// Refines a model thoroughly, its bounds widened where nobody gave them.
     fn refined(&self, with: &[Extension], plain: &Problem, values: &[f64]) -> Result<Fit> {
         let (refined, space) = refine_widening(plain, &self.prepared.spec, plain.space(), values)?;
-        Ok(fit(with, &plain.with_space(space), refined))
+        Ok(Fit::new(with, &plain.with_space(space), refined))
     }
 
     /// Refines a rough fit thoroughly.
@@ -112,7 +112,7 @@ impl Models<'_> {
             starts.extend(explained(&problem, &[from.refined.parameters.to_array()])?.into_iter().take(ANEW));
         }
         let refined = best_start(&plain, &starts, sigma).ok_or_else(nowhere)?;
-        Ok(fit(with, &plain, refined))
+        Ok(Fit::new(with, &plain, refined))
     }
 
     /// Returns a lower optimum than that of a fit which leaves residuals far above the noise, where starts from all over the box
@@ -162,11 +162,6 @@ pub(super) fn shared(problem: &Arc<Problem>, from: &Fit) -> Vec<f64> {
         Ok(space) => carried(problem, (&space, &values)),
         Err(_) => carried(problem, (&from.space, &from.refined.values)),
     }
-}
-
-fn fit(with: &[Extension], plain: &Problem, refined: Refined) -> Fit {
-    let (effective, count) = effective_for_squares(plain, &refined);
-    Fit { with: with.to_vec(), space: plain.space().clone(), refined, effective, count }
 }
 
 fn nowhere() -> Error {
