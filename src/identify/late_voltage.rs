@@ -75,15 +75,16 @@ fn with_early_input(prepared: &Prepared<'_>, fit: &Fit, period_s: f64) -> Option
 }
 
 impl LateVoltage {
-    /// Returns it as a warning about a fit with some extensions.
-    pub(super) fn warning(&self, with: &[Extension]) -> Warning {
+    /// Returns it as a warning about a fit with some extensions, which `auto` has selected where that `is_selected`.
+    pub(super) fn warning(&self, with: &[Extension], is_selected: bool) -> Warning {
         let error = self.error.map_or(String::new(), |error| format!(" ± {}", significant(1e3 * error, 2)));
         let (shown, periods) = (significant(1e3 * self.seconds, 3), significant(self.periods, 2));
         let message = format!(
             "the motor moves {shown}{error} ms, {periods} of a period, before the recorded voltage changes: the voltage is logged late"
         );
         let all: Vec<&str> = with.iter().chain([&Extension::DeadTime]).map(|e| e.name()).collect();
-        let remedy = text!("Use " [With = "{}", all.join(",")] ", which may be negative, or " [With = "auto"] ".");
+        let named = text!("Use " [With = "{}", all.join(",")] ", which may be negative");
+        let remedy = if is_selected { named.and(".") } else { named.and(text!(", or " [With = "auto"] ".")) };
         Warning {
             remedy: Some(remedy),
             place: Some(Place { quantity: Some(crate::record::Quantity::Voltage), ..Place::default() }),

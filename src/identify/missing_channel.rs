@@ -5,13 +5,13 @@
 
 use super::normalized::{NormalizedModel, is_measured, longest};
 use super::spec::IdentifySpec;
-use crate::Result;
 use crate::analysis::{guess_by_load, guess_by_speed, load_varies, unused_columns};
 use crate::motor::{Axis, Parameter};
 use crate::numeric::peak;
 use crate::record::{Record, is_driven_by_current};
 use crate::setting::{Text, text};
 use crate::warning::Warning;
+use crate::{Error, Result};
 
 /// Friction of the motor that stands for others by their speed, in parts of K²/R.
 const FRICTION: f64 = 1e-6;
@@ -36,6 +36,7 @@ pub(super) fn single_channel(records: &[Record], spec: &IdentifySpec) -> Result<
     let Some((what, remedy)) = missing_channel(records, spec).filter(|_| by_speed || by_current) else {
         return Ok(None);
     };
+    check_driven(records)?;
     let warning = |told: &str| Warning::new("channel_missing", text!({what} "; {told}; for the others " {remedy}));
     let model = if by_speed {
         // Torques go with the resistance.
@@ -52,6 +53,16 @@ pub(super) fn single_channel(records: &[Record], spec: &IdentifySpec) -> Result<
 /// the current would.
 fn is_loaded(records: &[Record]) -> bool {
     records.iter().any(|record| load_varies(record))
+}
+
+/// A motor that moves without a voltage shows nothing of what a voltage does.
+fn check_driven(records: &[Record]) -> Result<()> {
+    let moves = |record: &Record| record.measured().into_iter().flatten().any(|y| y.iter().any(|v| *v != y[0]));
+    if records.iter().any(|record| peak(record.input()) > 0.0) || !records.iter().any(moves) {
+        return Ok(());
+    }
+    let message = "nothing drives the motor: the voltage is zero throughout, yet it moves";
+    Err(Error::not_identified(message, "Check that the column of the voltage is what the motor got."))
 }
 
 /// A motor that about does what one channel shows, where there is only one.

@@ -16,7 +16,6 @@ use super::trust::{Evidence, Missed, trust};
 use super::unidentified::fix_unidentified;
 use super::verify::{settle, verify};
 use super::warnings;
-use crate::Result;
 use crate::analysis::{
     Characteristics, FitMetrics, ResidualTests, coarse_rate, homogeneity, input_noise, intersample_of_current,
     intersample_of_voltage, noise_floor, regressions, residual_tests, residuals_follow_input,
@@ -28,6 +27,7 @@ use crate::motor::{Input, Parameter, Scope, Space, With};
 use crate::optimize::Progress;
 use crate::record::Record;
 use crate::warning::Warning;
+use crate::{Error, ErrorKind, Result};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -56,12 +56,21 @@ pub fn identify_with(
 fn run(records: &[Record], spec: &IdentifySpec, observe: &mut Observer<'_>) -> Result<Identification> {
     let of_recordings = || warnings::of_recordings(records, spec);
     let (of_recordings, result) = rayon::join(of_recordings, || estimated(records, spec, observe));
-    let (mut result, normalized, evidence) = result?;
+    let (mut result, normalized, evidence) = result.map_err(|error| of_the_only_file(records, error))?;
     let mut warnings = warnings::with_normalized(of_recordings, normalized.as_ref());
     warnings.append(&mut result.warnings);
     result.warnings = warnings;
     result.trust = trust(records, spec, &result, &evidence);
     Ok(result)
+}
+
+/// Returns an error about recordings with the file that it is about, where there is one only.
+fn of_the_only_file(records: &[Record], error: Error) -> Error {
+    let path = match records {
+        [record] if error.kind() != ErrorKind::Usage => record.source().path.as_deref(),
+        _ => None,
+    };
+    path.into_iter().fold(error, Error::in_file)
 }
 
 /// Runs the stages; beside the result, the model that represents all motors where a channel is missing, and evidence against
@@ -126,7 +135,7 @@ pub(super) fn conclude(prepared: &Prepared<'_>, fit: &mut Fit, dropped: &Unident
     let unidentified = unidentified(prepared, &fit.space, dropped);
     let extensions = fit.space.features().extensions();
     let late = if spec.is_polished() { late_voltage(prepared, fit) } else { None };
-    warnings.extend(late.map(|late| late.warning(&extensions)));
+    warnings.extend(late.map(|late| late.warning(&extensions, spec.with == With::Auto)));
     let lacking = if spec.is_polished() { lacking(prepared, fit) } else { Lacking::default() };
     warnings.extend(lacking.warnings(&extensions, spec.with == With::Auto));
     let evidence = Evidence { missed: missed(fit), lacking: lacking.extension() };
