@@ -242,6 +242,8 @@ fn a_load_is_a_formula_of_the_position() {
     let named = text.replace("deg", "position");
     assert_eq!(torque(&one(&named, &format!("position=position:deg,{gravity}"))), torque(&both));
     assert_eq!(torque(&one(&named, "position=position:deg,load_torque=position*2"))[1], 2.0 * 30f64.to_radians());
+    let shifted = one(&named, &format!("position=(position-w)*2:deg,{gravity}"));
+    assert!((torque(&shifted)[1] - 0.490_332_5 * 58f64.to_radians().sin()).abs() < 1e-12);
     assert!((torque(&one(&named, gravity))[1] - 0.490_332_5 * 30f64.sin()).abs() < 1e-12);
     for (text, columns, part) in [
         (text, gravity.to_owned(), "no column \"position\""),

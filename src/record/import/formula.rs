@@ -30,8 +30,8 @@ pub(super) enum Formula {
     Linear { scale: f64, offset: f64 },
     /// A flag of two values: what its lower and its higher value mean.
     Levels([f64; 2]),
-    /// An expression of several columns, as it was written.
-    Expression(Expression<Operand>, String),
+    /// An expression of several columns.
+    Expression(Expression<Operand>),
 }
 
 impl Formula {

@@ -58,14 +58,24 @@ pub(super) fn requested(headings: &[Heading], wish: &Wish<'_>, request: &ColumnR
     check_names(headings, wish, request, &expression)?;
     let end = request.name.len() - unit.map_or(0, |unit| unit.len() + 1);
     let (text, unit) = (request.name[..end].trim(), unit.map(|unit| unit.trim().to_owned()));
-    column(quantity, None, text, Formula::Expression(expression, text.to_owned()), unit)
+    column(quantity, None, text, Formula::Expression(expression), unit)
 }
 
 /// Whether a heading that is named like a quantity is the column of that quantity: then the quantity is meant.
 fn is_of_another(headings: &[Heading], wish: &Wish<'_>, request: &ColumnRequest, at: usize) -> bool {
     let of = |other: &&ColumnRequest| other.quantity != request.quantity && other.quantity.key() == headings[at].name;
     let other = wish.requests.iter().find(of).filter(|_| !request.name.starts_with(['"', '#']));
-    other.is_some_and(|other| place(headings, &other.name).is_some_and(|(place, _)| place == at))
+    other.is_some_and(|other| uses(headings, wish, other, at))
+}
+
+/// Whether a request is of a column, alone or in an expression.
+fn uses(headings: &[Heading], wish: &Wish<'_>, request: &ColumnRequest, at: usize) -> bool {
+    match place(headings, &request.name) {
+        Some((place, _)) => place == at,
+        None => {
+            expression(headings, wish, request).is_ok_and(|(found, _)| found.names().contains(&Operand::Column(at)))
+        }
+    }
 }
 
 /// The expression of a request, and its unit as it was written.
@@ -124,9 +134,8 @@ fn check_names(
     for name in expression.names() {
         let Operand::Quantity(quantity) = name else { continue };
         let key = quantity.key();
-        let other = wish.request(quantity).map_or("", |other| other.name.as_str());
         let Some(at) = headings.iter().position(|heading| heading.name == key) else { continue };
-        if !place(headings, other).is_some_and(|(place, _)| place == at) {
+        if wish.request(quantity).is_none_or(|other| !uses(headings, wish, other, at)) {
             let message =
                 format!("{key} in {} is a heading and a quantity that is named beside it", quoted(&request.name));
             let hint = format!("Where the column is meant, write its number, #{}.", at + 1);
