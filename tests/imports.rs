@@ -317,6 +317,8 @@ fn what_has_two_meanings_is_refused() {
     let twice = "t,u,i,i\n0,1,2,3\n1,1,2,3\n";
     assert!(refused(twice, "").to_string().contains("columns 3 and 4 are both headed \"i\""));
     assert_eq!(one(twice, "current=#4").measured()[0].unwrap(), [3.0, 3.0]);
+    assert_eq!(one(twice, "current=#4+0*#3").measured()[0].unwrap(), [3.0, 3.0]);
+    assert!(refused(twice, "current=#4+i").to_string().contains("columns 3 and 4 are both headed \"i\""));
     let units = "time_s,u,i\nms,V,A\n0,1,2\n1,1,2\n";
     assert!(refused(units, "").to_string().contains("names the unit s, the row below it ms"));
     assert_eq!(one(units, "time=time_s:ms").samples().time_s, [0.0, 0.001]);

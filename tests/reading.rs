@@ -368,6 +368,16 @@ fn a_refusal_names_the_columns_that_read_the_file() {
             "--columns time=\"t (s)\":s,voltage=\"PWM, 10 bit\"*12/1023:V,speed=Drehzahl:rad/s,current=I:A",
         ),
         (
+            "ticks.csv",
+            table("t_ms,pwm,rpm", &|n| format!("{},{},{n}", n * 10.0, if n < 9.0 { 0.0 } else { 7200.0 })),
+            "--columns time=t_ms:ms,voltage=pwm*12/7200:V,speed=rpm:rpm",
+        ),
+        (
+            "flag.csv",
+            table("t_ms,step,rpm", &|n| format!("{},{},{n}", n * 10.0, if n < 9.0 { 0.6 } else { 0.7 })),
+            "--columns time=t_ms:ms,voltage=step:0..12,speed=rpm:rpm",
+        ),
+        (
             "steps.csv",
             table("dt,pwm,rpm", &|n| format!("{},{},{n}", 10.0 + n % 2.0, n * 5.0)).replace("\n11,", "\nreset\n11,"),
             "--columns time=cumsum(dt):ms,voltage=pwm*12/255:V,speed=rpm:rpm",

@@ -203,7 +203,10 @@ fn one(headings: &[Heading], wish: &Wish<'_>, quantity: Quantity) -> Result<Opti
         Some(request) => Some(requested(headings, wish, request)?),
         None => recognized(headings, wish.requests, quantity)?,
     };
-    let by_number = |at: &usize| request.is_some_and(|request| request.name.contains(&format!("#{}", at + 1)));
+    let numbers = request.map_or("", |request| request.name.as_str()).split('#').skip(1);
+    let numbers: Vec<&str> =
+        numbers.map(|text| text.split(|c: char| !c.is_ascii_digit()).next().unwrap_or("")).collect();
+    let by_number = |at: &usize| numbers.contains(&(at + 1).to_string().as_str());
     for at in used.iter().flat_map(Used::places).filter(|at| !by_number(at)) {
         headed_twice(headings, at, quantity)?;
     }

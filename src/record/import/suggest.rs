@@ -89,6 +89,10 @@ fn guess(quantity: Quantity, heading: &Heading, values: &[f64]) -> Option<Guess>
         Quantity::Time if is_one_of(&["dt", "delta", "interval"]) => {
             guess(if whole { "cumsum(NAME):ms" } else { "cumsum(NAME):s" }, 0)
         }
+        Quantity::Voltage if is_one_of(&["degrau", "step", "flag"]) && has_two_values(values) => {
+            let replaced = vec![format!("0 and {SUPPLY} by its two voltages")];
+            Some(Guess { form: format!("NAME:0..{SUPPLY}"), replaced, certainty: 1 })
+        }
         Quantity::Voltage if is_drive(heading) || is_one_of(DUTY) => {
             let full = full_scale(&name, peak);
             let supply = format!("{SUPPLY} by the supply in volts");
@@ -114,6 +118,20 @@ fn guess(quantity: Quantity, heading: &Heading, values: &[f64]) -> Option<Guess>
 /// Words for a duty in headings, beside those of drives.
 const DUTY: &[&str] = &["ciclo", "tastgrad", "tastverhältnis", "rapport", "dutycycle", "throttle"];
 
+/// Whether a column is a flag.
+fn has_two_values(values: &[f64]) -> bool {
+    let mut distinct: Vec<f64> = Vec::new();
+    for value in values {
+        if !distinct.iter().any(|known| known.to_bits() == value.to_bits()) {
+            distinct.push(*value);
+        }
+        if distinct.len() > 2 {
+            return false;
+        }
+    }
+    distinct.len() == 2
+}
+
 /// The unit of whole numbers that count time: milliseconds, or microseconds where their steps are long.
 fn ticks(values: &[f64]) -> &'static str {
     let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
@@ -121,7 +139,7 @@ fn ticks(values: &[f64]) -> &'static str {
     if usual > 500.0 { "NAME:us" } else { "NAME:ms" }
 }
 
-/// The value of a full duty: one that the heading names, or the next usual one.
+/// The value of a full duty: one that the heading names, the next usual one, or the largest there is.
 fn full_scale(name: &str, peak: f64) -> String {
     const USUAL: [&str; 6] = ["1", "100", "255", "1023", "4095", "65535"];
     let in_name = name.split(|c: char| !c.is_ascii_digit()).find(|number| USUAL[2..].contains(number));
@@ -137,6 +155,6 @@ fn full_scale(name: &str, peak: f64) -> String {
     } else {
         2
     };
-    let next = USUAL[from..].iter().find(|full| full.parse().is_ok_and(|full: f64| full >= peak));
+    let next = USUAL[from..USUAL.len() - 1].iter().find(|full| full.parse().is_ok_and(|full: f64| full >= peak));
     next.map_or_else(|| peak.to_string(), |full| (*full).to_owned())
 }
