@@ -703,11 +703,13 @@ fn mutated(mut bytes: Vec<u8>, changes: &[(usize, u8, u8)]) -> Vec<u8> {
     bytes
 }
 
-const SEEDS: [&str; 4] = [
+const SEEDS: [&str; 6] = [
     "time_s,voltage_V,current_A,speed_rad_s\n0,0,0,0\n0.001,10.5,0.25,1.5\n0.002,10.5,0.5,3\n0.003,0,1e-3,-4.5\n",
     "%t,u,w\n%[s],[V],[rpm]\nnan,nan,nan;\n1,0,0;\n2,5,0.5;\n3,5,0.75;\n0,0,0;\n0,0,0;\n",
     "\u{feff}Tempo [ms];Spannung (V);\"Strom (mA)\"\r\n0;0,5;1,5\r\n1;0,5;2\r\n2;1;2,5\r\n",
     "Logger\nt u position\ns V deg\n0.0  1 0\n0.1  1 5\n0.2  2 10\n",
+    "{\"m\": 2, \"log\": [{\"t\": 0, \"u\": 1, \"w\": 0}, {\"t\": 0.1, \"u\": 2, \"w\": 1}, {\"t\": 0.2, \"u\": 1, \"w\": true}]}",
+    "14:03:00.000 -> t:0 u:0 w:19\nboot\n14:03:00.010 -> t:1 u:2 w:-13\n14:03:00.018 -> t:2 u:3 w:2\n",
 ];
 
 proptest! {

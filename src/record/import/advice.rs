@@ -52,7 +52,7 @@ fn words(suggestion: &Suggestion, are_bad: bool) -> Text {
     text!("Name the columns: " [Columns = "{}", suggestion.request] {skip} "{replace}{guessed}.")
 }
 
-/// Whether some rows are none of the table: of another width, or without a number where nearly all rows have one.
+/// Returns whether some rows are none of the table: of another width, or without a number where nearly all rows have one.
 fn are_bad(rows: &[Vec<Option<f64>>], width: usize) -> bool {
     let numbers = |at: usize| rows.iter().filter(|row| row.get(at).is_some_and(Option::is_some)).count();
     let nearly = |at: usize| (rows.len() - rows.len() / 10..rows.len()).contains(&numbers(at));

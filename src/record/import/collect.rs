@@ -100,7 +100,7 @@ fn cut_off(error: &Error) -> Error {
     Error::data(message, "Remove the last line, or copy the file again.").at_line(error.line())
 }
 
-/// Whether sums have all the rows that they run over.
+/// Checks that sums have all the rows that they run over.
 fn check_sums(used: &[Used], lines: &Lines, left_out: &[u64]) -> Result<()> {
     let Some(sum) = used.iter().find(|used| matches!(&used.formula, Formula::Expression(e) if e.has_sum())) else {
         return Ok(());

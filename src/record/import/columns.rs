@@ -170,7 +170,7 @@ fn not_there(wish: &Wish<'_>, quantity: Quantity) -> Error {
     Error::usage(format!("the {quantity}{of} is not there"), hint)
 }
 
-/// Whether the formulas can be evaluated one after the other.
+/// Checks that the formulas can be evaluated one after the other.
 fn ordered(used: Vec<Used>) -> Result<Vec<Used>> {
     match order(&used) {
         Ok(_) => Ok(used),

@@ -58,7 +58,7 @@ pub(super) fn converted(used: &[Used], cells: &mut Cells<'_>) -> Result<(Vec<Vec
     Ok((made, wrong))
 }
 
-/// What an operand is in a row.
+/// Returns the value of an operand in a row.
 fn value(operand: Operand, row: usize, used: &[Used], cells: &Cells<'_>, made: &[Vec<f64>]) -> f64 {
     match operand {
         Operand::Constant(value) => value,

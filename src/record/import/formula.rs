@@ -23,7 +23,7 @@ pub(super) enum Operand {
     Quantity(Quantity),
 }
 
-/// What turns the cells of columns into a quantity.
+/// The conversion of the cells of columns into a quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Formula {
     /// `scale · cell + offset`, in a unit.

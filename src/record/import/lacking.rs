@@ -73,7 +73,7 @@ pub(super) fn lacking(headings: &[Heading], missing: &[&str], named: Option<Text
     Error::data(format!("no column for {}; the heading has {}", missing.join(" and "), listed(headings)), hint)
 }
 
-/// Whether a heading looks like what drives a motor: by a word, or by a unit of volts.
+/// Returns whether a heading looks like what drives a motor: by a word, or by a unit of volts.
 pub(super) fn is_drive(heading: &Heading) -> bool {
     const WORDS: [&str; 12] = [
         "pwm", "duty", "ciclo", "cyclique", "tastgrad", "tastverh", "throttle", "command", "degrau", "step", "flag",

@@ -53,7 +53,7 @@ pub struct ReadOptions {
     pub rate_hz: Option<f64>,
     /// The sheet of a workbook; the first with numbers otherwise.
     pub sheet: Option<String>,
-    /// What becomes of rows that cannot be read.
+    /// The treatment of rows that cannot be read.
     pub bad_rows: BadRows,
     /// What becomes of gaps in time.
     pub gaps: Gaps,

@@ -1,4 +1,4 @@
-//! What a request says of a quantity: its column and what stands behind it, or an expression.
+//! Requests for quantities: a column with what stands behind it, or an expression.
 
 use super::columns::{Heading, Used, Wish, column, listed};
 use super::expression::{Expression, Fault, LENGTH_MAX};
@@ -36,7 +36,7 @@ fn in_marks(headings: &[Heading], text: &str) -> Option<(usize, usize)> {
     Some((end + 2, at))
 }
 
-/// Whether a request means something in a table of these headings.
+/// Returns whether a request means something in a table of these headings.
 pub(super) fn is_placed(headings: &[Heading], wish: &Wish<'_>, request: &ColumnRequest) -> bool {
     place(headings, &request.name).is_some() || expression(headings, wish, request).is_ok()
 }
@@ -61,14 +61,14 @@ pub(super) fn requested(headings: &[Heading], wish: &Wish<'_>, request: &ColumnR
     column(quantity, None, text, Formula::Expression(expression), unit)
 }
 
-/// Whether a heading that is named like a quantity is the column of that quantity: then the quantity is meant.
+/// Returns whether a heading that is named like a quantity is the column of that quantity: then the quantity is meant.
 fn is_of_another(headings: &[Heading], wish: &Wish<'_>, request: &ColumnRequest, at: usize) -> bool {
     let of = |other: &&ColumnRequest| other.quantity != request.quantity && other.quantity.key() == headings[at].name;
     let other = wish.requests.iter().find(of).filter(|_| !request.name.starts_with(['"', '#']));
     other.is_some_and(|other| uses(headings, wish, other, at))
 }
 
-/// Whether a request is of a column, alone or in an expression.
+/// Returns whether a request is of a column, alone or in an expression.
 fn uses(headings: &[Heading], wish: &Wish<'_>, request: &ColumnRequest, at: usize) -> bool {
     match place(headings, &request.name) {
         Some((place, _)) => place == at,
@@ -124,7 +124,7 @@ fn operand(headings: &[Heading], wish: &Wish<'_>, of: Quantity, text: &str) -> O
     all.rev().max_by_key(|(length, _)| *length)
 }
 
-/// Whether its names mean one thing each, and its angles are in rad.
+/// Checks that its names mean one thing each, and that its angles are in rad.
 fn check_names(
     headings: &[Heading],
     wish: &Wish<'_>,

@@ -1,4 +1,4 @@
-//! What a serial monitor keeps of a logger: stamps before each line, and rows of `key:value` in place of a table.
+//! The text that a serial monitor keeps of a logger: stamps before each line, and rows of `key:value` in place of a table.
 //!
 //! `14:03:00.018 -> t:18 pwm:0 rpm:2` is a row with the columns t, pwm and rpm; the stamp is that of the monitor, and is dropped.
 
@@ -12,7 +12,7 @@ const AHEAD: usize = 20;
 /// The most pairs of a row.
 const PAIRS_MAX: usize = 1000;
 
-/// What is done to each line.
+/// The form of the lines.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Monitor {
     stamped: bool,
@@ -33,7 +33,7 @@ impl Monitor {
             (pairs.len() > 1 && numbers == pairs.len())
                 .then(|| pairs.iter().map(|(key, _)| (*key).to_owned()).collect())
         };
-        // A notice or two, or a table behind pairs that describe it, are told apart by what most lines are.
+        // A table may stand behind pairs that describe it: most lines decide.
         let keys: Vec<String> = lines().take(AHEAD).find_map(row).unwrap_or_default();
         let alike = lines().take(AHEAD).filter(|line| row(line).is_some_and(|row: Vec<String>| row == keys)).count();
         let keys = if 2 * alike > lines().take(AHEAD).count() { keys } else { Vec::new() };

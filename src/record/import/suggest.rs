@@ -59,7 +59,7 @@ fn column(rows: &[Vec<Option<f64>>], at: usize) -> Vec<f64> {
     rows.iter().filter_map(|row| *row.get(at)?).collect()
 }
 
-/// What a column may hold.
+/// A quantity that a column may hold, as a request.
 struct Guess {
     /// The request, with NAME for the column.
     form: String,
@@ -118,7 +118,7 @@ fn guess(quantity: Quantity, heading: &Heading, values: &[f64]) -> Option<Guess>
 /// Words for a duty in headings, beside those of drives.
 const DUTY: &[&str] = &["ciclo", "tastgrad", "tastverhältnis", "rapport", "dutycycle", "throttle"];
 
-/// Whether a column is a flag.
+/// Returns whether a column has two values, as a flag has.
 fn has_two_values(values: &[f64]) -> bool {
     let mut distinct: Vec<f64> = Vec::new();
     for value in values {
