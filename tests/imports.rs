@@ -242,6 +242,8 @@ fn a_load_is_a_formula_of_the_position() {
     let named = text.replace("deg", "position");
     assert_eq!(torque(&one(&named, &format!("position=position:deg,{gravity}"))), torque(&both));
     assert_eq!(torque(&one(&named, "position=position:deg,load_torque=position*2"))[1], 2.0 * 30f64.to_radians());
+    let shifted = one(&named, &format!("position=(position-w)*2:deg,{gravity}"));
+    assert!((torque(&shifted)[1] - 0.490_332_5 * 58f64.to_radians().sin()).abs() < 1e-12);
     assert!((torque(&one(&named, gravity))[1] - 0.490_332_5 * 30f64.sin()).abs() < 1e-12);
     for (text, columns, part) in [
         (text, gravity.to_owned(), "no column \"position\""),
@@ -315,6 +317,8 @@ fn what_has_two_meanings_is_refused() {
     let twice = "t,u,i,i\n0,1,2,3\n1,1,2,3\n";
     assert!(refused(twice, "").to_string().contains("columns 3 and 4 are both headed \"i\""));
     assert_eq!(one(twice, "current=#4").measured()[0].unwrap(), [3.0, 3.0]);
+    assert_eq!(one(twice, "current=#4+0*#3").measured()[0].unwrap(), [3.0, 3.0]);
+    assert!(refused(twice, "current=#4+i").to_string().contains("columns 3 and 4 are both headed \"i\""));
     let units = "time_s,u,i\nms,V,A\n0,1,2\n1,1,2\n";
     assert!(refused(units, "").to_string().contains("names the unit s, the row below it ms"));
     assert_eq!(one(units, "time=time_s:ms").samples().time_s, [0.0, 0.001]);
@@ -699,11 +703,13 @@ fn mutated(mut bytes: Vec<u8>, changes: &[(usize, u8, u8)]) -> Vec<u8> {
     bytes
 }
 
-const SEEDS: [&str; 4] = [
+const SEEDS: [&str; 6] = [
     "time_s,voltage_V,current_A,speed_rad_s\n0,0,0,0\n0.001,10.5,0.25,1.5\n0.002,10.5,0.5,3\n0.003,0,1e-3,-4.5\n",
     "%t,u,w\n%[s],[V],[rpm]\nnan,nan,nan;\n1,0,0;\n2,5,0.5;\n3,5,0.75;\n0,0,0;\n0,0,0;\n",
     "\u{feff}Tempo [ms];Spannung (V);\"Strom (mA)\"\r\n0;0,5;1,5\r\n1;0,5;2\r\n2;1;2,5\r\n",
     "Logger\nt u position\ns V deg\n0.0  1 0\n0.1  1 5\n0.2  2 10\n",
+    "{\"m\": 2, \"log\": [{\"t\": 0, \"u\": 1, \"w\": 0}, {\"t\": 0.1, \"u\": 2, \"w\": 1}, {\"t\": 0.2, \"u\": 1, \"w\": true}]}",
+    "14:03:00.000 -> t:0 u:0 w:19\nboot\n14:03:00.010 -> t:1 u:2 w:-13\n14:03:00.018 -> t:2 u:3 w:2\n",
 ];
 
 proptest! {

@@ -282,3 +282,217 @@ fn the_outputs_tell_whether_a_voltage_is_held() {
     let taken = json(&["identify", &path, "--json", "--discretization", "foh"]);
     assert!(!taken["warnings"].to_string().contains("between_samples"));
 }
+
+#[test]
+fn a_stretch_that_shows_nothing_spoils_no_fit() {
+    let folder = Folder::new();
+    let record = steps(|_| {});
+    let samples = record.samples();
+    let speed = samples.speed.as_ref().unwrap();
+    let current = samples.current.as_ref().unwrap();
+    let good = |shift: f64, signal: &[f64]| -> String {
+        (0..1500).map(|n| format!("{:.4},{},{}\n", samples.time_s[n] + shift, samples.voltage[n], signal[n])).collect()
+    };
+    // Longer stretches in which nothing moves, or in which the voltage is not there.
+    let flat = |shift: f64, volts: &dyn Fn(usize) -> f64, value: &dyn Fn(usize) -> f64| -> String {
+        (0..2000).map(|n| format!("{:.4},{},{}\n", n as f64 * 1e-3 + shift, volts(n), value(n))).collect()
+    };
+    for (heading, signal, kind) in
+        [("time_s,voltage_V,speed_rad_s", speed, "gain"), ("time_s,voltage_V,current_A", current, "R")]
+    {
+        let alone = folder.file("alone.csv", format!("{heading}\n{}", good(0.0, signal)));
+        let of = |path: &str| {
+            let found = json(&["identify", path, "--gaps", "split", "--json"]);
+            if kind == "R" {
+                value(&found, "R")
+            } else {
+                found["characteristics"]["output_error"]["gain"]["value"].as_f64().unwrap()
+            }
+        };
+        let expected = of(&alone);
+        for (volts, still) in [
+            (&(|_| 0.0) as &dyn Fn(usize) -> f64, &(|_| 0.0) as &dyn Fn(usize) -> f64),
+            (&(|n| if n > 50 { 6.0 } else { 0.0 }), &(|_| 1e-300)),
+        ] {
+            let zero = volts(100) == 0.0;
+            let name = folder.file("two.csv", format!("{heading}\n{}{}", good(0.0, signal), flat(10.0, volts, still)));
+            let run = run(&["identify", &name, "--gaps", "split"]);
+            let said = text(&run.stdout) + &text(&run.stderr);
+            assert!(!said.contains("the bounds of"), "{said}");
+            if zero {
+                assert!((of(&name) / expected - 1.0).abs() < 0.02, "{kind}: {} {expected}", of(&name));
+            }
+        }
+        // A single recording of nothing is refused by its name.
+        let idle = folder.file("idle.csv", format!("{heading}\n{}", flat(0.0, &|_| 0.0, &|n| (n as f64 * 1e-2).sin())));
+        fails(&["identify", &idle], 4, "idle.csv: the voltage is zero throughout");
+        let dead = folder.file("dead.csv", format!("{heading}\n{}", flat(0.0, &|n| (n / 100 % 3) as f64, &|_| 0.0)));
+        fails(&["identify", &dead], 4, "is zero throughout");
+    }
+}
+
+/// The arguments for columns that a help gives, as a shell takes them; none where it gives none with this file's headings.
+fn advised(said: &str) -> Option<Vec<String>> {
+    let help = said.split("Name the columns: --columns ").nth(1)?;
+    let (value, rest) = match help.strip_prefix('\'') {
+        Some(quoted) => quoted.split_once('\'')?,
+        None => help.split_once([';', ' '])?,
+    };
+    let skip = rest.starts_with(" --bad-rows skip").then_some(["--bad-rows", "skip"]);
+    Some(["--columns", value].into_iter().chain(skip.into_iter().flatten()).map(str::to_owned).collect())
+}
+
+/// Reads a file by the help of its refusal; the columns as they are then understood.
+fn read_as_advised(path: &str) -> (Vec<String>, String) {
+    let refusal = fails(&["identify", path], 3, "");
+    let flags = advised(&refusal).unwrap_or_else(|| panic!("{path}: {refusal}"));
+    let flags: Vec<&str> = flags.iter().map(String::as_str).collect();
+    let read = json(&[&["inspect", path, "--json"], &flags[..]].concat());
+    let columns = read["records"][0]["columns"].as_array().unwrap_or_else(|| panic!("{read}")).clone();
+    let column = |c: &Value| format!("{}: {} [{}]", c["quantity"], c["heading"], c["unit"]).replace('"', "");
+    (columns.iter().map(column).collect(), flags.join(" "))
+}
+
+#[test]
+fn a_refusal_names_the_columns_that_read_the_file() {
+    let folder = Folder::new();
+    let rows = |row: &dyn Fn(f64) -> String| (0..50).map(|n| row(f64::from(n)) + "\n").collect::<String>();
+    let table = |heading: &str, row: &dyn Fn(f64) -> String| format!("{heading}\n{}", rows(row));
+    for (name, text, flags) in [
+        (
+            "micros.csv",
+            table("micros,duty,count", &|n| format!("{},{},{}", n * 1e4, (n / 50.0).fract(), n * n)),
+            "--columns time=micros:us,voltage=duty*12:V,position=count/4096:turns",
+        ),
+        (
+            "wide.csv",
+            table("t (s);PWM, 10 bit;Drehzahl;I", &|n| {
+                format!("{};{};{},5;0,1", n * 0.01, n * 20.0, n).replace('.', ",")
+            }),
+            "--columns time=\"t (s)\":s,voltage=\"PWM, 10 bit\"*12/1023:V,speed=Drehzahl:rad/s,current=I:A",
+        ),
+        (
+            "ticks.csv",
+            table("t_ms,pwm,rpm", &|n| format!("{},{},{n}", n * 10.0, if n < 9.0 { 0.0 } else { 7200.0 })),
+            "--columns time=t_ms:ms,voltage=pwm*12/7200:V,speed=rpm:rpm",
+        ),
+        (
+            "flag.csv",
+            table("t_ms,step,rpm", &|n| format!("{},{},{n}", n * 10.0, if n < 9.0 { 0.6 } else { 0.7 })),
+            "--columns time=t_ms:ms,voltage=step:0..12,speed=rpm:rpm",
+        ),
+        (
+            "steps.csv",
+            table("dt,pwm,rpm", &|n| format!("{},{},{n}", 10.0 + n % 2.0, n * 5.0)).replace("\n11,", "\nreset\n11,"),
+            "--columns time=cumsum(dt):ms,voltage=pwm*12/255:V,speed=rpm:rpm",
+        ),
+        ("serial.txt", rows(&|n| format!("12:00:{n:02}.000 -> {},{},{n}", n * 10.0, n * 5.0)), ""),
+        (
+            "plotter.txt",
+            rows(&|n| format!("t={}, pwm={}, motor rpm={n}", n * 10.0, n * 5.0)),
+            "--columns time=t:ms,voltage=pwm*12/255:V,speed=\"motor rpm\":rpm",
+        ),
+    ] {
+        let path = folder.file(name, text);
+        if flags.is_empty() {
+            let said = fails(&["identify", &path], 3, "found numbers, expected a heading");
+            assert!(said.contains("In the first row #1 is 0, #2 is 0, #3 is 0"), "{said}");
+            let columns = "time=#1:ms,voltage=#2*12/255:V,speed=#3:rpm";
+            let read = json(&["inspect", &path, "--columns", columns, "--json"]);
+            assert!(read["records"][0]["notes"].to_string().contains("stamps of a serial monitor"), "{read}");
+            continue;
+        }
+        if name == "steps.csv" {
+            // A row that may belong to the sum is not left out in silence.
+            let said = fails(&["identify", &path], 3, "--bad-rows skip");
+            assert!(
+                said.contains(&flags.replace("time=", "'time=").replace(":rpm", ":rpm' --bad-rows skip")),
+                "{said}"
+            );
+            continue;
+        }
+        assert_eq!(read_as_advised(&path).1, flags, "{name}");
+    }
+    // What was named already stays; what is not clear is not made up.
+    let path = folder.file("part.csv", table("ticks,x,rpm", &|n| format!("{n},{n},{n}")));
+    let said = fails(&["identify", &path, "--columns", "time=ticks:1kHz"], 3, "no column for voltage_V");
+    assert!(!said.contains("Name the columns:"), "{said}");
+    let said = fails(&["identify", &path, "--columns", "voltage=x*2"], 3, "no column for time_s");
+    assert!(!said.contains("Name the columns:"), "{said}");
+    let path = folder.file("named.csv", table("millis,x,rpm", &|n| format!("{},{n},{n}", n * 10.0)));
+    let said = fails(&["identify", &path, "--columns", "voltage=x*2"], 3, "no column for time_s");
+    assert!(said.contains("'voltage=x*2,time=millis:ms,speed=rpm:rpm'"), "{said}");
+}
+
+/// Logs that are refused, and their columns as the help of the refusal has them.
+const ADVISED: [(&str, &str); 6] = [
+    ("a_natural.csv", "time: millis [ms], voltage: pwm [V], current: current_mA [mA], speed: rpm [rpm]"),
+    ("e_garbage.csv", "time: millis [ms], voltage: pwm [V], current: current_mA [mA], speed: rpm [rpm]"),
+    ("d_nocurrent.csv", "time: millis [ms], voltage: pwm [V], speed: rpm [rpm]"),
+    (
+        "b_german.csv",
+        "time: Zeit (ms) [ms], voltage: PWM (0-255) [V], current: Strom (mA) [mA], speed: Drehzahl (U/min) [U/min]",
+    ),
+    ("c_spanish.csv", "time: tiempo [ms], voltage: ciclo [V], current: corriente [mA], speed: velocidad [rpm]"),
+    ("h_serial.txt", "time: t [ms], voltage: pwm [V], current: mA [mA], speed: rpm [rpm]"),
+];
+/// Logs that are read as they are.
+const PLAIN: [&str; 9] = [
+    "f_volts.csv",
+    "i_wrongunit.csv",
+    "j_reversed.csv",
+    "k_good.csv",
+    "l_const.csv",
+    "m_few.csv",
+    "glitch.csv",
+    "reg.csv",
+    "reg2.csv",
+];
+
+#[test]
+fn logs_of_newcomers_are_read_or_refused_with_what_reads_them() {
+    let Some(recordings) = std::env::var_os("MOTORFIT_RECORDINGS") else {
+        assert!(
+            std::env::var_os("MOTORFIT_NO_SKIP").is_none(),
+            "MOTORFIT_RECORDINGS is not set and skips are failures"
+        );
+        println!("SKIPPED: set MOTORFIT_RECORDINGS to the folder of real recordings");
+        return;
+    };
+    let logs = std::path::Path::new(&recordings).join("newcomer-logs");
+    let path = |name: &str| logs.join(name).to_str().unwrap().to_owned();
+    let mut seen = 0;
+    for (name, columns) in ADVISED {
+        let (read, flags) = read_as_advised(&path(name));
+        assert_eq!(read.join(", "), columns, "{name}");
+        assert_eq!(flags.contains("--bad-rows skip"), name == "e_garbage.csv", "{name}: {flags}");
+        seen += 1;
+    }
+    let said = fails(&["identify", &path("g_noheader.csv")], 3, "found numbers, expected a heading");
+    assert!(
+        said.contains("time=#N:UNIT") && said.contains("In the first row #1 is 0, #2 is 0, #3 is 19, #4 is 1"),
+        "{said}"
+    );
+    let named = "time=#1:ms,voltage=#2*12/255:V,speed=#3:rpm,current=#4:mA";
+    assert_eq!(json(&["inspect", &path("g_noheader.csv"), "--columns", named, "--json"])["records"][0]["samples"], 402);
+    let e = [
+        "inspect",
+        &path("e_garbage.csv"),
+        "--columns",
+        "time=millis:ms,voltage=pwm*12/255:V,speed=rpm:rpm,current=current_mA:mA",
+    ];
+    assert!(fails(&e, 3, "line ").contains("--bad-rows skip"));
+    let skipped = json(&[&e[..], &["--bad-rows", "skip", "--json"]].concat());
+    let notes = skipped["records"][0]["notes"].to_string();
+    assert!(notes.contains("Sensor reset!") || notes.contains("could not be read"), "{notes}");
+    for name in PLAIN {
+        let code = run(&["identify", &path(name)]).status.code();
+        assert!(code == Some(0) || code == Some(4), "{name}: {code:?}");
+        seen += 1;
+    }
+    let count = std::fs::read_dir(&logs).unwrap().filter(|entry| {
+        let path = entry.as_ref().unwrap().path();
+        path.extension().is_some_and(|kind| kind == "csv" || kind == "txt")
+    });
+    assert_eq!(count.count(), seen + 1, "every log");
+}

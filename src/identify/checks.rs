@@ -46,7 +46,7 @@ pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem)
     if spec.is_polished()
         && let Some((what, remedy)) = missing_channel(records, spec)
     {
-        return Err(Error::not_identified(what, remedy));
+        return Err(Error::not_identified(what, text!({remedy} ".")));
     }
     Ok(())
 }

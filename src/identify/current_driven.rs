@@ -5,11 +5,10 @@
 //! motor with some K stands for all of them. Where one of them is held, the others follow.
 
 use super::method::Method;
-use super::normalized::{NormalizedModel, longest};
+use super::normalized::{NormalizedModel, informative, is_usual, peaks};
 use super::spec::IdentifySpec;
 use crate::analysis::{lag_by_speed, unused_columns};
 use crate::motor::{Axis, Discretization, Extension, Parameter, With};
-use crate::numeric::peak;
 use crate::record::{Quantity, Record, is_driven_by_current};
 use crate::setting::{Text, text};
 use crate::warning::Warning;
@@ -90,11 +89,11 @@ fn check_bounds(spec: &IdentifySpec) -> Result<()> {
 
 /// A motor that about does what current and speed show, with what is held of it.
 fn guess(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
-    let longest = longest(records);
-    let [gain, constant] = longest.and_then(|record| lag_by_speed(record).ok()).unwrap_or_else(|| {
-        let amperes = longest.map_or(1.0, |record| peak(record.input())).max(f64::MIN_POSITIVE);
-        let speed = longest.and_then(|r| r.samples().speed.as_deref()).map_or(1.0, peak).max(f64::MIN_POSITIVE);
-        [speed / amperes, 0.1 * longest.map_or(1.0, Record::duration_s)]
+    let informative = informative(records, 1);
+    let lag = |record: &&Record| lag_by_speed(record).ok().filter(|lag| lag.iter().all(is_usual));
+    let [gain, constant] = informative.iter().find_map(lag).unwrap_or_else(|| {
+        let [amperes, speed] = peaks(records, 1);
+        [speed / amperes, 0.1 * informative.first().map_or(1.0, |record| record.duration_s())]
     });
     let middle = |parameter| {
         let axis = spec.space.free().iter().find(|axis: &&Axis| axis.parameter == parameter);

@@ -3,12 +3,12 @@
 //! gain and time constant. Current alone shows four: a motor with some K stands for all of them, and its R and L are
 //! right. What there is without a voltage has a file of its own, `current_driven.rs`.
 
-use super::normalized::{NormalizedModel, is_measured, longest};
+use super::normalized::{NormalizedModel, informative, is_measured, is_usual, peaks};
 use super::spec::IdentifySpec;
 use crate::analysis::{guess_by_load, guess_by_speed, load_varies, unused_columns};
 use crate::motor::{Axis, Parameter};
 use crate::numeric::peak;
-use crate::record::{Record, is_driven_by_current};
+use crate::record::{Record, driver, is_driven_by_current};
 use crate::setting::{Text, text};
 use crate::warning::Warning;
 use crate::{Error, Result};
@@ -36,7 +36,7 @@ pub(super) fn single_channel(records: &[Record], spec: &IdentifySpec) -> Result<
     let Some((what, remedy)) = missing_channel(records, spec).filter(|_| by_speed || by_current) else {
         return Ok(None);
     };
-    check_driven(records)?;
+    check_informative(records, usize::from(by_speed))?;
     let warning = |told: &str| Warning::new("channel_missing", text!({what} "; {told}; for the others " {remedy}));
     let model = if by_speed {
         // Torques go with the resistance.
@@ -55,16 +55,6 @@ fn is_loaded(records: &[Record]) -> bool {
     records.iter().any(|record| load_varies(record))
 }
 
-/// A motor that moves without a voltage shows nothing of what a voltage does.
-fn check_driven(records: &[Record]) -> Result<()> {
-    let moves = |record: &Record| record.measured().into_iter().flatten().any(|y| y.iter().any(|v| *v != y[0]));
-    if records.iter().any(|record| peak(record.input()) > 0.0) || !records.iter().any(moves) {
-        return Ok(());
-    }
-    let message = "nothing drives the motor: the voltage is zero throughout, yet it moves";
-    Err(Error::not_identified(message, "Check that the column of the voltage is what the motor got."))
-}
-
 /// A motor that about does what one channel shows, where there is only one.
 pub(super) fn guess(records: &[Record], spec: &IdentifySpec) -> Option<[f64; 5]> {
     match [0, 1].map(|channel| is_measured(records, channel)) {
@@ -76,12 +66,11 @@ pub(super) fn guess(records: &[Record], spec: &IdentifySpec) -> Option<[f64; 5]>
 
 /// A motor that about does what the speed shows.
 fn of_speed(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
-    let guessed = longest(records).and_then(|record| guess_by_speed(record).ok());
-    let [l, k, j] = guessed.unwrap_or_else(|| {
-        let record = longest(records);
-        let speed = record.and_then(|r| r.samples().speed.as_deref()).map_or(1.0, peak).max(f64::MIN_POSITIVE);
-        let volts = record.map_or(1.0, |r| peak(r.input()));
-        let (k, seconds) = (volts / speed, record.map_or(1.0, Record::duration_s));
+    let informative = informative(records, 1);
+    let guess = |record: &&Record| guess_by_speed(record).ok().filter(|guess| guess.iter().all(is_usual));
+    let [l, k, j] = informative.iter().find_map(guess).unwrap_or_else(|| {
+        let [volts, speed] = peaks(records, 1);
+        let (k, seconds) = (volts / speed, informative.first().map_or(1.0, |record| record.duration_s()));
         [0.001 * seconds, k, 0.03 * seconds * k * k]
     });
     let r = spec.fixed(Parameter::R).unwrap_or(1.0);
@@ -90,22 +79,44 @@ fn of_speed(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
 
 /// A motor that about does what the speed shows under a load torque that was recorded; `None` without one.
 fn of_load(records: &[Record]) -> Option<[f64; 5]> {
-    let loaded: Vec<Record> = records.iter().filter(|record| load_varies(record)).cloned().collect();
-    guess_by_load(longest(&loaded)?)
+    let mut loaded = records.iter().filter(|record| load_varies(record));
+    loaded.find_map(|record| guess_by_load(record).filter(|motor| motor.iter().all(is_usual)))
 }
 
 /// A motor that about does what the current shows: the resistance by the largest current, time constants that the
 /// recording can show.
 fn of_current(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
-    let record = longest(records);
-    let current = record.and_then(|r| r.samples().current.as_deref()).map_or(1.0, peak).max(f64::MIN_POSITIVE);
-    let volts = record.map_or(1.0, |r| peak(r.input())).max(f64::MIN_POSITIVE);
+    let record = informative(records, 0).into_iter().next();
+    let [volts, current] = peaks(records, 0);
     let (seconds, period) = (record.map_or(1.0, Record::duration_s), record.map_or(0.001, Record::period_s));
     let r = spec.fixed(Parameter::R).unwrap_or(0.8 * volts / current);
     let middle = || spec.space.free().iter().find(|a| a.parameter == Parameter::K).map(Axis::middle);
     let k = spec.fixed(Parameter::K).or_else(middle).unwrap_or(0.05);
     let l = spec.fixed(Parameter::L).unwrap_or(r * (period * seconds).sqrt().min(5.0 * period));
     [r, l, k, 0.05 * k * k / r, 0.03 * seconds * k * k / r]
+}
+
+/// Checks that some recording has an input and an answer to it.
+fn check_informative(records: &[Record], channel: usize) -> Result<()> {
+    let is_loaded = |record: &Record| record.samples().torque.as_deref().is_some_and(|torque| peak(torque) > 0.0);
+    if !informative(records, channel).is_empty() || records.iter().any(is_loaded) {
+        return Ok(());
+    }
+    let (input, output) = (driver(records), ["current", "speed"][channel]);
+    let zero = |signal: &[f64]| peak(signal) <= 0.0;
+    let what = match records.iter().all(|record| zero(record.input())) {
+        true => format!("the {input} is zero throughout, so that nothing is known of what drives the motor"),
+        false if records.iter().all(|record| record.measured()[channel].is_none_or(zero)) => {
+            format!("the {output} is zero throughout")
+        }
+        false => format!("the {output} is zero wherever the {input} is not"),
+    };
+    let error = Error::not_identified(
+        what,
+        format!("Record while the {input} changes and the motor moves; check the columns."),
+    );
+    let path = if let [record] = records { record.source().path.as_deref() } else { None };
+    Err(path.into_iter().fold(error, Error::in_file))
 }
 
 /// What speed alone or current alone cannot give, and what to do.
@@ -120,12 +131,12 @@ pub(super) fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option
         let count = free.len();
         Some((
             text!("no current" {unused} ": speed alone fixes three combinations of the {count} free parameters"),
-            text!("record the current, or hold two with " [Fix] ", R and K for example."),
+            text!("record the current, or hold two with " [Fix] ", R and K for example"),
         ))
     } else if !is_measured(records, 1) && BY_CURRENT.into_iter().all(is_free) {
         Some((
             text!("no speed" {unused} ": current alone leaves K, B and J free along K : B : J = 1 : 2 : 2"),
-            text!("record the speed or hold K with " [Fix] "."),
+            text!("record the speed or hold K with "[Fix]),
         ))
     } else {
         None

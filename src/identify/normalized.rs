@@ -3,6 +3,7 @@
 use super::spec::IdentifySpec;
 use crate::Result;
 use crate::motor::{Axis, Parameter, Scope, Space};
+use crate::numeric::peak;
 use crate::record::Record;
 use crate::warning::Warning;
 
@@ -55,6 +56,27 @@ pub(super) fn is_measured(records: &[Record], channel: usize) -> bool {
     records.iter().any(|record| record.measured()[channel].is_some())
 }
 
-pub(super) fn longest(records: &[Record]) -> Option<&Record> {
-    records.iter().max_by_key(|record| record.len())
+/// Peaks below this, in SI units, are none.
+const NOTHING: f64 = 1e-12;
+
+/// Returns whether a guessed value can be one of a motor; a stretch that shows next to nothing gives any.
+pub(super) fn is_usual(value: &f64) -> bool {
+    (1e-18..1e18).contains(value)
+}
+
+/// Returns the recordings whose input and output of a channel are not zero throughout, the longest first.
+pub(super) fn informative(records: &[Record], channel: usize) -> Vec<&Record> {
+    let is_alive = |record: &&Record| {
+        peak(record.input()) > NOTHING && record.measured()[channel].is_some_and(|signal| peak(signal) > NOTHING)
+    };
+    let mut list: Vec<&Record> = records.iter().filter(is_alive).collect();
+    list.sort_by_key(|record| std::cmp::Reverse(record.len()));
+    list
+}
+
+/// Returns the peaks of the input and of the output of a channel in the longest informative recording; 1 where there is none.
+pub(super) fn peaks(records: &[Record], channel: usize) -> [f64; 2] {
+    let record = informative(records, channel).into_iter().next();
+    let of = |signal: Option<&[f64]>| signal.map_or(1.0, peak);
+    [of(record.map(Record::input)), of(record.and_then(|record| record.measured()[channel]))]
 }

@@ -172,7 +172,7 @@ pub(super) fn breaks(time_s: &[f64]) -> Vec<usize> {
     breaks.filter(|&n| n > 0).collect()
 }
 
-/// Whether a gap of some periods is one of so many rows that were left out.
+/// Returns whether a gap of some periods is one of so many rows that were left out.
 pub(super) fn is_of_left_out(periods: f64, rows: usize) -> bool {
     rows > 0 && periods <= count(rows) + GAP
 }

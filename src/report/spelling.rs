@@ -2,6 +2,7 @@
 //! those of the program, whoever makes them.
 
 use crate::setting::{Command, Reference, Setting};
+use crate::text::shell_quoted;
 
 /// Spells a reference as a flag or a command of the program.
 #[must_use]
@@ -9,7 +10,9 @@ pub fn command_line(reference: &Reference) -> String {
     match reference {
         Reference::Setting(setting, value) => {
             let flag = format!("--{}", setting.name().replace('_', "-"));
-            value.as_ref().map_or(flag.clone(), |value| format!("{flag} {value}"))
+            // Formulas have signs that a shell takes for its own.
+            let quote = |value: &String| if *setting == Setting::Columns { shell_quoted(value) } else { value.clone() };
+            value.as_ref().map_or(flag.clone(), |value| format!("{flag} {}", quote(value)))
         }
         Reference::Command(command) => {
             let out = command_line(&Setting::Out.to("DIR"));

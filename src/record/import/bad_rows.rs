@@ -6,7 +6,7 @@ use crate::setting::text;
 use crate::text::counted;
 
 named! {
-    /// What becomes of rows that cannot be read.
+    /// The treatment of rows that cannot be read.
     pub enum BadRows (default Error) {
         /// Bad data.
         Error = "error",

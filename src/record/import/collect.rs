@@ -1,5 +1,6 @@
 //! The rows of a table into signals in SI.
 
+use super::advice::advice;
 use super::bad_rows::{BadRows, LeftOut, with_remedy};
 use super::columns::{Need, Used, Wish, choose};
 use super::convert::{Cells, converted};
@@ -21,7 +22,10 @@ pub(super) fn collect(lines: &mut impl Text, wish: &Wish<'_>) -> Result<Signals>
     let layout = find(lines, wish)?;
     // Objects of a list have no line of headings.
     let place = Some(layout.line).filter(|line| *line > 0);
-    let used = choose(&layout.headings, wish).map_err(|e| e.at_line(place))?;
+    let used = match choose(&layout.headings, wish) {
+        Ok(used) => used,
+        Err(error) => return Err(advice(lines, &layout, wish)?.unwrap_or(error).at_line(place)),
+    };
     let mut rows = Rows::new(&used, &layout, wish.bad_rows == BadRows::Skip);
     read_rows(lines, &mut rows)?;
     let Rows { columns, values, lines: places, blank, mut bad, comma, has_point, quick, skips, .. } = rows;
@@ -96,9 +100,9 @@ fn cut_off(error: &Error) -> Error {
     Error::data(message, "Remove the last line, or copy the file again.").at_line(error.line())
 }
 
-/// Whether sums have all the rows that they run over.
+/// Checks that sums have all the rows that they run over.
 fn check_sums(used: &[Used], lines: &Lines, left_out: &[u64]) -> Result<()> {
-    let Some(sum) = used.iter().find(|used| matches!(&used.formula, Formula::Expression(e, _) if e.has_sum())) else {
+    let Some(sum) = used.iter().find(|used| matches!(&used.formula, Formula::Expression(e) if e.has_sum())) else {
         return Ok(());
     };
     let range = lines.get(0).zip(lines.get(lines.len().saturating_sub(1)));

@@ -7,7 +7,7 @@ use super::parse::Separator;
 use super::request::{is_placed, name_of, place, requested};
 use crate::record::Column;
 use crate::record::heading::{ColumnRequest, Quantity, understand};
-use crate::setting::text;
+use crate::setting::{Text, text};
 use crate::text::{excerpt, quoted};
 use crate::{Error, Result};
 
@@ -96,7 +96,7 @@ impl Used {
     }
 
     fn operands(&self) -> Vec<Operand> {
-        if let Formula::Expression(expression, _) = &self.formula { expression.names() } else { Vec::new() }
+        if let Formula::Expression(expression) = &self.formula { expression.names() } else { Vec::new() }
     }
 }
 
@@ -108,6 +108,20 @@ pub(super) fn understood(headings: &[Heading], wish: &Wish<'_>) -> usize {
 
 /// Chooses the columns.
 pub(super) fn choose(headings: &[Heading], wish: &Wish<'_>) -> Result<Vec<Used>> {
+    match chosen(headings, wish)? {
+        (_, missing) if !missing.is_empty() => Err(lacking(headings, &missing, None)),
+        (used, _) => Ok(used),
+    }
+}
+
+/// Returns the error of a table with which nothing is wrong but that quantities are not there, with the words of a request.
+pub(super) fn advised(headings: &[Heading], wish: &Wish<'_>, named: Option<Text>) -> Option<Error> {
+    let (_, missing) = chosen(headings, wish).ok().filter(|(_, missing)| !missing.is_empty())?;
+    Some(lacking(headings, &missing, named))
+}
+
+/// The columns, and the quantities that are not there.
+fn chosen(headings: &[Heading], wish: &Wish<'_>) -> Result<(Vec<Used>, Vec<&'static str>)> {
     let Wish { need, timed, .. } = *wish;
     let wanted: &[Quantity] = match need {
         Need::Inputs => &[Quantity::Time, Quantity::Voltage, Quantity::Torque],
@@ -141,12 +155,9 @@ pub(super) fn choose(headings: &[Heading], wish: &Wish<'_>) -> Result<Vec<Used>>
     let unused = headings.iter().enumerate().filter(|(at, _)| !used.iter().any(|u| u.places().contains(at)));
     let drives = !without_voltage && unused.into_iter().any(|(_, heading)| is_drive(heading));
     let missing = missing(&|quantity| has(&used, quantity), need, drives, timed);
-    if !missing.is_empty() {
-        return Err(lacking(headings, &missing));
-    }
     let twice =
         used.iter().enumerate().find(|(n, u)| u.at.is_some() && used[..*n].iter().any(|other| other.at == u.at));
-    let Some((_, twice)) = twice else { return ordered(used) };
+    let Some((_, twice)) = twice else { return Ok((ordered(used)?, missing)) };
     let message = format!("column {} is named for two quantities", quoted(&twice.column.heading));
     Err(Error::data(message, "Name a column of its own for each quantity."))
 }
@@ -159,7 +170,7 @@ fn not_there(wish: &Wish<'_>, quantity: Quantity) -> Error {
     Error::usage(format!("the {quantity}{of} is not there"), hint)
 }
 
-/// Whether the formulas can be evaluated one after the other.
+/// Checks that the formulas can be evaluated one after the other.
 fn ordered(used: Vec<Used>) -> Result<Vec<Used>> {
     match order(&used) {
         Ok(_) => Ok(used),
@@ -192,7 +203,10 @@ fn one(headings: &[Heading], wish: &Wish<'_>, quantity: Quantity) -> Result<Opti
         Some(request) => Some(requested(headings, wish, request)?),
         None => recognized(headings, wish.requests, quantity)?,
     };
-    let by_number = |at: &usize| request.is_some_and(|request| request.name.contains(&format!("#{}", at + 1)));
+    let numbers = request.map_or("", |request| request.name.as_str()).split('#').skip(1);
+    let numbers: Vec<&str> =
+        numbers.map(|text| text.split(|c: char| !c.is_ascii_digit()).next().unwrap_or("")).collect();
+    let by_number = |at: &usize| numbers.contains(&(at + 1).to_string().as_str());
     for at in used.iter().flat_map(Used::places).filter(|at| !by_number(at)) {
         headed_twice(headings, at, quantity)?;
     }

@@ -35,10 +35,10 @@ pub(super) fn converted(used: &[Used], cells: &mut Cells<'_>) -> Result<(Vec<Vec
     for (done, &n) in order.iter().enumerate() {
         let of = &used[n];
         made[n] = match (&of.formula, of.at) {
-            (Formula::Expression(expression, text), _) => {
+            (Formula::Expression(expression), _) => {
                 let value = |operand, row: usize| value(operand, row, used, cells, &made);
                 let mut values = expression.values(cells.lines.len(), &value);
-                wrong.extend(no_numbers(&values, of, expression, text, &value, cells));
+                wrong.extend(no_numbers(&values, of, expression, &value, cells));
                 values.iter_mut().for_each(|value| *value *= of.factor);
                 values
             }
@@ -58,7 +58,7 @@ pub(super) fn converted(used: &[Used], cells: &mut Cells<'_>) -> Result<(Vec<Vec
     Ok((made, wrong))
 }
 
-/// What an operand is in a row.
+/// Returns the value of an operand in a row.
 fn value(operand: Operand, row: usize, used: &[Used], cells: &Cells<'_>, made: &[Vec<f64>]) -> f64 {
     match operand {
         Operand::Constant(value) => value,
@@ -74,7 +74,6 @@ fn no_numbers(
     values: &[f64],
     of: &Used,
     expression: &Expression<Operand>,
-    text: &str,
     value: &dyn Fn(Operand, usize) -> f64,
     cells: &Cells<'_>,
 ) -> Vec<NoNumber> {
@@ -95,7 +94,7 @@ fn no_numbers(
     };
     let error = |row: usize| {
         let what = if values[row].is_nan() { "no number" } else { "infinite" };
-        let message = format!("{} of {} is {what} with {}", of.column.quantity, quoted(text), shown(row));
+        let message = format!("{} of {} is {what} with {}", of.column.quantity, quoted(&of.column.heading), shown(row));
         let hint = "Correct the cell or the formula; int8, int16 and int32 take whole numbers of so many bits.";
         Error::data(message, hint).at_line(cells.lines.get(row))
     };

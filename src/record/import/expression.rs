@@ -9,7 +9,7 @@ use crate::text::{alternatives, quoted};
 
 /// The longest expression, in bytes.
 pub(super) const LENGTH_MAX: usize = 400;
-/// How deep parentheses, signs and powers may be nested.
+/// The most levels of parentheses, signs and powers.
 const DEPTH_MAX: usize = 32;
 
 named! {
@@ -261,7 +261,7 @@ impl<V: Copy> Parser<'_, '_, V> {
         }
     }
 
-    /// What stands before a closing parenthesis.
+    /// Takes the sum before a closing parenthesis.
     fn closed(&mut self, depth: usize) -> Result<Node<V>, Fault> {
         let inner = self.sum(depth + 1)?;
         if self.sign(b")").is_none() {

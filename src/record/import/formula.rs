@@ -23,15 +23,15 @@ pub(super) enum Operand {
     Quantity(Quantity),
 }
 
-/// What turns the cells of columns into a quantity.
+/// The conversion of the cells of columns into a quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Formula {
     /// `scale · cell + offset`, in a unit.
     Linear { scale: f64, offset: f64 },
     /// A flag of two values: what its lower and its higher value mean.
     Levels([f64; 2]),
-    /// An expression of several columns, as it was written.
-    Expression(Expression<Operand>, String),
+    /// An expression of several columns.
+    Expression(Expression<Operand>),
 }
 
 impl Formula {

@@ -5,7 +5,7 @@ use super::parse::parse_number;
 use super::request::name_of;
 use crate::Error;
 use crate::record::heading::Quantity;
-use crate::setting::text;
+use crate::setting::{Text, text};
 
 /// The quantities that are not there, by their canonical headings. A current drives a speed where there is no voltage,
 /// unless some column looks like one.
@@ -33,28 +33,35 @@ pub(super) fn missing(has: &dyn Fn(Quantity) -> bool, need: Need, drives: bool, 
     missing
 }
 
-pub(super) fn lacking(headings: &[Heading], missing: &[&str]) -> Error {
+/// The error of a table without some quantities; `named` are the words of a request that names its columns.
+pub(super) fn lacking(headings: &[Heading], missing: &[&str], named: Option<Text>) -> Error {
     if headings.iter().all(|h| parse_number(&h.name, true).is_ok()) {
         let hint = text!(
             "Put a heading in front of the rows, or name columns by their numbers: "
-            [Columns = "time=1:s,voltage=2:V,current=3:A,speed=4:rad/s"] "; without a time column give " [Rate = "HZ"] "."
+            [Columns = "time=#N:UNIT,voltage=#N:UNIT,current=#N:UNIT,speed=#N:UNIT"] "; without a time column give " [Rate = "HZ"] "."
         );
         return Error::data("found numbers, expected a heading", hint);
     }
-    let mut hint = text!(
-        "Rename the headings (time_s,voltage_V,current_A,speed_rad_s) or name them: "
-        [Columns = "time=HEADING:UNIT,voltage=HEADING:UNIT,current=HEADING:UNIT,speed=HEADING:UNIT"] "."
-    );
-    if missing.contains(&"time_s") {
+    let is_named = named.is_some();
+    let mut hint = named.unwrap_or_else(|| {
+        text!(
+            "Rename the headings (time_s,voltage_V,current_A,speed_rad_s) or name them: "
+            [Columns = "time=HEADING:UNIT,voltage=HEADING:UNIT,current=HEADING:UNIT,speed=HEADING:UNIT"] "."
+        )
+    });
+    if missing.contains(&"time_s") && !is_named {
         hint.push(text!(" Without a time column give " [Rate = "HZ"] "."));
     }
     let drive = headings.iter().find(|heading| is_drive(heading));
     if let Some(heading) = drive.filter(|_| missing.iter().any(|m| m.starts_with("voltage_V"))) {
         let name = name_of(&heading.name);
-        hint.push(text!(
-            " Duty or PWM ticks become volts by operations (" [Columns = "voltage={name}*12/255:V"] "), a flag by its \
-             two voltages (" [Columns = "voltage={name}:0..12"] ")."
-        ));
+        hint.push(match is_named {
+            true => text!(" A flag becomes volts by its two voltages (" [Columns = "voltage={name}:0..12"] ")."),
+            false => text!(
+                " Duty or PWM ticks become volts by operations (" [Columns = "voltage={name}*12/255:V"] "), a flag by \
+                 its two voltages (" [Columns = "voltage={name}:0..12"] ")."
+            ),
+        });
         if missing == ["voltage_V"] {
             hint.push(text!(" If it drives nothing, say so: " [Columns = "voltage=-"] "."));
         }
@@ -66,9 +73,12 @@ pub(super) fn lacking(headings: &[Heading], missing: &[&str]) -> Error {
     Error::data(format!("no column for {}; the heading has {}", missing.join(" and "), listed(headings)), hint)
 }
 
-/// Whether a heading looks like what drives a motor: by a word, or by a unit of volts.
+/// Returns whether a heading looks like what drives a motor: by a word, or by a unit of volts.
 pub(super) fn is_drive(heading: &Heading) -> bool {
-    const WORDS: [&str; 8] = ["pwm", "duty", "throttle", "command", "degrau", "step", "flag", "volt"];
+    const WORDS: [&str; 12] = [
+        "pwm", "duty", "ciclo", "cyclique", "tastgrad", "tastverh", "throttle", "command", "degrau", "step", "flag",
+        "volt",
+    ];
     let name = heading.name.to_lowercase();
     let in_volts = |name: &str| {
         let name = name.trim_end_matches([')', ']']);

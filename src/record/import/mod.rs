@@ -3,6 +3,7 @@
 //! A file becomes lines of cells ([`text`], or those of another format), the lines a table with a heading
 //! ([`layout`], [`columns`], [`request`], [`formula`]), its rows signals ([`collect`], [`convert`], [`signals`]).
 
+mod advice;
 mod bad_rows;
 mod collect;
 mod columns;
@@ -16,7 +17,9 @@ mod layout;
 mod parse;
 mod quick;
 mod request;
+mod serial;
 mod signals;
+mod suggest;
 mod text;
 mod write;
 
@@ -26,12 +29,14 @@ pub use write::write_csv;
 
 use super::heading::{ColumnRequest, Quantity};
 use super::{Gaps, Record, Samples, Source, time};
+use crate::numeric::extremes;
 use crate::setting::text;
 use crate::{Error, Result};
 use collect::collect;
 use columns::{Need, Wish};
 use formats::{CellLines, Cells, HEAD};
 pub use formats::{FORMATS, Format};
+use serial::{Monitor, SerialLines};
 use signals::Signals;
 use std::fs::File;
 use std::io::Read;
@@ -48,7 +53,7 @@ pub struct ReadOptions {
     pub rate_hz: Option<f64>,
     /// The sheet of a workbook; the first with numbers otherwise.
     pub sheet: Option<String>,
-    /// What becomes of rows that cannot be read.
+    /// The treatment of rows that cannot be read.
     pub bad_rows: BadRows,
     /// What becomes of gaps in time.
     pub gaps: Gaps,
@@ -194,7 +199,27 @@ fn stretches(mut signals: Signals) -> Result<Vec<Record>> {
         let part = source.part.clone();
         Record::from_file(samples, source, false).map_err(|error| in_part(error, part.as_deref()))
     };
-    long.into_iter().enumerate().map(piece).collect()
+    let records: Vec<Record> = long.into_iter().enumerate().map(piece).collect::<Result<_>>()?;
+    Ok(moving(records))
+}
+
+/// Those of several stretches in which no output is constant; all where there are none.
+fn moving(records: Vec<Record>) -> Vec<Record> {
+    let is_constant = |signal: &[f64]| {
+        let [low, high] = extremes(signal);
+        high - low <= 1e-12 * high.abs().max(low.abs())
+    };
+    let is_still = |record: &Record| record.measured().into_iter().flatten().any(is_constant);
+    let still: Vec<String> = records.iter().filter(|r| is_still(r)).filter_map(|r| r.source.part.clone()).collect();
+    if still.is_empty() || still.len() == records.len() {
+        return records;
+    }
+    let shown = still.iter().take(5).cloned().collect::<Vec<_>>().join(", ");
+    let more = if still.len() > 5 { ", …" } else { "" };
+    let note = format!("left out, as an output is constant there: {shown}{more}");
+    let mut moving: Vec<Record> = records.into_iter().filter(|record| !is_still(record)).collect();
+    moving.iter_mut().for_each(|record| record.source.notes.push(note.clone()));
+    moving
 }
 
 fn open(path: &Path) -> Result<File> {
@@ -217,10 +242,20 @@ fn tables(mut reader: impl Read, options: &ReadOptions, need: Need) -> Result<Ve
     let bad_rows = options.bad_rows;
     let wish = Wish { requests: &options.columns, need, timed, bad_rows, separator: None, constants: &[] };
     let format = Format::of(&head);
+    let monitor = Monitor::of(&head);
     let mut reader = std::io::Cursor::new(head).chain(reader);
     let Some(format) = format else {
         let mut lines = TextLines::new(reader)?;
-        let mut table = collect(&mut lines, &wish)?;
+        let mut table = match &monitor {
+            None => collect(&mut lines, &wish)?,
+            Some(monitor) => {
+                let mut serial = SerialLines::new(lines, monitor);
+                let mut table = collect(&mut serial, &Wish { separator: monitor.separator(), ..wish })?;
+                table.source.notes.push(monitor.note());
+                lines = serial.into_inner();
+                table
+            }
+        };
         table.source.sha256 = Some(lines.sha256()?);
         return Ok(vec![table.timed(options.rate_hz)?]);
     };

@@ -1,4 +1,4 @@
-//! What a request says of a quantity: its column and what stands behind it, or an expression.
+//! Requests for quantities: a column with what stands behind it, or an expression.
 
 use super::columns::{Heading, Used, Wish, column, listed};
 use super::expression::{Expression, Fault, LENGTH_MAX};
@@ -36,7 +36,7 @@ fn in_marks(headings: &[Heading], text: &str) -> Option<(usize, usize)> {
     Some((end + 2, at))
 }
 
-/// Whether a request means something in a table of these headings.
+/// Returns whether a request means something in a table of these headings.
 pub(super) fn is_placed(headings: &[Heading], wish: &Wish<'_>, request: &ColumnRequest) -> bool {
     place(headings, &request.name).is_some() || expression(headings, wish, request).is_ok()
 }
@@ -58,14 +58,24 @@ pub(super) fn requested(headings: &[Heading], wish: &Wish<'_>, request: &ColumnR
     check_names(headings, wish, request, &expression)?;
     let end = request.name.len() - unit.map_or(0, |unit| unit.len() + 1);
     let (text, unit) = (request.name[..end].trim(), unit.map(|unit| unit.trim().to_owned()));
-    column(quantity, None, text, Formula::Expression(expression, text.to_owned()), unit)
+    column(quantity, None, text, Formula::Expression(expression), unit)
 }
 
-/// Whether a heading that is named like a quantity is the column of that quantity: then the quantity is meant.
+/// Returns whether a heading that is named like a quantity is the column of that quantity: then the quantity is meant.
 fn is_of_another(headings: &[Heading], wish: &Wish<'_>, request: &ColumnRequest, at: usize) -> bool {
     let of = |other: &&ColumnRequest| other.quantity != request.quantity && other.quantity.key() == headings[at].name;
     let other = wish.requests.iter().find(of).filter(|_| !request.name.starts_with(['"', '#']));
-    other.is_some_and(|other| place(headings, &other.name).is_some_and(|(place, _)| place == at))
+    other.is_some_and(|other| uses(headings, wish, other, at))
+}
+
+/// Returns whether a request is of a column, alone or in an expression.
+fn uses(headings: &[Heading], wish: &Wish<'_>, request: &ColumnRequest, at: usize) -> bool {
+    match place(headings, &request.name) {
+        Some((place, _)) => place == at,
+        None => {
+            expression(headings, wish, request).is_ok_and(|(found, _)| found.names().contains(&Operand::Column(at)))
+        }
+    }
 }
 
 /// The expression of a request, and its unit as it was written.
@@ -114,7 +124,7 @@ fn operand(headings: &[Heading], wish: &Wish<'_>, of: Quantity, text: &str) -> O
     all.rev().max_by_key(|(length, _)| *length)
 }
 
-/// Whether its names mean one thing each, and its angles are in rad.
+/// Checks that its names mean one thing each, and that its angles are in rad.
 fn check_names(
     headings: &[Heading],
     wish: &Wish<'_>,
@@ -124,9 +134,8 @@ fn check_names(
     for name in expression.names() {
         let Operand::Quantity(quantity) = name else { continue };
         let key = quantity.key();
-        let other = wish.request(quantity).map_or("", |other| other.name.as_str());
         let Some(at) = headings.iter().position(|heading| heading.name == key) else { continue };
-        if !place(headings, other).is_some_and(|(place, _)| place == at) {
+        if wish.request(quantity).is_none_or(|other| !uses(headings, wish, other, at)) {
             let message =
                 format!("{key} in {} is a heading and a quantity that is named beside it", quoted(&request.name));
             let hint = format!("Where the column is meant, write its number, #{}.", at + 1);

@@ -48,7 +48,7 @@ impl Signals {
         Self { source, list: self.list.iter().map(cut).collect(), left_out: Vec::new() }
     }
 
-    /// How many rows between a sample and the next could not be read.
+    /// Returns the number of rows between a sample and the next that could not be read.
     pub(super) fn left_out_after(lines: &Lines, left_out: &[u64], sample: usize) -> usize {
         let Some((from, to)) = lines.get(sample).zip(lines.get(sample + 1)) else { return 0 };
         left_out.partition_point(|line| *line < to).saturating_sub(left_out.partition_point(|line| *line <= from))

@@ -1,0 +1,179 @@
+//! The text that a serial monitor keeps of a logger: stamps before each line, and rows of `key:value` in place of a table.
+//!
+//! `14:03:00.018 -> t:18 pwm:0 rpm:2` is a row with the columns t, pwm and rpm; the stamp is that of the monitor, and is dropped.
+
+use super::parse::{Separator, parse_number};
+use super::text::{Line, Lines};
+use crate::Result;
+use crate::text::excerpt;
+
+/// Lines of the beginning that are looked at for a row of pairs.
+const AHEAD: usize = 20;
+/// The most pairs of a row.
+const PAIRS_MAX: usize = 1000;
+
+/// The form of the lines.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Monitor {
+    stamped: bool,
+    /// The keys of the pairs, in their order; none where rows are those of a table.
+    keys: Vec<String>,
+}
+
+impl Monitor {
+    /// Returns what the beginning of a file shows; none where it is a plain table.
+    pub(super) fn of(head: &[u8]) -> Option<Self> {
+        let text = String::from_utf8_lossy(head);
+        let lines =
+            || text.lines().map(|line| line.trim_start_matches('\u{feff}')).filter(|line| !line.trim().is_empty());
+        let stamped = lines().next().is_some_and(|line| unstamped(line).len() < line.len());
+        let row = |line: &str| {
+            let pairs = pairs(unstamped(line));
+            let numbers = pairs.iter().filter(|(_, value)| parse_number(value, false).is_ok()).count();
+            (pairs.len() > 1 && numbers == pairs.len())
+                .then(|| pairs.iter().map(|(key, _)| (*key).to_owned()).collect())
+        };
+        // A table may stand behind pairs that describe it: most lines decide.
+        let keys: Vec<String> = lines().take(AHEAD).find_map(row).unwrap_or_default();
+        let alike = lines().take(AHEAD).filter(|line| row(line).is_some_and(|row: Vec<String>| row == keys)).count();
+        let keys = if 2 * alike > lines().take(AHEAD).count() { keys } else { Vec::new() };
+        (stamped || !keys.is_empty()).then_some(Self { stamped, keys })
+    }
+
+    /// Returns what separates cells, where that is known.
+    pub(super) fn separator(&self) -> Option<Separator> {
+        (!self.keys.is_empty()).then_some(Separator::Sign(b'\t'))
+    }
+
+    /// The cells of a row of pairs; a notice is a row of one cell.
+    fn row(&self, line: &str) -> String {
+        let pairs = pairs(line);
+        if pairs.is_empty() {
+            return line.trim().replace('\t', " ");
+        }
+        let value = |key: &String| pairs.iter().find(|(k, _)| k == key).map_or("", |(_, value)| *value);
+        let others: Vec<&str> =
+            pairs.iter().filter(|(k, _)| !self.keys.iter().any(|key| key == k)).map(|p| p.1).collect();
+        self.keys.iter().map(value).chain(others).collect::<Vec<_>>().join("\t")
+    }
+}
+
+/// A line without the stamp of a monitor, `14:03:00.018 -> `.
+fn unstamped(line: &str) -> &str {
+    let Some((stamp, rest)) = line.split_once("->") else { return line };
+    let stamp = stamp.trim();
+    let is_clock =
+        stamp.contains(':') && stamp.len() < 30 && stamp.bytes().all(|b| b.is_ascii_digit() || b":.,-/ T".contains(&b));
+    if is_clock { rest.trim_start() } else { line }
+}
+
+/// The pairs that a line consists of; none where it has anything else.
+fn pairs(line: &str) -> Vec<(&str, &str)> {
+    const BETWEEN: [char; 4] = [' ', '\t', ',', ';'];
+    let mut found = Vec::new();
+    let mut rest = line.trim_matches(BETWEEN);
+    while !rest.is_empty() {
+        let Some(at) = rest.find([':', '=']) else { return Vec::new() };
+        let key = rest[..at].trim();
+        let is_name = key.starts_with(|c: char| c.is_alphabetic() || c == '_') && !key.contains([',', ';', '\t', '"']);
+        let value = rest[at + 1..].trim_start();
+        let end = value.find(BETWEEN).unwrap_or(value.len());
+        if !is_name || found.len() >= PAIRS_MAX {
+            return Vec::new();
+        }
+        found.push((key, &value[..end]));
+        rest = value[end..].trim_matches(BETWEEN);
+    }
+    found
+}
+
+/// The lines of a monitor as those of a table.
+pub(super) struct SerialLines<'a, L> {
+    lines: L,
+    monitor: &'a Monitor,
+    begun: bool,
+    text: String,
+    /// The first line, which the heading is put before.
+    first: Option<(u64, String)>,
+}
+
+impl<'a, L: Lines> SerialLines<'a, L> {
+    pub(super) fn new(lines: L, monitor: &'a Monitor) -> Self {
+        Self { lines, monitor, begun: false, text: String::new(), first: None }
+    }
+
+    /// Returns the lines behind these.
+    pub(super) fn into_inner(self) -> L {
+        self.lines
+    }
+}
+
+impl<L: Lines> Lines for SerialLines<'_, L> {
+    fn next_line(&mut self) -> Result<Option<Line<'_>>> {
+        let has_pairs = !self.monitor.keys.is_empty();
+        if let Some((number, text)) = self.first.take() {
+            self.text = text;
+            return Ok(Some(Line { number, bytes: self.text.as_bytes() }));
+        }
+        let Some(line) = self.lines.next_line()? else { return Ok(None) };
+        let number = line.number;
+        // What is no text is said, or left out, as in any other file.
+        let Ok(text) = line.text() else {
+            self.text = String::from_utf8_lossy(line.bytes).into_owned();
+            return Ok(Some(Line { number, bytes: self.text.as_bytes() }));
+        };
+        let bare = if self.monitor.stamped { unstamped(&text) } else { &text };
+        let row = match has_pairs && !bare.trim().is_empty() {
+            true => self.monitor.row(bare),
+            false => bare.to_owned(),
+        };
+        if !has_pairs || self.begun {
+            self.text = row;
+            return Ok(Some(Line { number, bytes: self.text.as_bytes() }));
+        }
+        self.begun = true;
+        self.first = Some((number, row));
+        self.text = self.monitor.keys.join("\t");
+        Ok(Some(Line { number, bytes: self.text.as_bytes() }))
+    }
+
+    fn is_open(&self) -> bool {
+        self.lines.is_open()
+    }
+}
+
+impl Monitor {
+    /// Returns the note on what was made of the lines.
+    pub(super) fn note(&self) -> String {
+        match (self.keys.is_empty(), self.stamped) {
+            (true, _) => "stamps of a serial monitor before the lines left out".to_owned(),
+            (false, stamped) => {
+                let keys: Vec<String> = self.keys.iter().take(20).map(|key| excerpt(key)).collect();
+                let stamps = if stamped { "; stamps of a serial monitor left out" } else { "" };
+                format!("rows of KEY:VALUE read as columns {}{stamps}", keys.join(", "))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_and_what_is_none() {
+        assert_eq!(pairs("t:0 pwm:0 rpm:-1.5"), [("t", "0"), ("pwm", "0"), ("rpm", "-1.5")]);
+        assert_eq!(pairs("t = 3, motor speed: 4;"), [("t", "3"), ("motor speed", "4")]);
+        for none in ["", "1,2,3", "t:0 4", "12:00:00,1", "time [s],u", "\"a\":1", "t:1,\"b\":2", "::", "a", "t:0 \u{0}"]
+        {
+            assert!(pairs(none).is_empty(), "{none}");
+        }
+        assert_eq!(unstamped("14:03:00.018 -> 1,2"), "1,2");
+        assert_eq!(unstamped("a -> b"), "a -> b");
+        assert_eq!(Monitor::of(b"time_s,voltage_V\n0,1\n"), None);
+        assert!(
+            Monitor::of(b"Booting\n\nt:1 u:2\nt:2 u:3\n")
+                .is_some_and(|monitor| monitor.keys == ["t", "u"] && !monitor.stamped)
+        );
+    }
+}
