@@ -294,3 +294,24 @@ fn a_motor_that_differs_is_named() {
         assert!(found as f64 >= 0.95 * SEEDS as f64, "{parameter:?}: {found}");
     }
 }
+
+#[test]
+fn a_known_load_torque_makes_all_of_a_motor_observable_by_its_speed() {
+    // The scale of torques is that of the load: five combinations are seen of five parameters.
+    let time: Vec<f64> = (0..4000).map(|n| f64::from(n) * 1e-3).collect();
+    let voltage = (0..4000).map(|n| [0.0, 9.0, 3.0, -6.0, 10.5][(n / 370) % 5]).collect();
+    let torque = (0..4000).map(|n| [0.0, 0.08, -0.05, 0.02][(n / 230) % 4]).collect();
+    let clean = support::driven(time, voltage, Some(torque));
+    for seed in 0..10 {
+        let noisy = with_noise(&clean, [0.01, 0.5], seed).unwrap();
+        let record = support::changed(&noisy, |samples| samples.current = None);
+        let found = identify(&[record], &IdentifySpec::default()).unwrap();
+        let fit = found.fit_percent[1].unwrap();
+        let errors = &found.uncertainty.as_ref().unwrap().std_error;
+        let off = |n: usize| (found.values[n] - Parameters::M2.to_array()[n]) / errors[n].unwrap();
+        let off: Vec<f64> = (0..5).map(off).collect();
+        eprintln!("seed {seed}: {fit:.2} %, off by {off:.1?} standard errors");
+        // 0.5 of 60 rad/s are noise; of 50 values one is beyond 4 standard errors once in 300 times.
+        assert!(fit > 99.0 && off.iter().all(|z| z.abs() < 4.0), "{fit} {off:?}");
+    }
+}

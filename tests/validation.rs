@@ -62,6 +62,21 @@ fn an_initial_state_is_the_least_squares_one() {
 }
 
 #[test]
+fn a_state_that_is_not_seen_is_not_estimated() {
+    // A current that decays within a billionth of a sample, and was not measured: nothing of it is left at the next one.
+    let motor = Parameters { l: 1e-12, ..Parameters::M2 };
+    for with_current in [false, true] {
+        let [_, rest] = with_noise(&lively(900), SIGMA, 5).unwrap().split(0.4).unwrap();
+        let rest = support::changed(&rest, |s| s.current = s.current.take().filter(|_| with_current));
+        let problem = fit_problem(std::slice::from_ref(&rest), &Space::table2(), Model::default()).unwrap();
+        let [current, speed] = initial_states(&problem, &motor.to_array(), SIGMA).unwrap()[0];
+        let measured = rest.measured()[1].unwrap()[0];
+        eprintln!("{current} A, {speed} rad/s of {measured}");
+        assert!(current.abs() < 20.0 && (speed - measured).abs() < 5.0, "{current} {speed}");
+    }
+}
+
+#[test]
 fn initial_states_spread_as_the_noise_says() {
     let clean = lively(900);
     let [_, rest] = clean.split(0.4).unwrap();

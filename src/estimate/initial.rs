@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 /// Steps where the output is not linear.
 const BENT_STEPS: usize = 5;
 /// Standard deviation of the prior, in largest states: nothing is lost of a state that is seen.
-const PRIOR: f64 = 10.0;
+const PRIOR: f64 = 3.0;
 
 /// Returns the largest current and speed that a recording shows, or its input drives the motor to; 1 where there is neither.
 fn largest(signals: &Signals, motor: &Parameters, input: Input) -> [f64; 2] {
