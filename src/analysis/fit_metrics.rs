@@ -1,13 +1,14 @@
 //! How well a simulation fits.
 
 use crate::estimate::Refined;
-use crate::evaluate::Problem;
+use crate::evaluate::{Problem, Signals};
 use crate::numeric::{count, mean, squares_about};
 use crate::record::Record;
 use crate::setting::text;
 use crate::text::significant;
 use crate::warning::Warning;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// Sums over samples, of current and speed: what fits and residual deviations are made of.
 #[derive(Debug, Clone, Copy, Default)]
@@ -56,8 +57,13 @@ impl Spread {
 impl FitMetrics {
     /// Returns those of the recordings of a problem, simulated with a candidate.
     pub(crate) fn of(records: &[Record], problem: &Problem, candidate: &[f64]) -> Self {
-        let mut sums = Self::default();
-        for (recording, (record, signals)) in records.iter().zip(problem.signals()).enumerate() {
+        Self::each(records, problem, candidate).into_iter().fold(Self::default(), Self::and)
+    }
+
+    /// Returns those of each recording.
+    pub(crate) fn each(records: &[Record], problem: &Problem, candidate: &[f64]) -> Vec<Self> {
+        let one = |(recording, (record, signals)): (usize, (&Record, &Arc<Signals>))| {
+            let mut sums = Self::default();
             let model = problem.simulate(candidate, recording, signals.initial);
             for (channel, (measured, simulated)) in record.measured().into_iter().zip(model).enumerate() {
                 let Some(measured) = measured else { continue };
@@ -67,8 +73,9 @@ impl FitMetrics {
                 sums.left[channel] += left.iter().sum::<f64>();
                 sums.measured[channel] = sums.measured[channel].and(Spread::of(&measured));
             }
-        }
-        sums
+            sums
+        };
+        records.iter().zip(problem.signals()).enumerate().map(one).collect()
     }
 
     /// Returns these and those of other recordings.

@@ -129,14 +129,11 @@ fn trust_line(found: &Identification, next: Option<&str>) -> String {
 fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style: &Style) -> String {
     let mut text = String::new();
     if !style.quiet {
-        for record in records {
-            let _ = writeln!(text, "{}", inputs::understood(record));
-        }
-        text.push('\n');
+        let _ = writeln!(text, "{}\n", inputs::all_understood(records));
     }
     parameters(&mut text, found);
     text.push('\n');
-    for (name, value) in lines(spec, found) {
+    for (name, value) in lines(records, spec, found) {
         let _ = writeln!(text, "  {name:<10}{value}");
     }
     if !style.quiet && found.uncertainty.is_none() {
@@ -187,11 +184,30 @@ fn parameters(text: &mut String, found: &Identification) {
     }
 }
 
-fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, String)> {
-    let channels = |values: [Option<f64>; 2], show: &dyn Fn(f64) -> String| {
-        let named = ["current", "speed"].into_iter().zip(values);
-        named.filter_map(|(name, value)| Some(format!("{name} {}", show(value?)))).collect::<Vec<_>>().join(", ")
-    };
+/// Recordings of a joint fit that have a line of their own.
+const RECORDINGS_MAX: usize = 12;
+
+/// Returns a fit in words.
+fn fit_text(fit: [Option<f64>; 2]) -> String {
+    let named = ["current", "speed"].into_iter().zip(fit);
+    named.filter_map(|(name, value)| Some(format!("{name} {:.2} %", value?))).collect::<Vec<_>>().join(", ")
+}
+
+/// Returns a line for each of several recordings, with its fit.
+fn fits_by_recording<'a>(
+    fits: impl ExactSizeIterator<Item = (&'a Record, [Option<f64>; 2])>,
+) -> Vec<(&'static str, String)> {
+    let count = fits.len();
+    if count < 2 {
+        return Vec::new();
+    }
+    let one = |(record, fit): (&Record, _)| ("", format!("{}: {}", inputs::name(record.source()), fit_text(fit)));
+    let more = count.saturating_sub(RECORDINGS_MAX);
+    let rest = (more > 0).then(|| ("", format!("{more} more, in the report")));
+    fits.take(RECORDINGS_MAX).map(one).chain(rest).collect()
+}
+
+fn lines(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, String)> {
     let method = match found.searched.method {
         "sm" => format!("Steiglitz–McBride, {} iterations", found.evaluations),
         "grid" if found.input == Input::Current => {
@@ -208,9 +224,10 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
         Polish::None => "",
     };
     let (criterion, scale) = (spec.criterion.norm.name(), spec.criterion.scale.name());
-    let mut lines = vec![("fit", channels(found.fit_percent, &|fit| format!("{fit:.2} %")))];
+    let mut lines = vec![("fit", fit_text(found.fit_percent))];
+    lines.extend(fits_by_recording(records.iter().zip(found.fit_percent_by_recording.iter().copied())));
     if let Some(validation) = &found.validation {
-        let fit = channels(validation.fit_percent, &|fit| format!("{fit:.2} %"));
+        let fit = fit_text(validation.fit_percent);
         let count = validation.held_out.len();
         let of = if count == 1 { String::new() } else { format!(" over {count} recordings") };
         let started = match validation.held_out.iter().filter(|held| held.initial_is_estimated).count() {
@@ -223,6 +240,7 @@ fn lines(spec: &IdentifySpec, found: &Identification) -> Vec<(&'static str, Stri
         let own = if own.is_empty() { String::new() } else { format!("; {} estimated from each", own.join(", ")) };
         let left = residuals(validation.residual_sigma);
         lines.push(("held out", format!("{fit}; residual {left}{of}{started}{own}")));
+        lines.extend(fits_by_recording(validation.held_out.iter().map(|held| (&held.record, held.fit_percent))));
         let tests: Vec<_> = validation.held_out.iter().map(|held| held.residual_tests).collect();
         let [white, independent] = verdicts(&tests);
         let input = if found.input == Input::Current { Quantity::Current } else { Quantity::Voltage };

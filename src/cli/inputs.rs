@@ -27,8 +27,42 @@ pub(super) fn name(source: &Source) -> String {
     source.part.as_ref().map_or(path.clone(), |part| format!("{path} ({part})"))
 }
 
-/// One line: file, samples, period, duration, columns with units; others for what was left out or prepared.
+/// Returns what was understood of recordings: a line each, and notes on what was left out or prepared. A note on several of them
+/// stands once, behind all.
+pub(super) fn all_understood(records: &[Record]) -> String {
+    let of_several = |note: &String| records.iter().filter(|record| record.source().notes.contains(note)).count() > 1;
+    let mut lines = Vec::new();
+    for record in records {
+        lines.push(headline(record));
+        let own = record.source().notes.iter().filter(|note| !of_several(note));
+        lines.extend(own.map(|note| format!("  {}", printable(note))));
+    }
+    let mut shared: Vec<&String> = Vec::new();
+    for note in records.iter().flat_map(|record| &record.source().notes).filter(|note| of_several(note)) {
+        if !shared.contains(&note) {
+            shared.push(note);
+        }
+    }
+    for note in shared {
+        let having: Vec<&Record> = records.iter().filter(|record| record.source().notes.contains(note)).collect();
+        let of = match having.len() {
+            2 if records.len() == 2 => "both".to_owned(),
+            count if count == records.len() => format!("all {count}"),
+            1..=3 => having.iter().map(|record| name(record.source())).collect::<Vec<_>>().join(", "),
+            count => format!("{count} of {}", records.len()),
+        };
+        lines.push(printable(&format!("  {of}: {note}")));
+    }
+    lines.join("\n")
+}
+
+/// Returns what was understood of a recording: file, samples, period, duration, columns with units; others for what was left out or
+/// prepared.
 pub(super) fn understood(record: &Record) -> String {
+    all_understood(std::slice::from_ref(record))
+}
+
+fn headline(record: &Record) -> String {
     let source = record.source();
     let columns: Vec<String> = source
         .columns
@@ -40,11 +74,7 @@ pub(super) fn understood(record: &Record) -> String {
         .collect();
     let [period, duration] = [record.period_s(), record.duration_s()].map(|seconds| engineering(seconds, "s", 4));
     let (name, count, columns) = (name(source), record.len(), columns.join(", "));
-    let mut text = printable(&format!("{name}: {count} samples every {period}, {duration}; {columns}"));
-    for note in &source.notes {
-        text.push_str(&format!("\n  {}", printable(note)));
-    }
-    text
+    printable(&format!("{name}: {count} samples every {period}, {duration}; {columns}"))
 }
 
 /// The part of a spec that says what candidates are evaluated on, and by what.

@@ -217,7 +217,9 @@ fn assembled(prepared: &Prepared<'_>, fit: Fit) -> Identification {
     };
     let model = prepared.spec.model;
     let mut result = Identification { model, ..Identification::new(&problem, found, refined) };
-    let metrics = FitMetrics::of(prepared.records, &problem, &result.values);
+    let each = FitMetrics::each(prepared.records, &problem, &result.values);
+    result.fit_percent_by_recording = each.iter().map(FitMetrics::fit_percent).collect();
+    let metrics = each.into_iter().fold(FitMetrics::default(), FitMetrics::and);
     result.fit_percent = metrics.fit_percent();
     if result.uncertainty.is_none() {
         result.residual_sigma = metrics.residual_sigma();

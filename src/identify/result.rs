@@ -100,6 +100,8 @@ pub struct Identification {
     pub converged: bool,
     /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed over all recordings; `None` for a channel not measured.
     pub fit_percent: [Option<f64>; 2],
+    /// The same of each recording.
+    pub fit_percent_by_recording: Vec<[Option<f64>; 2]>,
     /// The result against the references.
     pub verification: Verification,
     /// What the reader should know.
@@ -164,6 +166,7 @@ impl Identification {
             residual_sigma,
             converged,
             fit_percent: [None; 2],
+            fit_percent_by_recording: Vec::new(),
             verification: Verification::none(),
             warnings: Vec::new(),
             stop: found.stop,

@@ -32,6 +32,8 @@ impl Serialize for Identification {
             "cost": self.cost,
             "searched": self.searched,
             "fit_percent": Channels::from(self.fit_percent),
+            "fit_percent_by_recording":
+                self.fit_percent_by_recording.iter().map(|fit| Channels::from(*fit)).collect::<Vec<_>>(),
             "residual_sigma": Channels::from(self.residual_sigma),
             "initial_state": self.initial.iter().copied().map(state).collect::<Value>(),
             "correlation": uncertainty.map(|u| self.correlation(u)),
