@@ -3,6 +3,7 @@
 use super::args::IdentifyArgs;
 use super::next;
 use super::prelude::*;
+use motorfit::ErrorKind;
 use motorfit::analysis::{split, suspicions};
 use motorfit::estimate::ReferenceKind;
 use motorfit::identify::{Identification, IdentifySpec, Polish, Status, TrustLevel, hold_out, identify_with};
@@ -10,9 +11,10 @@ use motorfit::motor::{Discretization, Input, Scope};
 use motorfit::optimize::Stop;
 use motorfit::record::{Quantity, Record};
 use motorfit::report::{
-    characteristics_lines, command_line, identify_document, identify_page, noise_floor_text, selection_table,
-    selection_text, verdicts,
+    characteristics_lines, command_line, failure_document, identify_document, identify_page, noise_floor_text,
+    selection_table, selection_text, verdicts,
 };
+use motorfit::warning::Warning;
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     let given = args.search.0.and(&args.problem.0).and(&args.device.0);
@@ -40,8 +42,10 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
         progress::interrupted()
     });
     drop(show);
-    // What is wrong with the recordings may be why.
-    let mut found = found.inspect_err(|_| style.warnings(&suspicions(&records, spec.model.discretization)))?;
+    let mut found = match found {
+        Ok(found) => found,
+        Err(error) => return failed(error, &suspicions(&records, spec.model.discretization), args.json, style),
+    };
     hold_out(&mut found, &records, &held_out, &spec)?;
     style.warnings(&found.warnings);
     if found.stop == Stop::Interrupted {
@@ -64,6 +68,15 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
         TrustLevel::Check | TrustLevel::Poor if args.strict => Outcome::Untrusted,
         _ => Outcome::Done,
     })
+}
+
+/// Shows what is wrong with the recordings, which may be why a fit failed, before its error.
+fn failed(error: Error, found: &[Warning], is_json: bool, style: &Style) -> Result<Outcome> {
+    style.warnings(found);
+    if is_json && error.kind() == ErrorKind::NotIdentified {
+        data(&json(&failure_document(&error, found)))?;
+    }
+    Err(error)
 }
 
 fn report(records: &[Record], spec: &IdentifySpec, found: &Identification, document: String) -> Vec<(String, String)> {

@@ -1,6 +1,7 @@
 //! Results as JSON documents. What is not available or not finite is `null`.
 
 use super::spelling::command_line;
+use crate::Error;
 use crate::evaluate::{Level, Problem, cpu_name};
 use crate::identify::{BatchCosts, Identification, IdentifySpec, bounds};
 use crate::motor::{Parameter, Scope};
@@ -23,6 +24,23 @@ pub(super) fn warnings(list: &[Warning], severity: Severity) -> Value {
         value!({"code": w.code, "message": w.message.spelled(command_line), "place": w.place, "remedy": remedy})
     };
     list.iter().filter(|w| w.severity == severity).map(one).collect()
+}
+
+/// Returns the JSON document of an identification that recordings do not allow: the error, and the warnings about them.
+#[must_use]
+pub fn failure_document(error: &Error, found: &[Warning]) -> Value {
+    let path = error.path().map(|path| path.display().to_string());
+    value!({
+        "motorfit": env!("CARGO_PKG_VERSION"),
+        "error": {
+            "kind": "not_identified",
+            "path": path,
+            "message": error.message().spelled(command_line),
+            "hint": error.hint().spelled(command_line),
+        },
+        "warnings": warnings(found, Severity::Report),
+        "remarks": warnings(found, Severity::Mention),
+    })
 }
 
 /// Returns the JSON document of an identification: what was found, with what was asked for.

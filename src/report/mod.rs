@@ -25,7 +25,7 @@ pub mod sweep;
 mod table;
 
 pub use bench::bench_document;
-pub use document::{EvaluateDocument, devices_document, identify_document, json};
+pub use document::{EvaluateDocument, devices_document, failure_document, identify_document, json};
 pub use identified::{characteristics_lines, noise_floor_text, verdicts};
 #[cfg(feature = "report")]
 pub use identified_tables::{selection_table, selection_text};
