@@ -4,8 +4,9 @@
 use super::support::changed;
 use super::{each, find, folder, only, steps};
 use motorfit::identify::{IdentifySpec, identify};
-use motorfit::motor::{Extension, With};
+use motorfit::motor::{Extension, Parameter, With};
 use motorfit::record::{Mask, Preparation, Quantity, Record, Severity, diagnose, explains_failure, read_csv};
+use rand::RngExt as _;
 
 /// The recording with everything masked that is found.
 fn masked(record: &Record) -> Record {
@@ -66,8 +67,8 @@ fn a_motor_that_stands_under_a_constant_voltage_is_named() {
     let still = changed(&steps(), |s| {
         s.voltage.fill(6.0);
         s.current = None;
-        // The numbers of a hash are noise to the rules.
-        each(&mut s.speed, |n, _| ((n as f64 * 12.9898).sin() * 43_758.545).fract());
+        let mut numbers = super::varied::numbers(5);
+        s.speed = Some((0..s.time_s.len()).map(|_| numbers.random_range(-0.5..0.5)).collect());
     });
     assert!(find(&still, "no_motion").is_some(), "{:?}", diagnose(&still));
 }
@@ -83,7 +84,9 @@ fn real_newcomers() {
     let error = identify(&[glitches.clone()], &spec).unwrap_err();
     assert!(error.hint().to_string().contains("99999 instead of"), "{}", error.hint());
     let found = identify(&[masked(&glitches)], &spec).unwrap();
-    let k = found.values[2];
+    // The voltage is logged up to a sample late, so that K is off by more than its error; 3 % is what the clean log has too.
+    let estimates = found.estimates();
+    let k = estimates.iter().find(|e| e.parameter == Parameter::K).and_then(|e| e.value).unwrap();
     assert!((k / 0.02 - 1.0).abs() < 0.03, "K {k}");
     let found: Vec<_> = diagnose(&read("i_wrongunit.csv")).into_iter().take(2).collect();
     assert!(found.iter().all(|finding| finding.code == "units" && finding.severity == Severity::Report), "{found:?}");

@@ -105,11 +105,11 @@ pub const FAULTS: [(&str, &str, Fault, usize, f64); 12] = [
     ("outliers", "speed", |bench, strength| outliers(bench, strength, Signal::Speed), 1, 0.95),
     ("outliers", "current", |bench, strength| outliers(bench, strength, Signal::Current), 1, 0.95),
     ("outliers", "voltage", |bench, strength| outliers(bench, strength, Signal::Voltage), 1, 0.95),
-    ("current_clipped", "one side", one_sided, 0, 0.85),
-    ("current_clipped", "magnitude", magnitude, 0, 0.8),
+    ("current_clipped", "one side", one_sided, 0, 0.95),
+    ("current_clipped", "magnitude", magnitude, 0, 0.84),
     ("voltage_without_current", "both", |bench, strength| off(bench, strength, true), 0, 0.95),
-    ("voltage_without_current", "current alone", |bench, strength| off(bench, strength, false), 0, 0.95),
-    ("speed_saturates", "saturation", saturated, 1, 0.8),
+    ("voltage_without_current", "current alone", |bench, strength| off(bench, strength, false), 1, 0.95),
+    ("speed_saturates", "saturation", saturated, 1, 0.69),
     ("start_latency", "speed alone", late, 2, 0.95),
     ("no_motion", "at rest", still, 0, 1.0),
     ("input_reset", "last samples", reset, 0, 0.95),
@@ -203,7 +203,7 @@ fn saturated(bench: &mut Bench, strength: usize) -> Option<Record> {
     let limit = [0.8, 0.65, 0.5][strength] * volts;
     let got: Vec<f64> = bench.excitation.voltage.iter().map(|v| v.clamp(-limit, limit)).collect();
     // A binary voltage has one level: what the drive makes of it is another voltage, no saturation.
-    if !matches!(bench.varied.kind, "triangle" | "chirp" | "steps") {
+    if !matches!(bench.varied.kind, "triangle" | "chirp") {
         return None;
     }
     // Under a voltage much faster than the motor, the speed is only smaller: a motor with another K has the same.

@@ -121,7 +121,6 @@ struct Winding {
 impl Winding {
     /// Fits voltage, speed and current of the samples that are driven if the back-EMF constant is about `back`.
     fn fitted(size: usize, mut back: f64, [v, w, i]: [&dyn Fn(usize) -> f64; 3], least: f64) -> Option<Self> {
-        let row = |n: usize, one: f64| Row::from([one, i(n), i(n - 1), 0.5 * (w(n) + w(n - 1)), 0.0, 0.0, 0.0, 0.0]);
         let mut found = None;
         for _ in 0..4 {
             let is_driven = |n: &usize| i(*n).min(i(n - 1)) > least && v(n - 1) > back * w(n - 1).max(w(*n));
@@ -129,21 +128,30 @@ impl Winding {
             let volts: Vec<f64> = driven.iter().map(|n| v(n - 1)).collect();
             let [low, high] = extremes(&volts);
             let one = if high - low > VARIES * high { 1.0 } else { 0.0 };
-            let row = |n: usize| row(n, one);
-            let mut sums = Sums::default();
-            driven.iter().for_each(|n| sums.add(&row(*n), v(n - 1)));
-            let solution = sums.solve();
-            let [drop, now, before, constant, ..] = solution.coefficients;
-            // By the trapezoidal rule the current at the end of the step has the larger part.
-            if driven.len() < 10 || now <= 0.0 || before.abs() >= now || constant <= 0.0 {
-                return None;
-            }
-            let left: f64 = driven.iter().map(|n| (v(n - 1) - solution.predicted(&row(*n))).powi(2)).sum();
-            let error = (left / count(driven.len())).sqrt() / (now + before);
-            back = constant;
-            found = Some(Self { drop: drop.max(0.0), now, before, back, error });
+            let row = |n: usize, before: f64| {
+                Row::from([one, i(n), before * i(n - 1), 0.5 * (w(n) + w(n - 1)), 0.0, 0.0, 0.0, 0.0])
+            };
+            // Where all currents decay alike, the inductance is not known: then without it.
+            let fit = [1.0, 0.0].into_iter().find_map(|before| Self::of(&driven, &volts, |n| row(n, before)))?;
+            back = fit.back;
+            found = Some(fit);
         }
         found
+    }
+
+    /// Fits the voltages of samples; `None` where the constants are none of a motor.
+    fn of(samples: &[usize], volts: &[f64], row: impl Fn(usize) -> Row) -> Option<Self> {
+        let mut sums = Sums::default();
+        samples.iter().zip(volts).for_each(|(n, volts)| sums.add(&row(*n), *volts));
+        let solution = sums.solve();
+        let [drop, now, before, back, ..] = solution.coefficients;
+        // By the trapezoidal rule the current at the end of the step has the larger part.
+        if samples.len() < 10 || now <= 0.0 || before.abs() >= now || back <= 0.0 {
+            return None;
+        }
+        let left: f64 = samples.iter().zip(volts).map(|(n, v)| (v - solution.predicted(&row(*n))).powi(2)).sum();
+        let error = (left / count(samples.len())).sqrt() / (now + before);
+        Some(Self { drop: drop.max(0.0), now, before, back, error })
     }
 }
 
@@ -175,7 +183,9 @@ fn by_steps(view: &View<'_>, sign: f64, i: &impl Fn(usize) -> f64, peak: f64) ->
         // For as long as nothing flows, or the magnitude of the braking current.
         let lasts = |n: &usize| i(*n) <= NONE * peak || i(*n) > SHOWN * first.abs();
         if first < -EXPECTED * peak {
-            after.skip(1).take_while(lasts).for_each(|n| expected[n] = first);
+            // The winding takes the current there within the first quarter.
+            let quarter = after.start + after.len() / 4;
+            after.skip_while(|n| *n < quarter && !lasts(n)).take_while(lasts).for_each(|n| expected[n] = first);
         }
     }
     Some(expected)
