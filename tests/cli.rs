@@ -108,6 +108,29 @@ fn identify_without_flags_says_how_sure_it_is() {
 }
 
 #[test]
+fn a_failed_fit_names_what_was_found_before_its_hint() {
+    let folder = Folder::new();
+    let file = folder.path("still.csv");
+    // A motor that never moves: its encoder flickers by one count.
+    let flicker = |n: u32| if n % 190 == 150 { 0.5 } else { 0.0 };
+    let row = |n: u32| format!("{},{},{}\n", f64::from(n) * 1e-3, if n < 100 { 0.0 } else { 6.0 }, flicker(n));
+    let rows: String = (0..400).map(row).collect();
+    std::fs::write(&file, format!("time_s,voltage_V,speed_rad_s\n{rows}")).unwrap();
+    let output = run(&["identify", &file, "--json"]);
+    assert_eq!(output.status.code(), Some(4));
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(
+        (&document["error"]["kind"], &document["warnings"][0]["code"]),
+        (&"not_identified".into(), &"no_motion".into())
+    );
+    let hint = document["error"]["hint"].as_str().unwrap();
+    assert!(hint.starts_with("Look first") && hint.contains("did not move") && hint.contains("Otherwise:"), "{hint}");
+    let errors = text(&output.stderr);
+    let [found, error] = ["[no_motion]", "error:"].map(|what| errors.find(what).unwrap());
+    assert!(found < error, "{errors}");
+}
+
+#[test]
 fn a_result_that_cannot_be_trusted_names_the_next_command() {
     let good = json(&["identify", EXAMPLE, "--json", "--strict"]);
     assert_eq!(good["trust"], serde_json::json!({"level": "good", "reasons": [], "next": null}));

@@ -53,8 +53,8 @@ fn late(view: &View<'_>, speed: &Channel<'_>) -> Option<Finding> {
     let decay = fit.decay.powf(1.0 / count(blocks.length));
     let mut state = 0.0;
     let mut beyond = 0;
-    for n in first..onset {
-        let end = fit.solution.coefficients[0] * v[n] + fit.solution.coefficients[1] * sign(v[n]);
+    for volts in &v[first..onset] {
+        let end = fit.solution.coefficients[0] * volts + fit.solution.coefficients[1] * sign(*volts);
         state = end + decay * (state - end);
         beyond += usize::from(f64::abs(state) > PREDICTED * moving);
     }
