@@ -155,7 +155,7 @@ fn braking(bench: &mut Bench) -> Option<Samples> {
     (negative >= 12 && 20 * negative > current.len() && high > 0.0).then_some(samples)
 }
 
-/// A sensor that stops at 0 A, below it by a strength times 1 % of the range, with 0, 0.2 or 0.5 % of noise behind it.
+/// A sensor that stops at 0 A, with noise of 0.5, 0.2 or 0 % of the largest current behind it.
 fn one_sided(bench: &mut Bench, strength: usize) -> Option<Record> {
     let mut samples = braking(bench)?;
     let current = samples.current.as_mut().unwrap();
@@ -165,7 +165,7 @@ fn one_sided(bench: &mut Bench, strength: usize) -> Option<Record> {
     Some(Record::new(samples).unwrap())
 }
 
-/// A sensor that shows the magnitude.
+/// A sensor that shows the magnitude, with the same noise; at times the fit of the winding mistakes braking for driving.
 fn magnitude(bench: &mut Bench, strength: usize) -> Option<Record> {
     let mut samples = braking(bench)?;
     let current = samples.current.as_mut().unwrap();
@@ -197,7 +197,8 @@ fn off(bench: &mut Bench, strength: usize, has_speed: bool) -> Option<Record> {
     Some(Record::new(samples).unwrap())
 }
 
-/// A drive that gives no more than a part of the largest command, in speed alone.
+/// A drive that gives no more than a part of the largest command, in speed alone. Not found is what a lag of the second order,
+/// or a deadband, looks like too.
 fn saturated(bench: &mut Bench, strength: usize) -> Option<Record> {
     let volts = extremes(&bench.excitation.voltage).map(f64::abs).into_iter().fold(0.0, f64::max);
     let limit = [0.8, 0.65, 0.5][strength] * volts;
