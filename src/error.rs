@@ -90,6 +90,13 @@ impl Error {
         self
     }
 
+    /// What to look at before what the hint says.
+    #[must_use]
+    pub(crate) fn hinted_first(mut self, first: &Text) -> Self {
+        self.0.hint = first.clone().printable().and(" ").and(&self.0.hint);
+        self
+    }
+
     /// What sort of fault it is.
     #[must_use]
     pub fn kind(&self) -> ErrorKind {

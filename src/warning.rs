@@ -106,6 +106,12 @@ impl Warning {
         Self { code, severity, message, place, remedy: Some(remedy) }
     }
 
+    /// Returns whether it is a finding that may explain why a fit fails or is poor.
+    #[must_use]
+    pub fn explains_failure(&self) -> bool {
+        self.severity == Severity::Report && crate::record::explains_failure(self.code)
+    }
+
     /// Returns the warning on one line, in the words of a front end.
     #[must_use]
     pub fn spelled(&self, spelling: Spelling) -> String {

@@ -108,6 +108,24 @@ fn identify_without_flags_says_how_sure_it_is() {
 }
 
 #[test]
+fn a_failed_fit_names_what_was_found_before_its_hint() {
+    let folder = Folder::new();
+    let file = folder.path("still.csv");
+    // A motor that never moves: its encoder flickers by one count.
+    let flicker = |n: u32| if n % 190 == 150 { 0.5 } else { 0.0 };
+    let row = |n: u32| format!("{},{},{}\n", f64::from(n) * 1e-3, if n < 100 { 0.0 } else { 6.0 }, flicker(n));
+    let rows: String = (0..400).map(row).collect();
+    std::fs::write(&file, format!("time_s,voltage_V,speed_rad_s\n{rows}")).unwrap();
+    let output = run(&["identify", &file, "--json"]);
+    assert_eq!(output.status.code(), Some(4));
+    assert!(output.stdout.is_empty());
+    let errors = text(&output.stderr);
+    let order = ["[no_motion]", "error:", "Look first", "did not move", "Otherwise:"];
+    let places = order.map(|what| errors.rfind(what).unwrap());
+    assert!(errors.find(order[0]) < errors.find(order[1]) && places[1..].is_sorted(), "{errors}");
+}
+
+#[test]
 fn a_result_that_cannot_be_trusted_names_the_next_command() {
     let good = json(&["identify", EXAMPLE, "--json", "--strict"]);
     assert_eq!(good["trust"], serde_json::json!({"level": "good", "reasons": [], "next": null}));

@@ -1,6 +1,6 @@
 //! Proves: every command reads, prepares and diagnoses recordings alike, by the same flags: what was understood and what
 //! is odd comes with code, place and remedy in text, JSON and pages; wrong flags are refused with a remedy.
-//! Does not prove: the rules themselves (diagnose.rs), nor preparation (preparation.rs).
+//! Does not prove: the rules themselves (diagnose), nor preparation (preparation.rs).
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(
     clippy::cast_precision_loss,

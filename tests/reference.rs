@@ -68,8 +68,9 @@ fn parameters() -> String {
             UsualBounds::Fixed(min, max) => format!("{min} to {max}"),
             UsualBounds::OfTorque(min, max) => format!("{min} to {max} of the stall torque"),
             UsualBounds::OfInput(min, max) => format!("{min} to {max} of the largest input"),
-            UsualBounds::Late(periods, constants) => {
-                format!("0 to {periods} periods or {constants} time constants")
+            UsualBounds::Late(early, periods, constants) => {
+                let from = if early < 0.0 { format!("{early} period") } else { "0".to_owned() };
+                format!("{from} to {periods} periods or {constants} time constants")
             }
             UsualBounds::Samples => "1 to a quarter of the recording, 300 at most".to_owned(),
         };

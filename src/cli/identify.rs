@@ -40,7 +40,6 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
         progress::interrupted()
     });
     drop(show);
-    // What is wrong with the recordings may be why.
     let mut found = found.inspect_err(|_| style.warnings(&suspicions(&records, spec.model.discretization)))?;
     hold_out(&mut found, &records, &held_out, &spec)?;
     style.warnings(&found.warnings);

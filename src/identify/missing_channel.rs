@@ -52,7 +52,7 @@ pub(super) fn single_channel(records: &[Record], spec: &IdentifySpec) -> Result<
 /// Returns whether a load torque that was recorded moves the motor: it gives speed alone the scale of torques, and with it what
 /// the current would.
 fn is_loaded(records: &[Record]) -> bool {
-    records.iter().any(|record| load_varies(record))
+    records.iter().any(load_varies)
 }
 
 /// A motor that about does what one channel shows, where there is only one.

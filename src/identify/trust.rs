@@ -17,7 +17,7 @@ use crate::warning::{Warning, name_of};
 use TrustLevel::{Check, Poor};
 
 /// Warnings that are reasons, with the level that each leaves and what it says in short.
-const WARNINGS: [(&str, TrustLevel, &str); 20] = [
+const WARNINGS: [(&str, TrustLevel, &str); 21] = [
     ("sign_reversed", Poor, "a channel has the opposite sign"),
     ("units", Poor, "magnitudes fit no motor in these units"),
     ("recordings_differ", Poor, "the recordings are not of one motor under one condition"),
@@ -35,6 +35,7 @@ const WARNINGS: [(&str, TrustLevel, &str); 20] = [
     ("voltage_without_current", Check, "the voltage does not reach the motor"),
     ("motion_without_input", Check, "the motor moves without voltage"),
     ("speed_falls", Check, "the speed falls where the voltage rises"),
+    ("outliers", Check, "single samples are far off those around them"),
     ("input_noise", Check, "noise of the input biases the parameters"),
     ("initial_state", Check, "a recording does not start as assumed"),
     ("dead_time_long", Check, "the dead time is longer than a motor explains"),
@@ -174,13 +175,23 @@ const SPEED_MAX: f64 = 20_000.0;
 const ELECTRICAL_S: [f64; 2] = [1e-7, 0.5];
 const MECHANICAL_S: [f64; 2] = [1e-5, 60.0];
 
+/// Returns the largest magnitude of the samples of a channel that count.
+fn counting_peak(record: &Record, channel: usize, signal: &[f64]) -> f64 {
+    let counting = record.counting();
+    if counting.is_empty() {
+        return peak(signal);
+    }
+    let counts = signal.iter().zip(&counting).filter(|(_, counts)| counts[channel]);
+    counts.fold(0.0, |largest: f64, (value, _)| largest.max(value.abs()))
+}
+
 /// Returns what no usual motor shows: a unit may be wrong by a power of ten.
 fn implausible(records: &[Record], found: &Identification) -> Option<String> {
     let motor = &found.parameters;
     let told = |p: &[Parameter]| p.iter().all(|p| !found.unidentified.iter().any(|(of, _)| of == p));
     let largest = |channel: usize| {
-        let signals = records.iter().filter_map(|record| record.measured()[channel]);
-        signals.map(peak).fold(0.0, f64::max)
+        let signals = records.iter().filter_map(|record| Some((record, record.measured()[channel]?)));
+        signals.map(|(record, signal)| counting_peak(record, channel, signal)).fold(0.0, f64::max)
     };
     let outside = |[low, high]: [f64; 2], value: f64| value < low || value > high;
     if largest(0) > CURRENT_MAX {

@@ -12,9 +12,10 @@ use crate::evaluate::Initial;
 use crate::motor::{Extension, Input, Parameter};
 use crate::numeric::peak;
 use crate::record::Record;
-use crate::setting::text;
+use crate::setting::{Text, text};
 use crate::text::{engineering, significant};
 use crate::warning::Warning;
+use crate::{Error, ErrorKind};
 
 /// Below so many samples 95 % intervals cover 81 to 90 % (measured).
 const SAMPLES_FEW: usize = 12;
@@ -52,6 +53,24 @@ pub(super) fn with_normalized(mut warnings: Vec<Warning>, model: Option<&Normali
         warnings.insert(0, model.warning.clone());
     }
     warnings
+}
+
+/// Findings that are named before the hint of an error.
+const EXPLAINED_BY: usize = 2;
+
+/// Returns the error of recordings that do not identify the motor with what was found in them before its hint.
+pub(super) fn explained(error: Error, of_recordings: &[Warning]) -> Error {
+    let said = error.message().to_string();
+    let is_new = |warning: &&Warning| warning.explains_failure() && warning.message.to_string() != said;
+    let found: Vec<&Warning> = of_recordings.iter().filter(is_new).take(EXPLAINED_BY).collect();
+    if found.is_empty() || error.kind() != ErrorKind::NotIdentified {
+        return error;
+    }
+    let mut first = Text::from("Look first at what was found in the recording: ");
+    for warning in found {
+        first = first.and(&warning.message).and(". ").and(warning.remedy.clone().unwrap_or_default()).and(" ");
+    }
+    error.hinted_first(&first.and("Otherwise:"))
 }
 
 /// What is said of a result.

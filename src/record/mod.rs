@@ -11,7 +11,7 @@ mod samples;
 mod stored;
 mod time;
 
-pub use diagnose::{FINDINGS, Finding, Severity, diagnose};
+pub use diagnose::{FINDINGS, Finding, Severity, diagnose, explains_failure};
 pub use heading::{ColumnRequest, Quantity, parse_columns};
 pub use import::{
     BadRows, FORMATS, Format, ReadOptions, parse_number, read, read_bytes, read_csv, read_inputs, read_joined,

@@ -123,7 +123,7 @@ table! {
         "Offsets of sensors that are subtracted: auto (the means while at rest before the voltage changes), or \
          current=0.02,speed=…,voltage=… in SI units";
     Mask: List, "Recording", "MASK" [] "auto",
-        "What does not count: auto (saturated current, an undersampled voltage, an input reset at the end, stretches with \
+        "What does not count: auto (outliers, saturated current, an undersampled voltage, an input reset at the end, stretches with \
          the drive disabled), or FROM:TO, current@FROM:TO, speed@FROM:TO in seconds; repeatable";
     Decimate: Count, "Recording", "N" [] "2", "Keep every Nth sample, behind an anti-alias filter";
     Filter: Word, "Recording", "FILTER" [] "butterworth:100",

@@ -13,7 +13,7 @@ use motorfit::motor::{Discretization, Parameters};
 use motorfit::record::{Record, Samples};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_distr::{Distribution as _, StandardNormal};
-use rand_xoshiro::Xoshiro256PlusPlus as Numbers;
+pub use rand_xoshiro::Xoshiro256PlusPlus as Numbers;
 use std::f64::consts::TAU;
 
 /// Excitations that are drawn from.
@@ -86,6 +86,10 @@ pub fn voltage(numbers: &mut Numbers, kind: &str, count: usize, memory: f64) -> 
                 level
             }
             "chirp" => (TAU * cycles * (0.2 * part + 0.8 * part * part)).sin(),
+            "triangle" => {
+                let triangle = (TAU * cycles * part).sin().asin() * 4.0 / TAU;
+                if signed { triangle } else { triangle.abs() }
+            }
             "sine" => (TAU * cycles * part).sin(),
             "ramp" => part,
             "staircase" => {
@@ -119,14 +123,25 @@ fn number(count: usize) -> f64 {
 
 /// The recording that `seed` stands for, without noise and with both channels.
 pub fn clean(numbers: &mut Numbers, kind: &'static str, count: usize) -> Varied {
-    let memory = log_uniform(numbers, 3.0, 600.0).min(number(count));
+    let (varied, excitation) = drawn(numbers, kind, count, 600.0);
+    let record = simulated(&varied.motor, &excitation, Discretization::Zoh).unwrap();
+    Varied { record, ..varied }
+}
+
+/// A motor with a memory of up to so many samples, and what excites it; its recording is that of no motor yet.
+pub fn drawn(numbers: &mut Numbers, kind: &'static str, count: usize, longest: f64) -> (Varied, Excitation) {
+    let memory = log_uniform(numbers, 3.0, longest).min(number(count));
     let period = [0.0005, 0.001, 0.002, 0.005, 0.01, 0.02][numbers.random_range(0..6)];
     let (motor, volts) = motor(numbers, memory * period);
     let (mut voltage, hold) = voltage(numbers, kind, count, memory);
     voltage.iter_mut().for_each(|v| *v *= volts);
-    let time_s = (0..count).map(|n| number(n) * period).collect();
-    let record = simulated(&motor, &Excitation { time_s, voltage, torque: None }, Discretization::Zoh).unwrap();
-    Varied { kind, record, motor, stall: motor.k * volts / motor.r, hold, memory }
+    let time_s: Vec<f64> = (0..count).map(|n| number(n) * period).collect();
+    let none = Some(vec![0.0; count]);
+    let samples =
+        Samples { time_s: time_s.clone(), voltage: voltage.clone(), torque: None, current: none.clone(), speed: none };
+    let record = Record::new(samples).unwrap();
+    let varied = Varied { kind, record, motor, stall: motor.k * volts / motor.r, hold, memory };
+    (varied, Excitation { time_s, voltage, torque: None })
 }
 
 /// White noise so many dB below the root mean square.

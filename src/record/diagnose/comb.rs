@@ -29,6 +29,9 @@ pub(super) fn averaged_sensor(view: &View<'_>, findings: &mut Vec<Finding>) {
         if best(&spectrum, &[]).is_none() {
             continue;
         }
+        if is_tone(view) {
+            return;
+        }
         // What the voltage explains is no averaging: pulses of N samples have the same comb.
         let inputs = inputs.get_or_insert_with(|| spectra_of_input(view));
         if let Some(best) = self::best(&spectrum, inputs) {
@@ -52,6 +55,18 @@ fn spectra_of_input(view: &View<'_>) -> Vec<Logs> {
     let all = differences(view.input.values);
     let edges: Vec<f64> = all.iter().map(|d| if d.abs() > 6.0 * view.input.noise { *d } else { 0.0 }).collect();
     [all, edges].iter().filter_map(|steps| Logs::of(steps, f64::NEG_INFINITY)).collect()
+}
+
+/// The part of a voltage's power that one line of its spectrum has, from which on it is a tone.
+const TONE: f64 = 0.9;
+
+/// Whether the voltage is a tone: what friction or a deadband makes of one has its harmonics alone, with notches between.
+fn is_tone(view: &View<'_>) -> bool {
+    let (power, _) = power(&differences(view.input.values));
+    let Some(at) = (0..power.len()).max_by(|a, b| power[*a].total_cmp(&power[*b])) else { return false };
+    let lobe = 2 * POINTS.div_ceil(view.len().min(POINTS));
+    let line = &power[at.saturating_sub(lobe)..(at + lobe + 1).min(power.len())];
+    line.iter().sum::<f64>() > TONE * power.iter().sum::<f64>()
 }
 
 /// The logarithms of a spectrum with their running sum.

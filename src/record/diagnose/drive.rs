@@ -1,16 +1,14 @@
-//! The drive: a current that is cut off or limited, a voltage that never reaches the motor.
+//! A current that is cut off by its sensor or limited by the drive.
 
-use super::{Channel, ConstantInput, Finding, Quantity, View, text};
-use crate::numeric::{count, mean, order_statistic, runs};
+use super::{Channel, ConstantInput, Finding, Quantity, View, sensor, text};
+use crate::numeric::{count, mean, runs};
 use crate::text::engineering;
 use std::ops::Range;
 
 pub(super) fn drive(view: &View<'_>, findings: &mut Vec<Finding>) {
     let Some(current) = view.current.as_ref().filter(|c| c.range > 0.0 && view.len() >= 20) else { return };
-    findings.extend(clipped(view, current).or_else(|| limited(view, current)));
-    if !view.loaded {
-        findings.extend(without_current(view, current));
-    }
+    let one_sided = || sensor::one_sided(view, current);
+    findings.extend(clipped(view, current).or_else(one_sided).or_else(|| limited(view, current)));
 }
 
 /// Samples at which the current is exactly as large as it ever is.
@@ -87,55 +85,4 @@ fn plateau(current: &Channel<'_>, speed: &Channel<'_>, stretch: &ConstantInput) 
     let low = (to..samples.end).map(i).fold(level, f64::min);
     let gained = sign * (speed.values[to - 1] - speed.values[from]);
     (to - from >= 10 && low < 0.75 * level && gained > 0.5 * speed.range).then_some(from..to)
-}
-
-/// Voltage without current at half the speed or less that the voltage led to elsewhere: v − Kω = R i cannot be 0 there.
-fn without_current(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
-    let none = (0.02 * current.peak).max(3.0 * current.noise);
-    if none > 0.1 * current.peak {
-        return None;
-    }
-    // The sensor's offset, as far as it is told from a true current.
-    let rest = view.first_rest();
-    let offset = if rest.len() >= 10 { mean(&current.values[rest]) } else { 0.0 };
-    // Not the peak: a single spike would make all else slow.
-    let fast = view.speed.as_ref().map(|speed| {
-        let mut sizes: Vec<f64> = speed.values.iter().map(|w| w.abs()).collect();
-        order_statistic(&mut sizes, 0.95)
-    });
-    let slow = |n: usize| match (&view.speed, fast) {
-        (Some(speed), Some(fast)) => speed.values[n].abs() * view.input.peak < 0.5 * fast * view.input.values[n].abs(),
-        _ => true,
-    };
-    let without =
-        |n: usize| view.input.values[n].abs() > 0.5 * view.input.peak && (current.values[n] - offset).abs() <= none;
-    let is_off = |n: usize| without(n) && slow(n);
-    // A drive that goes off while the motor turns fast is only told when it has slowed down: it has been off before.
-    let whole = |run: Range<usize>| {
-        let start = (0..run.start).rev().take_while(|n| without(*n)).last().unwrap_or(run.start);
-        let end = (run.end..view.len()).take_while(|n| without(*n)).last().map_or(run.end, |n| n + 1);
-        start..end
-    };
-    let least = (view.len() / 50).max(10);
-    let from_the_edge = |run: &Range<usize>| {
-        // Without a speed only a step from rest that never draws current is told from a motor without friction.
-        view.constant_inputs.windows(2).any(|w| {
-            let (rest, on) = (&w[0], &w[1].samples);
-            let was_at_rest = rest.volts.abs() < 0.05 * view.input.peak && rest.samples.len() >= 10;
-            was_at_rest && on.contains(&run.start) && run.start <= on.start + 1 && run.end + 1 >= on.end
-        })
-    };
-    let places: Vec<Range<usize>> = runs(view.len(), is_off)
-        .into_iter()
-        .filter(|run| run.len() >= least && (view.speed.is_some() || from_the_edge(run)))
-        .map(whole)
-        .collect();
-    let samples = count(places.iter().map(Range::len).sum());
-    let message = "there is voltage but no current while the motor stands or coasts: the drive was off";
-    let remedy = text!(
-        "Cut the recording there with " [Mask = "auto"] ", or record the voltage at the motor: a drive that is off is no \
-         short circuit."
-    );
-    let finding = Finding::new("voltage_without_current", Quantity::Current, message, remedy);
-    (!places.is_empty()).then(|| finding.figure("samples", samples).at(places))
 }

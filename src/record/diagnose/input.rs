@@ -1,10 +1,8 @@
-//! The input: only one change, a reset at the end, an idle value.
+//! The input: only one change, an idle value.
 
+use super::reset::reset;
 use super::{Finding, Quantity, View, text};
 use crate::text::significant;
-
-/// Samples at the end in which a reset is looked for.
-const LAST: usize = 3;
 
 pub(super) fn input(view: &View<'_>, findings: &mut Vec<Finding>) {
     let reset = reset(view);
@@ -30,27 +28,6 @@ fn single_edge(view: &View<'_>, end: usize) -> Option<Finding> {
     let remedy = "Record several steps, up and down; three or more tell delays and dead times.";
     let finding = Finding::new("single_edge", Quantity::Voltage, message, remedy).mention_if(true);
     (changes.len() <= 3 && last - first < 3 && stays).then(|| finding.at(Some(first..last + 1)))
-}
-
-/// The voltage returns to its first value in the last samples, and nowhere before: the program's end, not the motor's
-/// experiment.
-fn reset(view: &View<'_>) -> Option<Finding> {
-    let count = view.len();
-    let last = view.constant_inputs.last()?;
-    let (at, first) = (last.samples.start, &view.constant_inputs[0]);
-    if count < 20 || count - at > LAST || view.constant_inputs.len() < 3 || first.samples.len() <= LAST {
-        return None;
-    }
-    let idle = |volts: f64| view.part(volts - first.volts) < 0.02;
-    let before = view.constant_inputs.iter().rev().find(|s| s.samples.end <= at && s.samples.len() > LAST)?;
-    let again = view.constant_inputs[1..view.constant_inputs.len() - 1].iter().any(|s| idle(s.volts));
-    if !idle(last.volts) || again || view.part(before.volts - last.volts) < 0.25 || before.samples.len() < 10 {
-        return None;
-    }
-    let [from, to] = [0, at - 1].map(|n| significant(view.time[n], 7));
-    let message = format!("the voltage returns to {} V in the last {} samples", significant(last.volts, 3), count - at);
-    let remedy = text!("Leave them out: " [Crop = "{from}:{to}"] ", or " [Mask = "auto"] ".");
-    Some(Finding::new("input_reset", Quantity::Voltage, message, remedy).at(Some(last.samples.clone())))
 }
 
 /// A voltage that is never 0 but starts from a small value.

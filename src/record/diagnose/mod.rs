@@ -1,26 +1,37 @@
 //! What is odd about a recording, looked for before it is used: rules on its clock, its input, its sensors and what
 //! the motor does. Each rule is quiet where it cannot tell.
 //!
-//! Thresholds come from trials on real recordings; false alarms are held down on simulated ones (`tests/diagnose.rs`).
+//! Thresholds come from trials on real recordings; false alarms are held down on simulated ones (`tests/diagnose`).
 
 mod clock;
 mod comb;
 mod curve;
 mod drive;
 mod input;
+mod input_outliers;
+mod lag;
 mod latency;
 mod motion;
+mod off;
+mod outliers;
+mod predictor;
+mod regression;
+mod reset;
 mod rest;
 mod ripple;
 mod sampling;
+mod saturation;
+mod sensor;
 mod sign;
 mod spectrum;
+mod start;
 mod undersampled;
 mod units;
 mod view;
 
 use super::{Quantity, Record};
 use crate::setting::{Text, text};
+use outliers::Outliers;
 use std::ops::Range;
 use view::{Channel, ConstantInput, View};
 
@@ -69,6 +80,13 @@ impl Finding {
         self
     }
 
+    fn report_if(mut self, graver: bool) -> Self {
+        if graver {
+            self.severity = Severity::Report;
+        }
+        self
+    }
+
     fn at(mut self, places: impl IntoIterator<Item = Range<usize>>) -> Self {
         self.places.extend(places);
         self
@@ -80,34 +98,44 @@ impl Finding {
     }
 }
 
-/// The codes of findings, each with what it says.
-pub static FINDINGS: [(&str, &str); 19] = [
-    ("jitter", "Samples are not evenly spaced."),
-    ("units", "Magnitudes fit no motor, but would in another unit."),
+/// The codes of findings, each with what it says; what more likely explains a poor fit comes first.
+pub static FINDINGS: [(&str, &str); 20] = [
     ("sign_reversed", "A channel has the opposite sign of the others."),
-    ("undersampled_input", "The voltage changes faster than it is sampled."),
-    ("single_edge", "The voltage changes once only."),
-    ("input_reset", "The voltage is reset at the end."),
-    ("idle_input", "The voltage is not zero while the motor rests."),
-    ("rest_offset", "A sensor is not zero while the motor rests."),
+    ("units", "Magnitudes fit no motor, but would in another unit."),
     ("no_motion", "The motor does not move under voltage."),
     ("motion_without_input", "The motor moves without voltage."),
-    ("current_clipped", "The current is cut off or limited."),
     ("voltage_without_current", "The voltage does not reach the motor."),
-    ("averaged_sensor", "A sensor shows an average over samples."),
-    ("held_samples", "Values are repeated over several samples."),
-    ("coarse_quantization", "The steps of a sensor are coarse."),
+    ("outliers", "Single samples are far off those around them."),
+    ("current_clipped", "The current is cut off or limited."),
+    ("start_latency", "The first movement comes late."),
     ("speed_falls", "The speed falls where the voltage rises."),
     ("speed_saturates", "The speed no longer follows the voltage."),
-    ("start_latency", "The first movement comes late."),
+    ("undersampled_input", "The voltage changes faster than it is sampled."),
+    ("averaged_sensor", "A sensor shows an average over samples."),
+    ("held_samples", "Values are repeated over several samples."),
+    ("rest_offset", "A sensor is not zero while the motor rests."),
+    ("coarse_quantization", "The steps of a sensor are coarse."),
     ("speed_ripple", "The speed has a periodic ripple in the steady state."),
+    ("input_reset", "The voltage is reset at the end."),
+    ("idle_input", "The voltage is not zero while the motor rests."),
+    ("single_edge", "The voltage changes once only."),
+    ("jitter", "Samples are not evenly spaced."),
 ];
+
+/// The codes of findings that do not explain why a fit fails, though they may matter to its errors.
+const MINOR: [&str; 6] = ["rest_offset", "speed_ripple", "input_reset", "idle_input", "single_edge", "jitter"];
+
+/// Returns whether findings of a code, where they are more than remarks, may explain why a fit fails or is poor.
+#[must_use]
+pub fn explains_failure(code: &str) -> bool {
+    FINDINGS.iter().any(|(listed, _)| *listed == code) && !MINOR.contains(&code)
+}
 
 /// Looks at a recording and adds what it finds.
 type Rule = fn(&View<'_>, &mut Vec<Finding>);
 
 /// The rules in the order in which they look, each with whether it also is one of recordings whose input is the current.
-const RULES: [(Rule, bool); 13] = [
+const RULES: [(Rule, bool); 16] = [
     (clock::jitter, true),
     (units::units, true),
     (sign::sign_reversed, true),
@@ -116,10 +144,13 @@ const RULES: [(Rule, bool); 13] = [
     (rest::rest, false),
     (motion::motion, false),
     (drive::drive, false),
+    (off::off, false),
     (comb::averaged_sensor, false),
     (sampling::sampling, true),
     (curve::curve, false),
+    (saturation::saturation, false),
     (latency::start_latency, false),
+    (start::start, false),
     (ripple::speed_ripple, false),
 ];
 
@@ -131,17 +162,49 @@ pub fn diagnose(record: &Record) -> Vec<Finding> {
     findings
 }
 
-/// The same with all places.
+/// The same with all places. Outliers are found first, and the other rules look at the recording without them.
 pub(super) fn findings(record: &Record) -> Vec<Finding> {
-    let view = View::new(record);
     let mut findings = Vec::new();
+    let outliers = outliers(record);
+    let view = View::new(record);
+    outliers::report(&view, &outliers, &mut findings);
+    let repaired = (!outliers.is_empty()).then(|| record.with_repaired(&outliers));
+    let view = repaired.as_ref().map_or(view, View::new);
     for (rule, _) in RULES.iter().filter(|(_, by_current)| *by_current || !view.by_current()) {
         rule(&view, &mut findings);
     }
-    let is_listed = |finding: &Finding| FINDINGS.iter().any(|(code, _)| *code == finding.code);
-    debug_assert!(findings.iter().all(is_listed), "every code is in the table");
-    findings.sort_by_key(|finding| finding.severity == Severity::Mention);
+    let rank = |code: &str| FINDINGS.iter().position(|(listed, _)| *listed == code);
+    debug_assert!(findings.iter().all(|finding| rank(finding.code).is_some()), "every code is in the table");
+    findings.sort_by_key(|finding| (finding.severity == Severity::Mention, rank(finding.code)));
     findings
+}
+
+/// The outliers of each signal: those of the voltage first, because the outputs are explained by it.
+fn outliers(record: &Record) -> Vec<Outliers> {
+    let of_input = input_outliers::of_input(&View::new(record));
+    let repaired = of_input.as_ref().map(|outliers| record.with_repaired(std::slice::from_ref(outliers)));
+    let of_outputs = outliers::of_outputs(&View::new(repaired.as_ref().unwrap_or(record)));
+    of_input.into_iter().chain(of_outputs).collect()
+}
+
+impl Record {
+    /// Returns a copy with outliers replaced by what the samples around them predict.
+    fn with_repaired(&self, outliers: &[Outliers]) -> Self {
+        let mut record = self.clone();
+        record.samples.change(|quantity, values| {
+            for of in outliers.iter().filter(|of| of.quantity == quantity) {
+                of.repaired.iter().for_each(|(n, value)| values[*n] = *value);
+            }
+        });
+        record
+    }
+
+    /// Returns a copy with outliers of the voltage replaced by the voltage around them, and how many samples they are.
+    pub(super) fn with_repaired_input(&self) -> Option<(Self, usize)> {
+        let outliers = input_outliers::of_input(&View::new(self))?;
+        let samples = outliers.repaired.len();
+        Some((self.with_repaired(&[outliers]), samples))
+    }
 }
 
 /// Returns the stretches in which the voltage changes faster than it is sampled.

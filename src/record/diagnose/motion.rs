@@ -100,15 +100,27 @@ fn does_not_move(view: &View<'_>, speed: &Channel<'_>) -> bool {
     if speed.range == 0.0 {
         return varies || speed.peak == 0.0;
     }
-    if !varies {
-        return false;
-    }
     let values = speed.values;
+    if !varies {
+        return stands(speed);
+    }
     let changes = values.windows(2).filter(|w| w[0].to_bits() != w[1].to_bits()).count();
     // An encoder that flickers by one count.
     let flickers = speed.range <= 2.01 * speed.quantum && count(changes) < 0.02 * count(values.len());
     let is_noise = speed.noise > 0.0 && standard_deviation(values) < 1.25 * speed.noise;
     (flickers || is_noise) && !follows(view, values)
+}
+
+/// Whether the speed is noise about zero, or an encoder's flicker by one count.
+fn stands(speed: &Channel<'_>) -> bool {
+    let values = speed.values;
+    let (level, spread) = (mean(values).abs(), standard_deviation(values));
+    let halves = values.split_at(values.len() / 2);
+    let drift = (mean(halves.0) - mean(halves.1)).abs();
+    let error = 4.0 * spread / count(values.len()).sqrt();
+    let is_noise = speed.noise > 0.0 && spread < 1.25 * speed.noise && level < error && drift < 2.0 * error;
+    let zeros = values.iter().filter(|w| **w == 0.0).count();
+    is_noise || count(zeros) > 0.9 * count(values.len()) && speed.range <= 2.01 * speed.quantum
 }
 
 /// Whether a signal follows the voltage, at once or its running sum, in any of the first lags.

@@ -1,16 +1,16 @@
 //! What does not count: stretches of time, and what the recording itself shows to be wrong.
 
 use crate::record::diagnose::{findings, undersampled_stretches};
-use crate::record::{Excluded, Record};
+use crate::record::{Excluded, Quantity, Record};
 use crate::setting::text;
-use crate::text::excerpt;
+use crate::text::{counted, excerpt};
 use crate::{Error, Result};
 use std::ops::Range;
 
 /// What does not count in a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mask {
-    /// Everything that diagnoses find: saturated current does not count, nor stretches in which the voltage changes faster than it is
+    /// Everything that diagnoses find: outliers and saturated current do not count, nor stretches in which the voltage changes faster than it is
     /// sampled; an input that is reset at the end is cut off, and where the drive is disabled the recording is cut.
     Auto,
     /// The channels (current, speed) from one time to another \[s\].
@@ -65,9 +65,16 @@ const STRETCH_MIN: usize = 20;
 
 /// Masks a recording; pieces come of one that is cut.
 pub(super) fn apply(masks: &[Mask], record: Record) -> Result<Vec<Record>> {
+    let mut notes = Vec::new();
+    let mut record = record;
+    if masks.contains(&Mask::Auto)
+        && let Some((repaired, samples)) = record.with_repaired_input()
+    {
+        notes.push(format!("replaced by the voltage around: {}", counted(samples, "single sample")));
+        record = repaired;
+    }
     let mut excluded = record.excluded().to_vec();
     let mut cuts = Vec::new();
-    let mut notes = Vec::new();
     for mask in masks {
         match mask {
             Mask::Time { channels, from, to } => {
@@ -144,6 +151,11 @@ fn automatic(record: &Record, excluded: &mut Vec<Excluded>, cuts: &mut Vec<Range
                 let off = |p: &Range<usize>| Excluded { start: p.start, end: p.end, channels: [true, false] };
                 excluded.extend(finding.places.iter().map(off));
                 notes.push(format!("masked: saturated current, {samples} samples"));
+            }
+            "outliers" => {
+                let channels = [Quantity::Current, Quantity::Speed].map(|quantity| quantity == finding.quantity);
+                excluded.extend(finding.places.iter().map(|p| Excluded { start: p.start, end: p.end, channels }));
+                notes.push(format!("masked: outliers of the {}, {}", finding.quantity, counted(samples, "sample")));
             }
             "undersampled_input" if samples > 0 => {
                 excluded.extend(finding.places.into_iter().map(whole));

@@ -6,8 +6,13 @@
 #![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
 #![allow(clippy::cast_precision_loss, clippy::cast_sign_loss, reason = "small numbers")]
 
+#[path = "../support/faults.rs"]
+mod faults;
+mod finds;
+mod rates;
+#[path = "../support/mod.rs"]
 mod support;
-#[path = "support/varied.rs"]
+#[path = "../support/varied.rs"]
 mod varied;
 
 use motorfit::record::{Finding, Quantity, Record, Samples, Severity, diagnose, parse_columns, read_csv};

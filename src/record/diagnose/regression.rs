@@ -1,0 +1,80 @@
+//! Least squares of a few regressors, for rules that predict a signal.
+
+/// Regressors at most.
+pub(super) const WIDTH: usize = 8;
+
+/// The part of its square by which each regressor is damped, so that regressors that depend on each other share what they
+/// explain.
+const DAMPING: f64 = 1e-9;
+
+/// A row of regressors; those that are not used are 0.
+pub(super) type Row = [f64; WIDTH];
+
+/// The sums of a least-squares problem.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Sums {
+    products: [[f64; WIDTH]; WIDTH],
+    right: Row,
+}
+
+impl Sums {
+    /// Adds an equation: the regressors and what they are to explain.
+    pub(super) fn add(&mut self, row: &Row, value: f64) {
+        for (k, of) in row.iter().enumerate() {
+            self.products[k].iter_mut().zip(row).for_each(|(sum, other)| *sum += of * other);
+            self.right[k] += of * value;
+        }
+    }
+
+    /// Returns the solution, by Cholesky's decomposition; its coefficients are 0 of regressors that are 0 throughout.
+    pub(super) fn solve(&self) -> Solution {
+        let mut lower = [[0.0; WIDTH]; WIDTH];
+        for k in 0..WIDTH {
+            for j in 0..=k {
+                let known: f64 = (0..j).map(|m| lower[k][m] * lower[j][m]).sum();
+                let rest = self.products[k][j] - known;
+                lower[k][j] = if j < k {
+                    if lower[j][j] > 0.0 { rest / lower[j][j] } else { 0.0 }
+                } else {
+                    let own = self.products[k][k];
+                    (rest + DAMPING * own).max(0.1 * DAMPING * own).sqrt()
+                };
+            }
+        }
+        let mut coefficients = forward(&lower, &self.right);
+        for k in (0..WIDTH).rev() {
+            let known: f64 = (k + 1..WIDTH).map(|m| lower[m][k] * coefficients[m]).sum();
+            coefficients[k] = if lower[k][k] > 0.0 { (coefficients[k] - known) / lower[k][k] } else { 0.0 };
+        }
+        Solution { coefficients, lower }
+    }
+}
+
+/// Solves with a lower triangular matrix.
+fn forward(lower: &[Row; WIDTH], right: &Row) -> Row {
+    let mut found = *right;
+    for k in 0..WIDTH {
+        let known: f64 = (0..k).map(|m| lower[k][m] * found[m]).sum();
+        found[k] = if lower[k][k] > 0.0 { (found[k] - known) / lower[k][k] } else { 0.0 };
+    }
+    found
+}
+
+/// The solution of a least-squares problem.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Solution {
+    pub coefficients: Row,
+    lower: [Row; WIDTH],
+}
+
+impl Solution {
+    /// Returns what the regressors of a row explain.
+    pub(super) fn predicted(&self, row: &Row) -> f64 {
+        self.coefficients.iter().zip(row).map(|(c, x)| c * x).sum()
+    }
+
+    /// Returns the leverage of a row: its squared distance from 0 in terms of the rows that were added, over their count.
+    pub(super) fn leverage(&self, row: &Row) -> f64 {
+        forward(&self.lower, row).iter().map(|y| y * y).sum()
+    }
+}

@@ -1,0 +1,73 @@
+//! A motor that stands under voltage at the start of the recording, and then moves.
+
+use super::lag::Blocks;
+use super::{Channel, Finding, Quantity, View, text};
+use crate::numeric::{count, order_statistic, whole};
+use crate::text::{engineering, significant};
+
+/// A speed that counts as motion, in parts of what the motor reaches.
+const MOVES: f64 = 0.03;
+/// The voltage that moves any motor, in parts of the largest: no deadband takes as much.
+const STRONG: f64 = 0.6;
+/// Samples under that voltage without motion, and the part of the recording.
+const FIRST_MIN: usize = 20;
+const PART: usize = 50;
+/// The speed that the later motion predicts, in terms of what counts as motion.
+const PREDICTED: f64 = 3.0;
+/// The part of the squares of the speed that the prediction leaves at most.
+const LEFT: f64 = 0.3;
+
+pub(super) fn start(view: &View<'_>, findings: &mut Vec<Finding>) {
+    let is_known = |finding: &Finding| {
+        matches!(
+            finding.code,
+            "start_latency" | "no_motion" | "voltage_without_current" | "motion_without_input" | "sign_reversed"
+        )
+    };
+    let Some(speed) = view.speed.as_ref().filter(|speed| speed.range > 0.0 && !view.loaded) else { return };
+    if view.len() >= 4 * FIRST_MIN && !findings.iter().any(is_known) {
+        findings.extend(late(view, speed));
+    }
+}
+
+fn late(view: &View<'_>, speed: &Channel<'_>) -> Option<Finding> {
+    let (w, v, size) = (speed.values, view.input.values, view.len());
+    let mut sizes: Vec<f64> = w.iter().map(|w| w.abs()).collect();
+    let coarse = if speed.is_fine() { 0.0 } else { 1.5 * speed.quantum };
+    let moving = (MOVES * order_statistic(&mut sizes, 0.95)).max(4.0 * speed.noise).max(coarse);
+    let onset = (0..size.saturating_sub(3)).find(|n| w[*n..n + 3].iter().all(|w| w.abs() > moving))?;
+    let strong: Vec<usize> = (0..onset).filter(|n| v[*n].abs() > STRONG * view.input.peak).collect();
+    let least = FIRST_MIN.max(size / PART);
+    let first = *strong.first()?;
+    if strong.len() < least || onset - first < least || size - onset < 2 * FIRST_MIN {
+        return None;
+    }
+    // What the motor does later, begun at the onset, is what it would have done at the first voltage.
+    let blocks = Blocks::new(&v[onset..], &w[onset..]);
+    let plain = |v: f64| v;
+    let sign = |v: f64| if v.abs() > 0.05 * view.input.peak { v.signum() } else { 0.0 };
+    let fit = blocks.fit(&[&plain, &sign], None, |c| c[0] > 0.0)?;
+    if fit.left > LEFT * w[onset..].iter().map(|w| w * w).sum::<f64>() / count(blocks.length) {
+        return None;
+    }
+    let decay = fit.decay.powf(1.0 / count(blocks.length));
+    let mut state = 0.0;
+    let mut beyond = 0;
+    for volts in &v[first..onset] {
+        let end = fit.solution.coefficients[0] * volts + fit.solution.coefficients[1] * sign(*volts);
+        state = end + decay * (state - end);
+        beyond += usize::from(f64::abs(state) > PREDICTED * moving);
+    }
+    // The noise hides the onset for a while.
+    if beyond < least.max(whole(0.3 * count(onset - first))) {
+        return None;
+    }
+    let wait = engineering(view.time[onset] - view.time[first], "s", 3);
+    let message = format!("the motor stands for {wait} under voltage before it first moves");
+    let from = significant(view.time[onset], 6);
+    let remedy = text!(
+        "Leave the beginning out: " [Crop = "{from}:"] "; the drive was waking up, or voltage and speed are not of one time."
+    );
+    let finding = Finding::new("start_latency", Quantity::Speed, message, remedy).at(Some(first..onset));
+    Some(finding.figure("first_s", view.time[onset] - view.time[first]))
+}
