@@ -310,7 +310,7 @@ fn a_known_load_torque_makes_all_of_a_motor_observable_by_its_speed() {
         let errors = &found.uncertainty.as_ref().unwrap().std_error;
         let off = |n: usize| (found.values[n] - Parameters::M2.to_array()[n]) / errors[n].unwrap();
         let off: Vec<f64> = (0..5).map(off).collect();
-        eprintln!("seed {seed}: {fit:.2} %, off by {off:.1?} standard errors");
+        println!("seed {seed}: {fit:.2} %, off by {off:.1?} standard errors");
         // 0.5 of 60 rad/s are noise; of 50 values one is beyond 4 standard errors once in 300 times.
         assert!(fit > 99.0 && off.iter().all(|z| z.abs() < 4.0), "{fit} {off:?}");
     }
