@@ -231,6 +231,54 @@ fn auto_finds_a_motor_whose_voltage_is_logged_late() {
     }
 }
 
+/// The logs of newcomers with what reads them, as the program advises.
+const NEWCOMERS: [(&str, &[&str]); 15] = [
+    ("a_natural.csv", &["--columns", "time=millis:ms,voltage=pwm*12/255:V,speed=rpm:rpm,current=current_mA:mA"]),
+    ("b_german.csv", &["--columns", "voltage=PWM (0-255)*12/255:V"]),
+    ("c_spanish.csv", &["--columns", "time=tiempo:ms,voltage=ciclo*12/255:V,speed=velocidad:rpm,current=corriente:mA"]),
+    ("d_nocurrent.csv", &["--columns", "time=millis:ms,voltage=pwm*12/255:V,speed=rpm:rpm"]),
+    (
+        "e_garbage.csv",
+        &["--bad-rows", "skip", "--columns", "time=millis:ms,voltage=pwm*12/255:V,speed=rpm:rpm,current=current_mA:mA"],
+    ),
+    ("f_volts.csv", &[]),
+    ("g_noheader.csv", &["--columns", "time=#1:ms,voltage=#2*12/255:V,speed=#3:rpm,current=#4:mA"]),
+    ("h_serial.txt", &["--columns", "time=t:ms,voltage=pwm*12/255:V,speed=rpm:rpm,current=mA:mA"]),
+    ("glitch.csv", &["--mask", "auto"]),
+    ("i_wrongunit.csv", &[]),
+    ("j_reversed.csv", &[]),
+    ("k_good.csv", &[]),
+    ("l_const.csv", &[]),
+    ("reg.csv", &[]),
+    ("reg2.csv", &[]),
+];
+
+#[test]
+fn no_log_of_a_newcomer_gives_a_wrong_number_that_is_trusted() {
+    let Some(folder) = set("newcomer-logs") else { return };
+    for (name, options) in NEWCOMERS {
+        let path = folder.join(name).to_str().unwrap().to_owned();
+        for with in [&[][..], &["--with", "auto"]] {
+            let output = program::run(&[&["identify", &path, "--json"], options, with].concat());
+            let error = String::from_utf8_lossy(&output.stderr);
+            // Where it fails, what was found in the recording is said.
+            assert!(matches!(output.status.code(), Some(0 | 4)), "{name} {with:?}: {error}");
+            let Ok(document) = serde_json::from_slice::<serde_json::Value>(&output.stdout) else {
+                println!("{name} {with:?}: {}", error.lines().next().unwrap_or_default());
+                continue;
+            };
+            let off = [("R", 2.5), ("K", 0.02), ("J", 1.5e-5)].map(|(symbol, truth)| {
+                let value = document["parameters"][symbol]["value"].as_f64();
+                value.map_or(0.0, |value| value / truth - 1.0)
+            });
+            println!("{name} {with:?}: {off:.3?} {}", document["trust"]["level"]);
+            assert!(document["trust"]["level"] != "good" || off.iter().all(|off| off.abs() < 0.02), "{name} {off:?}");
+            let is_messy = ["i_wrongunit.csv", "j_reversed.csv", "l_const.csv", "reg.csv"].contains(&name);
+            assert!(with.is_empty() || is_messy || off.iter().all(|off| off.abs() < 0.05), "{name} {off:?}");
+        }
+    }
+}
+
 #[test]
 fn auto_explains_wheels_whose_counts_and_steps_were_logged() {
     let Some(folder) = set("robojackets-plant-excitation") else { return };

@@ -10,6 +10,7 @@ use crate::evaluate::Problem;
 use crate::motor::{Axis, Parameter, Space};
 use crate::record::{Record, diagnose, driver};
 use crate::setting::text;
+use crate::text::engineering;
 use crate::warning::Warning;
 use crate::{Error, Result};
 
@@ -21,6 +22,7 @@ pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem)
     }
     spec.search(problem.space()).check()?;
     check_repeated(records)?;
+    check_dead_time(records, problem.space())?;
     let values: usize = records
         .iter()
         .zip(problem.signals())
@@ -49,6 +51,19 @@ pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem)
         return Err(Error::not_identified(what, text!({remedy} ".")));
     }
     Ok(())
+}
+
+/// A voltage is logged late by a period at most: before that, the logger had the sample before.
+fn check_dead_time(records: &[Record], space: &Space) -> Result<()> {
+    let longest = records.iter().map(Record::period_s).fold(0.0, f64::max);
+    let free = space.free().iter().map(|axis| (axis.parameter, axis.min));
+    let fixed = space.fixed().iter().map(|(parameter, _, value)| (*parameter, *value));
+    let is_earlier =
+        |(parameter, value): &(Parameter, f64)| *parameter == Parameter::DeadTime && *value < -longest * (1.0 + 1e-9);
+    let Some((_, value)) = free.chain(fixed).find(is_earlier) else { return Ok(()) };
+    let message =
+        format!("td is {value} s, earlier than one period of {} before the voltage", engineering(longest, "s", 4));
+    Err(Error::usage(message, format!("Give a value of {} s or more.", -longest)))
 }
 
 /// Whether the fit leaves anything that was asked for unknown.

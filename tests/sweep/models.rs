@@ -239,7 +239,7 @@ fn what_models_cannot_be_is_said_with_its_line() {
         ("with = [\"load\"]\nfix = {vd = 0.5}", "line 4: fix: vd is in no model of the study"),
         ("per_recording = [\"TL\"]", "line 3: per_recording: TL is in no model of the study"),
         ("per_recording = [\"Q\"]", "line 3: per_recording: \"Q\" is not a parameter"),
-        ("bounds = {td = [-1.0, 1.0]}", "line 3: the bounds of td, -1:1, are not zero or positive"),
+        ("bounds = {t0 = [-1.0, 1.0]}", "line 3: the bounds of t0, -1:1, are not zero or positive"),
         ("split = 1.5", "line 3: split is 1.5"),
         ("split = \"half\"", "split: found \"half\""),
         ("validate = [\"no.csv\"]", "\"no.csv\" is not there"),
