@@ -485,6 +485,11 @@ fn logs_of_newcomers_are_read_or_refused_with_what_reads_them() {
     let skipped = json(&[&e[..], &["--bad-rows", "skip", "--json"]].concat());
     let notes = skipped["records"][0]["notes"].to_string();
     assert!(notes.contains("Sensor reset!") || notes.contains("could not be read"), "{notes}");
+    // Used as it is printed.
+    let reversed = fails(&["identify", &path("j_reversed.csv")], 4, "--columns 'speed=speed_rad_s*-1'");
+    assert!(reversed.contains("[sign_reversed]"));
+    let turned = json(&["identify", &path("j_reversed.csv"), "--columns", "speed=speed_rad_s*-1", "--json"]);
+    assert!(turned["fit_percent"]["speed"].as_f64().unwrap() > 95.0);
     for name in PLAIN {
         let code = run(&["identify", &path(name)]).status.code();
         assert!(code == Some(0) || code == Some(4), "{name}: {code:?}");

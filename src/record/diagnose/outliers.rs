@@ -5,6 +5,7 @@ use super::view::{Channel, View};
 use super::{Finding, Quantity, text};
 use crate::numeric::{count, order_statistic, peak};
 use crate::text::{counted, significant};
+use std::cell::OnceCell;
 use std::ops::Range;
 
 /// A sample is an outlier from so many times the usual residual of its prediction on.
@@ -65,8 +66,8 @@ fn finding(view: &View<'_>, outliers: &Outliers) -> Finding {
 /// A signal with the predictors of it from both sides.
 struct Search<'a> {
     of: Scaled<'a>,
-    /// From the samples before, and from those behind, over one to three samples.
-    sides: [[Predictor; RUN_MAX]; 2],
+    /// From the samples before, and from those behind, over one to three samples; made where a sample is suspected.
+    sides: [[OnceCell<Predictor>; RUN_MAX]; 2],
     /// The |residual| of each sample predicted from those before it, nothing repaired.
     first: Vec<f64>,
     /// The least deviation that counts.
@@ -75,11 +76,12 @@ struct Search<'a> {
 
 fn of_channel(view: &View<'_>, channel: &Channel<'_>) -> Option<Outliers> {
     let of = Scaled::new(view, channel.values)?;
-    let sides = [true, false].map(|is_before| [1, 2, 3].map(|k| Predictor::new(&of, k, is_before)));
     let within = REACH..of.values.len() - REACH;
     let mut first = vec![0.0; of.values.len()];
-    within.clone().for_each(|m| first[m] = sides[0][0].residual(&of, m).abs());
+    let before = Predictor::new(&of, 1, true);
+    within.clone().for_each(|m| first[m] = before.residual(&of, m).abs());
     let coarse = if is_quantized(channel) { channel.quantum / of.range } else { 0.0 };
+    let sides = [[before.into(), OnceCell::new(), OnceCell::new()], Default::default()];
     let mut search = Search { of, sides, first, least: PART.max(STEPS * coarse.min(1.0)) };
     let mut places = Vec::new();
     let mut repaired = Vec::new();
@@ -119,15 +121,20 @@ fn is_quantized(channel: &Channel<'_>) -> bool {
 }
 
 impl Search<'_> {
+    /// Returns the predictor from one side over `k` samples.
+    fn side(&self, is_before: bool, k: usize) -> &Predictor {
+        self.sides[usize::from(!is_before)][k - 1].get_or_init(|| Predictor::new(&self.of, k, is_before))
+    }
+
     /// Returns what would fit in place of a run of outliers that begins at `n`, `None` where there is none.
     fn run_at(&self, n: usize) -> Option<Vec<f64>> {
-        let (of, before) = (&self.of, &self.sides[0][0]);
+        let (of, before) = (&self.of, self.side(true, 1));
         if before.residual(of, n).abs() <= self.least.max(TIMES * before.scale(of, n)) || !of.is_regular(n) {
             return None;
         }
         let local = self.local_scale(n);
         (1..=RUN_MAX).find_map(|length| {
-            let sides = |m: usize| [&self.sides[0][m - n], &self.sides[1][n + length - 1 - m]];
+            let sides = |m: usize| [self.side(true, m - n + 1), self.side(false, n + length - m)];
             let is_off = |m: usize| {
                 let [early, late] = sides(m).map(|side| side.residual(of, m));
                 let limit = sides(m).map(|side| side.scale(of, m)).into_iter().fold(local, f64::max);

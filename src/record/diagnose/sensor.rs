@@ -35,16 +35,19 @@ pub(super) fn one_sided(view: &View<'_>, current: &Channel<'_>) -> Option<Findin
     if view.loaded || (lowest <= -none && highest >= none) || current.peak < 4.0 * none {
         return None;
     }
+    // A motor brakes after it was driven by more.
+    let highest = running_peak(view, sign);
+    let is_lower = |n: &usize| highest[*n] - sign * view.input.values[*n] > HIGHER * view.input.peak;
+    if (0..view.len()).filter(is_lower).take(SAMPLES_MIN).count() < SAMPLES_MIN {
+        return None;
+    }
     let i = |n: usize| sign * current.values[n];
     let (expected, error) = match &view.speed {
         Some(speed) if speed.range > 0.0 => by_speed(view, speed.values, sign, &i, current.peak)?,
         _ => (by_steps(view, sign, &i, current.peak)?, 0.0),
     };
     let least = (EXPECTED * current.peak).max(ERRORS * error);
-    // A motor brakes after it was driven by more.
-    let highest = running_peak(view, sign);
-    let brakes = |n: usize| expected[n] < -least && highest[n] - sign * view.input.values[n] > HIGHER * view.input.peak;
-    let braking: Vec<usize> = (0..view.len()).filter(|n| brakes(*n)).collect();
+    let braking: Vec<usize> = (0..view.len()).filter(|n| expected[*n] < -least && is_lower(n)).collect();
     if braking.len() < SAMPLES_MIN {
         return None;
     }

@@ -36,7 +36,8 @@ pub(super) fn sign_reversed(view: &View<'_>, findings: &mut Vec<Finding>) {
     };
     let Some(reversed) = by_dynamics(view).unwrap_or_else(by_products) else { return };
     let message = format!("the sign of the {reversed} is reversed: it runs against what the other columns say");
-    let remedy = text!("Swap its sign: " [Columns = "QUANTITY=HEADING*-1"] ".");
+    let heading = view.column(reversed).map_or("HEADING", |column| column.heading.as_str());
+    let remedy = text!("Swap its sign: " [Columns = "{}={heading}*-1", reversed.key()] ".");
     findings.push(Finding::new("sign_reversed", reversed, message, remedy));
 }
 
@@ -47,7 +48,8 @@ fn reversed_current(view: &View<'_>) -> Option<Finding> {
         return None;
     }
     let message = "the sign of current or speed is reversed: the current slows the motor down";
-    let remedy = text!("Swap the sign of one: " [Columns = "current=HEADING*-1"] ".");
+    let heading = view.column(Quantity::Current).map_or("HEADING", |column| column.heading.as_str());
+    let remedy = text!("Swap the sign of one: " [Columns = "current={heading}*-1"] ".");
     let reversed = sign_of_first(mechanical(view.input.values, speed.values)) == Some(-1);
     reversed.then(|| Finding::new("sign_reversed", Quantity::Current, message, remedy))
 }
