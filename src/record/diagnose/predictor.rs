@@ -9,7 +9,7 @@ pub(super) const RUN_MAX: usize = 3;
 /// Samples that a prediction looks at beyond its sample, at most.
 pub(super) const REACH: usize = RUN_MAX + 1;
 /// Equations of a regression at most.
-const ROWS_MAX: usize = 1500;
+const ROWS_MAX: usize = 700;
 /// Changes of the input above this part of its range make its response.
 const EDGE: f64 = 0.02;
 /// A row of regressors whose leverage is so many times the mean is like none that was seen.
