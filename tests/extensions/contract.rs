@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub const RANGES: [(Parameter, f64, f64); 11] = [
     (Parameter::Coulomb, 0.0, 0.05),
     (Parameter::Load, -0.02, 0.02),
-    (Parameter::DeadTime, -0.0025, 0.03),
+    (Parameter::DeadTime, -0.001, 0.03),
     (Parameter::Latency, 0.0, 0.05),
     (Parameter::Offset, -0.5, 0.5),
     (Parameter::BrushDrop, 0.0, 1.5),

@@ -36,9 +36,15 @@ pub(super) fn sign_reversed(view: &View<'_>, findings: &mut Vec<Finding>) {
     };
     let Some(reversed) = by_dynamics(view).unwrap_or_else(by_products) else { return };
     let message = format!("the sign of the {reversed} is reversed: it runs against what the other columns say");
-    let heading = view.column(reversed).map_or("HEADING", |column| column.heading.as_str());
+    let heading = heading(view, reversed);
     let remedy = text!("Swap its sign: " [Columns = "{}={heading}*-1", reversed.key()] ".");
     findings.push(Finding::new("sign_reversed", reversed, message, remedy));
+}
+
+/// Returns the heading of a column that is taken as it stands, to be named in a request.
+fn heading<'a>(view: &'a View<'_>, quantity: Quantity) -> &'a str {
+    let column = view.column(quantity).filter(|column| column.conversion.is_empty());
+    column.map_or("HEADING", |column| column.heading.as_str())
 }
 
 /// A current that slows the motor down, where it is the input: ∂ω⁺/∂i < 0 at the same ω.
@@ -48,7 +54,7 @@ fn reversed_current(view: &View<'_>) -> Option<Finding> {
         return None;
     }
     let message = "the sign of current or speed is reversed: the current slows the motor down";
-    let heading = view.column(Quantity::Current).map_or("HEADING", |column| column.heading.as_str());
+    let heading = heading(view, Quantity::Current);
     let remedy = text!("Swap the sign of one: " [Columns = "current={heading}*-1"] ".");
     let reversed = sign_of_first(mechanical(view.input.values, speed.values)) == Some(-1);
     reversed.then(|| Finding::new("sign_reversed", Quantity::Current, message, remedy))
