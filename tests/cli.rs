@@ -950,3 +950,41 @@ fn simulate_refuses_what_cannot_be() {
     let left: Vec<PathBuf> = std::fs::read_dir(folder.0.path()).unwrap().map(|e| e.unwrap().path()).collect();
     assert!(left.is_empty(), "a failed run leaves nothing behind: {left:?}");
 }
+
+#[test]
+fn each_recording_has_its_line_and_a_shared_note_stands_once() {
+    let folder = Folder::new();
+    let noted = ["1", "2", "3"].map(|seed| {
+        let path = folder.path(&format!("r{seed}.csv"));
+        simulated(&path, M2, "step:10.5@1", ["3", seed]);
+        let text = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(&path, text + "9,nan,nan,nan\n").unwrap();
+        path
+    });
+    let output =
+        text(&run(&["identify", &noted[0], &noted[1], "--validate", &noted[2], "--validate", &noted[2]]).stdout);
+    let fits: Vec<&str> = output.lines().filter(|line| line.contains(".csv: current ")).collect();
+    assert_eq!(fits.len(), 4, "{output}");
+    assert!(fits.iter().all(|line| line.contains("%, speed ")), "{fits:?}");
+    assert_eq!(output.matches("of nan left out").count(), 1, "{output}");
+    assert!(output.contains("  both: "), "{output}");
+}
+
+#[test]
+fn what_a_missing_channel_leaves_is_one_sentence() {
+    let folder = Folder::new();
+    let path = folder.path("speed.csv");
+    let whole = std::fs::read_to_string(EXAMPLE).unwrap();
+    let without: String = whole
+        .lines()
+        .map(|line| {
+            line.split(',').enumerate().filter(|(n, _)| *n != 2).map(|(_, c)| c).collect::<Vec<_>>().join(",") + "\n"
+        })
+        .collect();
+    std::fs::write(&path, without).unwrap();
+    let said = text(&run(&["inspect", &path]).stdout);
+    assert!(said.contains("for example. Told are") && !said.contains(".."), "{said}");
+    // Two samples, and the file that has them.
+    let two = folder.file("two.csv", "time_s,voltage_V,current_A,speed_rad_s\n0,0,0,0\n0.1,6,1,2\n");
+    fails(&["identify", &two], 4, "two.csv: 2 measured values");
+}
