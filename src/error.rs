@@ -90,7 +90,7 @@ impl Error {
         self
     }
 
-    /// What to look at before what the hint says.
+    /// Returns the error with something to look at before what its hint says.
     #[must_use]
     pub(crate) fn hinted_first(mut self, first: &Text) -> Self {
         self.0.hint = first.clone().printable().and(" ").and(&self.0.hint);

@@ -202,7 +202,7 @@ fn fits_by_recording<'a>(
     }
     let one = |(record, fit): (&Record, _)| ("", format!("{}: {}", inputs::name(record.source()), fit_text(fit)));
     let more = count.saturating_sub(RECORDINGS_MAX);
-    let rest = (more > 0).then(|| ("", format!("{more} more, in the report")));
+    let rest = (more > 0).then(|| ("", format!("{more} more, in --json")));
     fits.take(RECORDINGS_MAX).map(one).chain(rest).collect()
 }
 

@@ -9,6 +9,7 @@ use crate::analysis::is_lively;
 use crate::estimate::{Refined, best_start, carried, descended};
 use crate::evaluate::Scalar;
 use crate::motor::{Axis, Extension, Input, Parameter, Space};
+use crate::record::{Quantity, Record};
 use crate::setting::text;
 use crate::text::significant;
 use crate::warning::{Place, Warning};
@@ -31,7 +32,7 @@ pub(super) struct LateVoltage {
     periods: f64,
 }
 
-/// Tests whether the outputs of a finished fit move before the logged voltage: whether a dead time from minus one period to zero
+/// Tests whether the outputs of a finished fit move before the logged voltage: a dead time from minus one period to zero then
 /// explains them better. The course of the voltage between samples is that of the fit.
 pub(super) fn late_voltage(prepared: &Prepared<'_>, fit: &Fit) -> Option<LateVoltage> {
     let model = prepared.plain().model();
@@ -44,7 +45,7 @@ pub(super) fn late_voltage(prepared: &Prepared<'_>, fit: &Fit) -> Option<LateVol
     if prepared.is_linear() && records.len() == 1 && is_lively(&records[0]) {
         return None;
     }
-    let period_s = records.iter().map(crate::record::Record::period_s).fold(0.0, f64::max);
+    let period_s = records.iter().map(Record::period_s).fold(0.0, f64::max);
     let (space, place) = with_early_input(prepared, fit, period_s)?;
     let plain = prepared.fitted(&space);
     let sigma = &fit.refined.weights;
@@ -93,7 +94,7 @@ impl LateVoltage {
         let remedy = if is_selected { named.and(".") } else { named.and(text!(", or " [With = "auto"] ".")) };
         Warning {
             remedy: Some(remedy),
-            place: Some(Place { quantity: Some(crate::record::Quantity::Voltage), ..Place::default() }),
+            place: Some(Place { quantity: Some(Quantity::Voltage), ..Place::default() }),
             ..Warning::new("late_voltage", message)
         }
     }

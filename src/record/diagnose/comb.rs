@@ -60,7 +60,7 @@ fn spectra_of_input(view: &View<'_>) -> Vec<Logs> {
 /// The part of a voltage's power that one line of its spectrum has, from which on it is a tone.
 const TONE: f64 = 0.9;
 
-/// Whether the voltage is a tone: what friction or a deadband makes of one has its harmonics alone, with notches between.
+/// Returns whether the voltage is a tone. Friction or a deadband makes harmonics of it, with notches between them.
 fn is_tone(view: &View<'_>) -> bool {
     let (power, _) = power(&differences(view.input.values));
     let Some(at) = (0..power.len()).max_by(|a, b| power[*a].total_cmp(&power[*b])) else { return false };

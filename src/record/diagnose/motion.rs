@@ -111,7 +111,7 @@ fn does_not_move(view: &View<'_>, speed: &Channel<'_>) -> bool {
     (flickers || is_noise) && !follows(view, values)
 }
 
-/// Whether the speed is noise about zero, or an encoder's flicker by one count.
+/// Returns whether the speed is noise about zero, or an encoder's flicker by one count.
 fn stands(speed: &Channel<'_>) -> bool {
     let values = speed.values;
     let (level, spread) = (mean(values).abs(), standard_deviation(values));

@@ -65,14 +65,14 @@ fn from_the_start(view: &View<'_>, current: &Channel<'_>, none: f64) -> Option<R
     is_told.then_some(begin..end)
 }
 
-/// Whether the voltage jumps in some samples, or from rest before them.
+/// Returns whether the voltage jumps in some samples, or from rest before them.
 fn changes(view: &View<'_>, samples: Range<usize>) -> bool {
     let v = view.input.values;
     let from_rest = samples.start >= 10 && v[..samples.start - 2].iter().all(|v| v.abs() < 0.05 * view.input.peak);
     from_rest || samples.clone().any(|n| (v[n] - v[n - 1]).abs() > 0.3 * view.input.peak)
 }
 
-/// Whether the same voltages, that change as fast, draw a current later: no deadband takes them.
+/// Returns whether the same voltages, changing as fast, draw a current later: then no deadband takes them.
 fn swings(view: &View<'_>, i: &[f64], none: f64, strong: &[usize]) -> bool {
     let v = view.input.values;
     let (first, last) = (strong[0].max(1), strong[strong.len() - 1]);
@@ -85,7 +85,7 @@ fn swings(view: &View<'_>, i: &[f64], none: f64, strong: &[usize]) -> bool {
     extremes[1] - extremes[0] > 0.3 * view.input.peak && later.len() > strong.len() && 10 * with > 8 * later.len()
 }
 
-/// Whether the current begins at a sample although the voltage goes on as before.
+/// Returns whether the current begins at a sample although the voltage goes on as before.
 fn begins(view: &View<'_>, i: &[f64], at: usize) -> bool {
     let v = view.input.values;
     let around = at.saturating_sub(3)..(at + 3).min(v.len());

@@ -111,7 +111,7 @@ fn of_channel(view: &View<'_>, channel: &Channel<'_>) -> Option<Outliers> {
     (is_rare && !repaired.is_empty()).then_some(Outliers { quantity: channel.quantity, places, repaired })
 }
 
-/// Whether nine of ten differences are whole multiples of the smallest ones.
+/// Returns whether nine of ten differences are whole multiples of the smallest ones.
 fn is_quantized(channel: &Channel<'_>) -> bool {
     let steps = channel.values.windows(2).map(|w| (w[1] - w[0]).abs() / channel.quantum);
     let (whole, all) = steps
@@ -157,7 +157,7 @@ impl Search<'_> {
         order_statistic(&mut sizes, 0.85) / 1.44
     }
 
-    /// Whether a run at `start` is the response to a change of the input: others are followed by the same after the same
+    /// Returns whether a run at `start` is the response to a change of the input: others are followed by the same after the same
     /// time, or it follows a pulse as short as itself and there is none to compare it with.
     fn is_response(&self, start: usize) -> bool {
         let input = &self.of.view.input;

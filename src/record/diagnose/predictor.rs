@@ -26,7 +26,7 @@ pub(super) struct Scaled<'a> {
     pub view: &'a View<'a>,
     pub values: Vec<f64>,
     input: Vec<f64>,
-    /// Whether the input changes within [`REACH`] samples.
+    /// For each sample, true where the input changes within [`REACH`] samples.
     pub is_edge: Vec<bool>,
     /// The median of the signal and its range, without its outermost values.
     pub middle: f64,
@@ -84,7 +84,7 @@ impl<'a> Scaled<'a> {
         row
     }
 
-    /// Whether no gap in time is within reach of a sample.
+    /// Returns whether no gap in time is within reach of a sample.
     pub(super) fn is_regular(&self, m: usize) -> bool {
         let time = &self.view.time[m - REACH..=m + REACH];
         time.windows(2).all(|w| w[1] - w[0] < 2.5 * self.view.period())

@@ -7,13 +7,13 @@ use crate::text::significant;
 
 /// Levels, in parts of the largest voltage, above which the speed may be flat.
 const LEVELS: [f64; 13] = [0.25, 0.32, 0.39, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9];
-/// What a fit without saturation leaves, over the noise of the speed, from which on there is an effect.
+/// The residuals of a fit without saturation show an effect from so many times the noise of the speed on.
 const NOISE: f64 = 1.5;
 /// The gain above a level over that below it, at most.
 const FLAT: f64 = 0.25;
 /// A fit without saturation leaves so many times the sum of squares of one with it.
 const BETTER: f64 = 1.7;
-/// What both leave over the sum of squares of the speed, at most: else it is another effect.
+/// The residuals of both fits are at most this part of the squares of the speed: else there is another effect.
 const LEFT: f64 = 0.1;
 /// The part of samples in the flat range, and in the range below it.
 const SHARE: f64 = 0.04;
@@ -30,7 +30,7 @@ pub(super) fn saturation(view: &View<'_>, findings: &mut Vec<Finding>) {
     findings.extend(saturates(view, speed, &Blocks::new(view.input.values, speed.values)));
 }
 
-/// Whether the voltage takes many values in its upper half: a binary one shows no saturation.
+/// Returns whether the voltage takes many values in its upper half: a binary one shows no saturation.
 fn is_graded(view: &View<'_>) -> bool {
     let mut bins = [0_u32; 10];
     for v in view.input.values {

@@ -158,7 +158,7 @@ impl Winding {
     }
 }
 
-/// What steps down of the voltage would make of the current as steps up do; 0 elsewhere. `None` where there are none of both.
+/// Returns the current that steps down of the voltage would cause if they acted as steps up do; 0 elsewhere. `None` where there are none of both.
 fn by_steps(view: &View<'_>, sign: f64, i: &impl Fn(usize) -> f64, peak: f64) -> Option<Vec<f64>> {
     let mut expected = vec![0.0; view.len()];
     let mut gains = Vec::new();

@@ -20,7 +20,7 @@ const OHMS: [f64; 2] = [0.02, 50_000.0];
 const OHMS_MOST: f64 = 3_000.0;
 /// A current in whole numbers above this is in mA, if the resistance is below 0.2 Ω.
 const AMPERES: f64 = 20.0;
-/// Whatever its digits and its heading: more than this, at less than so many ohms, flows in no motor that is recorded so.
+/// More than this, whatever its digits and its heading, at less than so many ohms, flows in no motor that is recorded so.
 const AMPERES_SURE: f64 = 300.0;
 const OHMS_SURE: f64 = 0.02;
 
