@@ -11,6 +11,8 @@
 
 #[path = "support/program.rs"]
 mod program;
+#[path = "support/recordings.rs"]
+mod recordings;
 mod support;
 
 use motorfit::analysis::detect_intersample;
@@ -451,15 +453,7 @@ const PLAIN: [&str; 9] = [
 
 #[test]
 fn logs_of_newcomers_are_read_or_refused_with_what_reads_them() {
-    let Some(recordings) = std::env::var_os("MOTORFIT_RECORDINGS") else {
-        assert!(
-            std::env::var_os("MOTORFIT_NO_SKIP").is_none(),
-            "MOTORFIT_RECORDINGS is not set and skips are failures"
-        );
-        println!("SKIPPED: set MOTORFIT_RECORDINGS to the folder of real recordings");
-        return;
-    };
-    let logs = std::path::Path::new(&recordings).join("newcomer-logs");
+    let Some(logs) = recordings::set("newcomer-logs") else { return };
     let path = |name: &str| logs.join(name).to_str().unwrap().to_owned();
     let mut seen = 0;
     for (name, columns) in ADVISED {

@@ -6,6 +6,8 @@
 
 #[path = "support/program.rs"]
 mod program;
+#[path = "support/recordings.rs"]
+mod recordings;
 
 use motorfit::analysis::Characteristics;
 use motorfit::identify::{Identification, IdentifySpec, identify, validate};
@@ -14,17 +16,8 @@ use motorfit::motor::{Parameter, Scope, Space};
 use motorfit::record::{Preparation, ReadOptions, Reading, Record, parse_columns, parse_masks};
 use program::{Folder, json};
 use rayon::prelude::*;
-use std::path::{Path, PathBuf};
-
-/// The folder of one set; skips aloud where there is none.
-fn set(name: &str) -> Option<PathBuf> {
-    let Some(folder) = std::env::var_os("MOTORFIT_RECORDINGS") else {
-        assert!(std::env::var_os("MOTORFIT_NO_SKIP").is_none(), "MOTORFIT_RECORDINGS is not set");
-        eprintln!("skipped: MOTORFIT_RECORDINGS is not set");
-        return None;
-    };
-    Some(Path::new(&folder).join(name))
-}
+use recordings::set;
+use std::path::PathBuf;
 
 /// The recordings of tutla53 that move, the voltage in shares of 12 V.
 fn tutla53() -> Option<Vec<Record>> {

@@ -1,0 +1,13 @@
+//! The folder of real recordings.
+
+use std::path::{Path, PathBuf};
+
+/// Returns a set of real recordings; `None`, said aloud, where there are none. `MOTORFIT_NO_SKIP` makes that a failure.
+pub fn set(name: &str) -> Option<PathBuf> {
+    let Some(folder) = std::env::var_os("MOTORFIT_RECORDINGS") else {
+        assert!(std::env::var_os("MOTORFIT_NO_SKIP").is_none(), "MOTORFIT_RECORDINGS is not set: skips are failures");
+        println!("SKIPPED: set MOTORFIT_RECORDINGS to the folder of real recordings");
+        return None;
+    };
+    Some(Path::new(&folder).join(name))
+}
