@@ -9,6 +9,7 @@
 #[path = "../support/faults.rs"]
 mod faults;
 mod finds;
+mod graded;
 mod rates;
 #[path = "../support/mod.rs"]
 mod support;

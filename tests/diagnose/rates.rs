@@ -6,18 +6,25 @@ use motorfit::record::diagnose;
 use std::collections::BTreeMap;
 
 /// Motors under each excitation.
-const MOTORS: u64 = 20;
+pub const MOTORS: u64 = 20;
+/// The part of faults that must be found.
+pub const FOUND: f64 = 0.95;
+
+/// The seed of the first motor; another shows that thresholds do not suit these alone.
+pub fn first_seed() -> u64 {
+    std::env::var("MOTORFIT_FIRST_SEED").ok().and_then(|seed| seed.parse().ok()).unwrap_or(0)
+}
 
 #[test]
 fn faults_are_found() {
     let mut missed = Vec::new();
-    for (code, name, fault, from, rate) in FAULTS {
+    for (code, name, fault, from) in FAULTS {
         for strength in 0..3 {
             let [mut hits, mut all] = [0, 0];
             let mut by_kind = Vec::new();
             for kind in EXCITATIONS {
                 let found = |seed| {
-                    let record = fault(&mut Bench::new(seed, kind), strength)?;
+                    let record = fault(&mut Bench::new(first_seed() + seed, kind), strength)?;
                     Some(diagnose(&record).iter().any(|finding| finding.code == code))
                 };
                 let found: Vec<bool> = (0..MOTORS).filter_map(found).collect();
@@ -26,7 +33,7 @@ fn faults_are_found() {
                 (hits, all) = (hits + right, all + found.len());
             }
             println!("{code}, {name}, strength {strength}: {hits} of {all} ({})", by_kind.join(", "));
-            if strength >= from && (hits as f64) < rate * all as f64 {
+            if strength >= from && (hits as f64) < FOUND * all as f64 {
                 missed.push(format!("{code}, {name}, strength {strength}: {hits} of {all}"));
             }
         }
@@ -39,7 +46,7 @@ fn motors_with_extensions_and_irregular_clocks_raise_few_false_alarms() {
     const COUNT: u64 = 1500;
     let mut counts: BTreeMap<&str, u64> = BTreeMap::new();
     for seed in 0..COUNT {
-        let (varied, true_of_it) = extended(seed);
+        let (varied, true_of_it) = extended(first_seed() + seed);
         for finding in diagnose(&varied.record) {
             let is_true = match finding.code {
                 "single_edge" | "jitter" => true,

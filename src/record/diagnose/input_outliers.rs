@@ -1,22 +1,23 @@
 //! Outliers of the voltage: pulses of up to three samples that the motor did not get, as what it measurably does shows.
 
 use super::outliers::Outliers;
-use super::predictor::RUN_MAX;
+use super::pulses::{Pulses, level, noise};
 use super::regression::{Row, Solution, Sums};
 use super::view::{Channel, View};
 use crate::numeric::{count, order_statistic, peak};
 use std::ops::Range;
 
 /// A pulse is a change by this part of the range of the voltage and so many times its noise…
-const PART: f64 = 0.02;
+const PART: f64 = 0.004;
 const NOISES: f64 = 8.0;
 /// …after which the voltage is the same again within this part of it.
 const AGREE: f64 = 0.3;
 /// Samples behind a pulse in which its effect is looked for.
 const EFFECT: usize = 3;
 /// The effect that a pulse would have had, in usual residuals, and the part of its square that is left without the pulse.
-const TIMES: f64 = 8.0;
-const LEFT: f64 = 0.1;
+const TIMES: f64 = 5.0;
+const BETTER: f64 = 25.0;
+const LEFT: f64 = 0.4;
 /// Up to this part of the samples are few.
 const FEW: f64 = 0.005;
 /// More than this part of the samples are no single outliers.
@@ -36,15 +37,18 @@ pub(super) fn of_input(view: &View<'_>) -> Option<Outliers> {
     let models: Vec<Model<'_>> =
         view.channels().filter_map(|channel| Model::new(view, channel, &is_left_out)).collect();
     // Before the first response a drive may not be awake yet.
-    let awake =
-        models.iter().filter_map(|model| model.values.iter().position(|x| x.abs() > 0.1 * peak(model.values))).min()?;
+    let awake = models
+        .iter()
+        .filter_map(|model| model.values.windows(3).position(|w| w.iter().all(|x| x.abs() > 0.1 * peak(model.values))))
+        .min()?;
     let is_wrong = |pulse: &&Range<usize>| {
         let [logged, repaired] = [false, true].map(|is_repaired| {
             models.iter().map(|model| model.residual(view, pulse, is_repaired)).collect::<Vec<f64>>()
         });
-        let pairs = || logged.iter().zip(&repaired);
-        pairs().any(|(with, without)| *with > TIMES * TIMES && *without < LEFT * with)
-            && pairs().all(|(with, without)| *without <= with.max(TIMES * TIMES))
+        let [with, without] = [logged.iter().sum::<f64>(), repaired.iter().sum::<f64>()];
+        with - without > BETTER
+            && without < LEFT * with
+            && logged.iter().zip(&repaired).all(|(with, without)| *without <= with.max(TIMES * TIMES))
     };
     let places: Vec<Range<usize>> =
         pulses.iter().filter(|pulse| pulse.start > awake).filter(is_wrong).cloned().collect();
@@ -52,12 +56,6 @@ pub(super) fn of_input(view: &View<'_>) -> Option<Outliers> {
         places.iter().flat_map(|place| place.clone().map(|n| (n, level(view.input.values, place, n)))).collect();
     let is_rare = count(repaired.len()) <= (RARE * count(view.len())).max(3.0);
     (is_rare && !places.is_empty()).then_some(Outliers { quantity: view.input.quantity, places, repaired })
-}
-
-/// The voltage at sample `n` of a pulse by a line between those around it.
-fn level(volts: &[f64], pulse: &Range<usize>, n: usize) -> f64 {
-    let part = count(n + 1 - pulse.start) / count(pulse.len() + 1);
-    volts[pulse.start - 1] + part * (volts[pulse.end] - volts[pulse.start - 1])
 }
 
 /// Runs of one to three samples that differ from the voltage before and behind them.
@@ -68,29 +66,8 @@ fn pulses(view: &View<'_>) -> Vec<Range<usize>> {
     let mut copy = volts.to_vec();
     let [low, high] = [outer, 1.0 - outer].map(|p| order_statistic(&mut copy, p));
     let range = (high - low).max(0.1 * high.abs());
-    // Of a binary sequence that switches often, the noise is not known.
-    let least = (PART * range).max((NOISES * view.input.noise).min(0.3 * range));
-    let mut found: Vec<Range<usize>> = Vec::new();
-    let mut n = RUN_MAX;
-    while n + RUN_MAX + EFFECT + 1 < volts.len() {
-        let is_pulse = |length: &usize| {
-            let length = *length;
-            let pulse = n..n + length;
-            let size = pulse.clone().map(|m| (volts[m] - level(volts, &pulse, m)).abs()).fold(f64::INFINITY, f64::min);
-            let slope = 0.5 * (volts[n - 1] - volts[n - 2] + volts[pulse.end + 1] - volts[pulse.end]);
-            let change = volts[pulse.end] - volts[n - 1];
-            // The same voltage, or as much more as the slope on both sides makes.
-            size > least && change.abs().min((change - slope * count(length + 1)).abs()) < AGREE * size
-        };
-        match (1..=RUN_MAX).find(is_pulse) {
-            Some(length) => {
-                found.push(n..n + length);
-                n += length;
-            }
-            None => n += 1,
-        }
-    }
-    found
+    let least = (PART * range).max((NOISES * noise(volts).min(view.input.noise)).min(0.3 * range));
+    Pulses { least, agree: AGREE, slack: 0.0, with_turns: true }.of(volts)
 }
 
 /// A regression of a channel on itself and the voltage before.

@@ -8,38 +8,51 @@ const LONGEST: f64 = 0.5;
 const RATIO: f64 = 1.5;
 /// Parts of the best of them that are tried then.
 const FINE: [f64; 8] = [0.7, 0.8, 0.88, 0.94, 1.06, 1.13, 1.25, 1.4];
-/// Samples are put together to so many blocks at most.
-const BLOCKS: usize = 500;
+/// Samples are put together to so many blocks at most, at first and to be sure.
+pub(super) const COARSE: usize = 500;
+pub(super) const FINE_BLOCKS: usize = 2000;
+/// A lag alone, and one with a faster one, in parts of it: the winding's.
+pub(super) static ONE_LAG: [f64; 1] = [1.0];
+pub(super) static TWO_LAGS: [f64; 2] = [1.0, 0.2];
 
-/// Means of voltage and speed over blocks of samples.
-pub(super) struct Blocks {
-    pub volts: Vec<f64>,
+/// A voltage, and means of a speed over blocks of samples.
+pub(super) struct Blocks<'a> {
+    pub volts: &'a [f64],
     pub speed: Vec<f64>,
     /// Samples in a block.
     pub length: usize,
+    /// The time constants of the lags, in parts of the first.
+    lags: &'static [f64],
 }
 
-impl Blocks {
-    pub(super) fn new(volts: &[f64], speed: &[f64]) -> Self {
-        let length = volts.len().div_ceil(BLOCKS).max(1);
-        let blocks = |values: &[f64]| values.chunks_exact(length).map(mean).collect();
-        Self { volts: blocks(volts), speed: blocks(speed), length }
+impl<'a> Blocks<'a> {
+    pub(super) fn new(volts: &'a [f64], speed: &[f64], blocks: usize, lags: &'static [f64]) -> Self {
+        let length = volts.len().div_ceil(blocks).max(1);
+        Self { volts, speed: speed.chunks_exact(length).map(mean).collect(), length, lags }
     }
 
-    /// Returns the best fit of the speed by functions of the voltage, at most [`super::regression::WIDTH`], each behind one
-    /// lag, that `is_allowed` by its coefficients; of all time constants, or of those near one in blocks.
+    /// Returns the best fit of the speed by functions of the voltage, at most [`super::regression::WIDTH`], each behind the
+    /// lags, that `is_allowed` by its gains; of all time constants, or of those near one in blocks.
     pub(super) fn fit(
         &self,
         functions: &[&dyn Fn(f64) -> f64],
         near: Option<f64>,
         is_allowed: impl Fn(&Row) -> bool,
     ) -> Option<Fit> {
+        // A voltage may change its sign within a block: the functions are of samples, and their means of blocks.
+        let mean_of = |function: &&dyn Fn(f64) -> f64| -> Vec<f64> {
+            let block = |block: &[f64]| block.iter().map(|v| function(*v)).sum::<f64>() / count(self.length);
+            self.volts.chunks_exact(self.length).map(block).collect()
+        };
+        let ends: Vec<Vec<f64>> = functions.iter().map(mean_of).collect();
         let mut best: Option<Fit> = None;
         let mut try_one = |constant: f64| {
             let decay = (-1.0 / constant).exp();
-            let (solution, left) = self.fit_with(functions, decay);
-            if is_allowed(&solution.coefficients) && best.as_ref().is_none_or(|best| left < best.left) {
-                best = Some(Fit { constant, decay, solution, left });
+            let (solution, left) = self.fit_with(&ends, decay);
+            let mut gains = Row::default();
+            solution.coefficients.iter().enumerate().for_each(|(k, c)| gains[k % functions.len()] += c);
+            if is_allowed(&gains) && best.as_ref().is_none_or(|best| left < best.left) {
+                best = Some(Fit { constant, decay, gains, left });
             }
             best.as_ref().map(|best| best.constant)
         };
@@ -54,25 +67,28 @@ impl Blocks {
         best
     }
 
-    fn fit_with(&self, functions: &[&dyn Fn(f64) -> f64], decay: f64) -> (Solution, f64) {
+    fn fit_with(&self, ends: &[Vec<f64>], decay: f64) -> (Solution, f64) {
         let mut sums = Sums::default();
-        self.rows(functions, decay, |row, speed| sums.add(row, speed));
+        self.rows(ends, decay, |row, speed| sums.add(row, speed));
         let solution = sums.solve();
         let mut left = 0.0;
-        self.rows(functions, decay, |row, speed| left += (speed - solution.predicted(row)).powi(2));
+        self.rows(ends, decay, |row, speed| left += (speed - solution.predicted(row)).powi(2));
         (solution, left)
     }
 
-    fn rows(&self, functions: &[&dyn Fn(f64) -> f64], decay: f64, mut visit: impl FnMut(&Row, f64)) {
-        let mut row = Row::default();
+    /// Visits the rows: each function behind the first lag, then each behind the second.
+    fn rows(&self, ends: &[Vec<f64>], decay: f64, mut visit: impl FnMut(&Row, f64)) {
+        let decays: Vec<f64> = self.lags.iter().map(|part| decay.powf(part.recip())).collect();
         // The mean over a block of a lag that the block's voltage drives.
-        let inside = 1.0 - (1.0 - decay) / -decay.ln();
+        let insides: Vec<f64> = decays.iter().map(|decay| 1.0 - (1.0 - decay) / -decay.ln()).collect();
+        let mut row = Row::default();
         let mut states = Row::default();
-        for (volts, speed) in self.volts.iter().zip(&self.speed) {
-            for ((value, state), function) in row.iter_mut().zip(&mut states).zip(functions) {
-                let end = function(*volts);
-                *value = *state + inside * (end - *state);
-                *state = end + decay * (*state - end);
+        for (n, speed) in self.speed.iter().enumerate() {
+            let columns = row.iter_mut().zip(&mut states);
+            for (k, (value, state)) in columns.take(ends.len() * decays.len()).enumerate() {
+                let (lag, end) = (k / ends.len(), ends[k % ends.len()][n]);
+                *value = *state + insides[lag] * (end - *state);
+                *state = end + decays[lag] * (*state - end);
             }
             visit(&row, *speed);
         }
@@ -84,11 +100,11 @@ impl Blocks {
     }
 }
 
-/// A fit: what a lag keeps over a block, the coefficients, and the sum of squares that is left.
+/// A fit: what the first lag keeps over a block, the gain of each function, and the sum of squares that is left.
 pub(super) struct Fit {
     /// The time constant in blocks.
     pub constant: f64,
     pub decay: f64,
-    pub solution: Solution,
+    pub gains: Row,
     pub left: f64,
 }

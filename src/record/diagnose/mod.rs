@@ -13,8 +13,10 @@ mod lag;
 mod latency;
 mod motion;
 mod off;
+mod outlier_search;
 mod outliers;
 mod predictor;
+mod pulses;
 mod regression;
 mod reset;
 mod rest;
@@ -28,6 +30,7 @@ mod start;
 mod undersampled;
 mod units;
 mod view;
+mod winding;
 
 use super::{Quantity, Record};
 use crate::setting::{Text, text};

@@ -1,11 +1,10 @@
 //! Predictions of a signal from one of its sides and the input, for the rule on outliers.
 
+use super::pulses::RUN_MAX;
 use super::regression::{Row, Solution, Sums, WIDTH};
 use super::view::View;
 use crate::numeric::{count, order_statistic, whole};
 
-/// The longest run of outliers \[samples\].
-pub(super) const RUN_MAX: usize = 3;
 /// Samples that a prediction looks at beyond its sample, at most.
 pub(super) const REACH: usize = RUN_MAX + 1;
 /// Equations of a regression at most.

@@ -1,8 +1,8 @@
 //! A current sensor that shows one sign only: it stops at 0 A, or it shows the magnitude.
 
-use super::regression::{Row, Sums};
+use super::winding::{Shows, Winding};
 use super::{Channel, Finding, Quantity, View, text};
-use crate::numeric::{count, extremes, order_statistic, runs};
+use crate::numeric::{count, order_statistic, runs};
 use std::ops::Range;
 
 /// A current below this part of the largest one is none, and so is one below so many standard deviations of its noise.
@@ -15,8 +15,8 @@ const SHOWN: f64 = 0.3;
 /// The error of what is expected, in parts of the least that counts; what counts is so many errors.
 const SURE: f64 = 0.8;
 const ERRORS: f64 = 3.0;
-/// The range of the voltage of a driven motor, in parts of its peak, from which a drop of voltage is told from it.
-const VARIES: f64 = 0.2;
+/// A sensor that shows one sign explains the current with so much smaller an error than one that shows both.
+const BETTER: f64 = 0.7;
 /// The voltage was higher before, by this part of its peak.
 const HIGHER: f64 = 0.15;
 /// Samples at which it is expected.
@@ -43,7 +43,7 @@ pub(super) fn one_sided(view: &View<'_>, current: &Channel<'_>) -> Option<Findin
     }
     let i = |n: usize| sign * current.values[n];
     let (expected, error) = match &view.speed {
-        Some(speed) if speed.range > 0.0 => by_speed(view, speed.values, sign, &i, current.peak)?,
+        Some(speed) if speed.range > 0.0 => by_speed(view, speed.values, current.values, sign)?,
         _ => (by_steps(view, sign, &i, current.peak)?, 0.0),
     };
     let least = (EXPECTED * current.peak).max(ERRORS * error);
@@ -79,83 +79,15 @@ fn running_peak(view: &View<'_>, sign: f64) -> Vec<f64> {
     view.input.values.iter().map(up_to).collect()
 }
 
-/// The current by the winding's equation, fitted to the samples in which the motor is driven; `None` where it does not explain
-/// them.
-fn by_speed(
-    view: &View<'_>,
-    speed: &[f64],
-    sign: f64,
-    i: &impl Fn(usize) -> f64,
-    peak: f64,
-) -> Option<(Vec<f64>, f64)> {
-    let (v, w) = (|n: usize| sign * view.input.values[n], |n: usize| sign * speed[n]);
-    let fast = view.speed.as_ref()?.peak;
-    let mut ratios: Vec<f64> = (0..view.len())
-        .filter(|n| w(*n) > 0.3 * fast && i(*n) > NONE * peak && v(*n) > 0.0)
-        .map(|n| v(n) / w(n))
-        .collect();
-    // Back-EMF is below the voltage of a driven motor; which samples those are, is found with it.
-    let starts = [0.1, 0.3, 0.5, 0.8].map(|p| 0.9 * order_statistic(&mut ratios, p));
-    let winding = |start: &f64| Winding::fitted(view.len(), *start, [&v, &w, i], 0.1 * peak);
-    let best = starts.iter().filter_map(winding).min_by(|a, b| a.error.total_cmp(&b.error))?;
-    if best.error > SURE * EXPECTED * peak {
-        return None;
-    }
-    let mut current = vec![0.0; view.len()];
-    for n in 1..view.len() {
-        let volts = v(n - 1) - best.back * 0.5 * (w(n) + w(n - 1)) - best.before * current[n - 1];
-        // A drop of the brushes or a deadband lessens the voltage in both directions.
-        let left = if volts > 0.0 { (volts - best.drop).max(0.0) } else { (volts + best.drop).min(0.0) };
-        current[n] = left / best.now;
-    }
-    Some((current, best.error))
-}
-
-/// The equation of a winding over a step: v = drop + now i⁺ + before i + back (ω⁺ + ω)/2.
-struct Winding {
-    drop: f64,
-    now: f64,
-    before: f64,
-    back: f64,
-    /// The standard deviation of the current that it leaves.
-    error: f64,
-}
-
-impl Winding {
-    /// Fits voltage, speed and current of the samples that are driven if the back-EMF constant is about `back`.
-    fn fitted(size: usize, mut back: f64, [v, w, i]: [&dyn Fn(usize) -> f64; 3], least: f64) -> Option<Self> {
-        let mut found = None;
-        for _ in 0..4 {
-            let is_driven = |n: &usize| i(*n).min(i(n - 1)) > least && v(n - 1) > back * w(n - 1).max(w(*n));
-            let driven: Vec<usize> = (1..size).filter(is_driven).collect();
-            let volts: Vec<f64> = driven.iter().map(|n| v(n - 1)).collect();
-            let [low, high] = extremes(&volts);
-            let one = if high - low > VARIES * high { 1.0 } else { 0.0 };
-            let row = |n: usize, before: f64| {
-                Row::from([one, i(n), before * i(n - 1), 0.5 * (w(n) + w(n - 1)), 0.0, 0.0, 0.0, 0.0])
-            };
-            // Where all currents decay alike, the inductance is not known: then without it.
-            let fit = [1.0, 0.0].into_iter().find_map(|before| Self::of(&driven, &volts, |n| row(n, before)))?;
-            back = fit.back;
-            found = Some(fit);
-        }
-        found
-    }
-
-    /// Fits the voltages of samples; `None` where the constants are none of a motor.
-    fn of(samples: &[usize], volts: &[f64], row: impl Fn(usize) -> Row) -> Option<Self> {
-        let mut sums = Sums::default();
-        samples.iter().zip(volts).for_each(|(n, volts)| sums.add(&row(*n), *volts));
-        let solution = sums.solve();
-        let [drop, now, before, back, ..] = solution.coefficients;
-        // By the trapezoidal rule the current at the end of the step has the larger part.
-        if samples.len() < 10 || now <= 0.0 || before.abs() >= now || back <= 0.0 {
-            return None;
-        }
-        let left: f64 = samples.iter().zip(volts).map(|(n, v)| (v - solution.predicted(&row(*n))).powi(2)).sum();
-        let error = (left / count(samples.len())).sqrt() / (now + before);
-        Some(Self { drop: drop.max(0.0), now, before, back, error })
-    }
+/// The current by the winding's equation and its error, if a sensor that shows one sign only explains the recording and one
+/// that shows both does not.
+fn by_speed(view: &View<'_>, speed: &[f64], current: &[f64], sign: f64) -> Option<(Vec<f64>, f64)> {
+    let [both, magnitude, positive] = [|i: f64| i, f64::abs, |i: f64| i.max(0.0)]
+        .map(|shows: Shows| Winding::fitted(view, speed, current, sign, shows));
+    let best = [magnitude?, positive?].into_iter().min_by(|a, b| a.error.total_cmp(&b.error))?;
+    let explains = best.error <= SURE * EXPECTED * view.current.as_ref()?.peak && best.error < BETTER * both?.error;
+    let oriented = |i: f64| sign * i;
+    explains.then(|| (best.current(view.input.values, speed).into_iter().map(oriented).collect(), best.error))
 }
 
 /// Returns the current that steps down of the voltage would cause if they acted as steps up do; 0 elsewhere. `None` where there are none of both.

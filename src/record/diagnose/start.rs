@@ -1,6 +1,6 @@
 //! A motor that stands under voltage at the start of the recording, and then moves.
 
-use super::lag::Blocks;
+use super::lag::{Blocks, COARSE, ONE_LAG};
 use super::{Channel, Finding, Quantity, View, text};
 use crate::numeric::{count, order_statistic, whole};
 use crate::text::{engineering, significant};
@@ -43,7 +43,7 @@ fn late(view: &View<'_>, speed: &Channel<'_>) -> Option<Finding> {
         return None;
     }
     // What the motor does later, begun at the onset, is what it would have done at the first voltage.
-    let blocks = Blocks::new(&v[onset..], &w[onset..]);
+    let blocks = Blocks::new(&v[onset..], &w[onset..], COARSE, &ONE_LAG);
     let plain = |v: f64| v;
     let sign = |v: f64| if v.abs() > 0.05 * view.input.peak { v.signum() } else { 0.0 };
     let fit = blocks.fit(&[&plain, &sign], None, |c| c[0] > 0.0)?;
@@ -54,7 +54,7 @@ fn late(view: &View<'_>, speed: &Channel<'_>) -> Option<Finding> {
     let mut state = 0.0;
     let mut beyond = 0;
     for volts in &v[first..onset] {
-        let end = fit.solution.coefficients[0] * volts + fit.solution.coefficients[1] * sign(*volts);
+        let end = fit.gains[0] * volts + fit.gains[1] * sign(*volts);
         state = end + decay * (state - end);
         beyond += usize::from(f64::abs(state) > PREDICTED * moving);
     }
