@@ -7,7 +7,7 @@ use std::cell::OnceCell;
 use std::ops::Range;
 
 /// A run of one, two or three samples is off from so many usual residuals at its ends on…
-const TIMES: [f64; RUN_MAX] = [8.0, 5.5, 5.0];
+const TIMES: [f64; RUN_MAX] = [7.5, 5.0, 4.5];
 /// …and looked at from so many at its first sample on.
 const SUSPECTED: f64 = 4.0;
 /// With a run replaced, the samples around it are within so many.
@@ -74,17 +74,17 @@ impl<'a> Search<'a> {
         Self { of, sides, first, least }
     }
 
-    /// Returns the runs of outliers, and for each of their samples its index and what would fit.
-    pub(super) fn found(mut self) -> (Vec<Range<usize>>, Vec<(usize, f64)>) {
-        let mut places = Vec::new();
+    /// Returns the runs of outliers at pulses, and for each of their samples its index and what would fit.
+    pub(super) fn found(mut self, pulses: &[Range<usize>]) -> (Vec<Range<usize>>, Vec<(usize, f64)>) {
+        let mut places: Vec<Range<usize>> = Vec::new();
         let mut repaired = Vec::new();
-        let mut n = REACH;
-        while n + RUN_MAX + REACH < self.of.values.len() {
-            let Some(run) = self.replaced_at(n) else {
-                n += 1;
-                continue;
-            };
-            n = run.end;
+        let last = self.of.values.len().saturating_sub(RUN_MAX + REACH);
+        // Noise may hide the first sample of a run, or seem one.
+        let starts = |pulse: &Range<usize>| (pulse.start + 1).saturating_sub(RUN_MAX).max(REACH)..pulse.end.min(last);
+        let mut next = 0;
+        for n in pulses.iter().flat_map(starts) {
+            let Some(run) = (n >= next).then(|| self.replaced_at(n)).flatten() else { continue };
+            next = run.end;
             if !self.is_response(run.start) {
                 let value = |n: usize| (n, self.of.middle + self.of.range * self.of.values[n]);
                 repaired.extend(run.clone().map(value));

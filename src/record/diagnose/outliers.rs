@@ -66,11 +66,11 @@ fn of_channel(view: &View<'_>, channel: &Channel<'_>) -> Option<Outliers> {
     let least = PART.max(STEPS * coarse.min(1.0));
     let noise = noise(&of.values).min(channel.noise / of.range);
     let pulses = Pulses { least: least.max(NOISES * noise), agree: AGREE, slack: SLACK * noise, with_turns: false };
-    // Most signals have none, and predictors cost more.
-    if !pulses.are_in(&of.values) {
+    let pulses = pulses.of(&of.values);
+    if pulses.is_empty() {
         return None;
     }
-    let (places, mut repaired) = Search::new(of, least).found();
+    let (places, mut repaired) = Search::new(of, least).found(&pulses);
     // What goes on for longer is no outlier.
     let runs: Vec<Range<usize>> = places
         .chunk_by(|a: &Range<usize>, b| a.end == b.start)

@@ -39,12 +39,6 @@ impl Pulses {
         found
     }
 
-    /// Returns whether there is one.
-    pub(super) fn are_in(&self, values: &[f64]) -> bool {
-        let ends = values.len().saturating_sub(RUN_MAX + MARGIN);
-        (RUN_MAX..ends).any(|n| (1..=RUN_MAX).any(|length| self.is_pulse(values, n..n + length)))
-    }
-
     fn is_pulse(&self, values: &[f64], pulse: Range<usize>) -> bool {
         let (before, behind) = (pulse.start - 1, pulse.end);
         // Most samples are none, as their first one says.

@@ -10,7 +10,7 @@ const DAMPING: f64 = 1e-9;
 /// A row of regressors; those that are not used are 0.
 pub(super) type Row = [f64; WIDTH];
 
-/// The sums of a least-squares problem.
+/// The sums of a least-squares problem, those of products below the diagonal and on it.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sums {
     products: [[f64; WIDTH]; WIDTH],
@@ -21,7 +21,7 @@ impl Sums {
     /// Adds an equation: the regressors and what they are to explain.
     pub(super) fn add(&mut self, row: &Row, value: f64) {
         for (k, of) in row.iter().enumerate() {
-            self.products[k].iter_mut().zip(row).for_each(|(sum, other)| *sum += of * other);
+            self.products[k][..=k].iter_mut().zip(row).for_each(|(sum, other)| *sum += of * other);
             self.right[k] += of * value;
         }
     }
