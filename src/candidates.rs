@@ -40,13 +40,19 @@ impl<'a> Candidates<'a> {
         self.values
     }
 
-    /// Candidates `from..to`.
+    /// Returns the candidates `from..to`.
+    ///
+    /// # Panics
+    /// When there are not so many, as slices do.
     #[must_use]
     pub fn rows(&self, from: usize, to: usize) -> Self {
         Self { values: &self.values[from * self.width..to * self.width], width: self.width }
     }
 
-    /// One candidate.
+    /// Returns one candidate.
+    ///
+    /// # Panics
+    /// When there is no such row, as slices do.
     #[must_use]
     pub fn row(&self, row: usize) -> &'a [f64] {
         &self.values[row * self.width..(row + 1) * self.width]

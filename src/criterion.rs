@@ -128,7 +128,7 @@ impl Noise {
     pub fn sigma(&self, channel: usize, signal: &[f64]) -> f64 {
         match self {
             Self::Estimated => noise_sigma(signal),
-            Self::Sigma(sigma) => sigma[channel].unwrap_or_else(|| noise_sigma(signal)),
+            Self::Sigma(sigma) => sigma.get(channel).copied().flatten().unwrap_or_else(|| noise_sigma(signal)),
             Self::Decibels(decibels) => rms(signal) * 10f64.powf(-decibels / 20.0),
         }
     }

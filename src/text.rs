@@ -63,9 +63,14 @@ pub fn engineering(value: f64, unit: &str, digits: usize) -> String {
     format!("{} {prefix}{unit}", significant(value / 10f64.powi(exponent), digits))
 }
 
-/// A number with `digits` significant digits; a plain decimal where that is readable, else with an exponent.
+/// The most significant digits of a number that are written: no number of double precision has more.
+const DIGITS_MAX: usize = 767;
+
+/// A number with `digits` significant digits, at least one and 767 at most; a plain decimal where that is readable, else with
+/// an exponent.
 #[must_use]
 pub fn significant(value: f64, digits: usize) -> String {
+    let digits = digits.clamp(1, DIGITS_MAX);
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
     }

@@ -3,12 +3,13 @@
 use super::multistart::{ARRIVALS, Ends, multistart};
 use super::normal::Fit;
 use super::projection;
-use super::refine::{Effort, refine_problem};
+use super::refine::{Effort, check_count, refine_problem};
 use super::refined::Refined;
 use super::starts::best_start;
-use crate::Result;
 use crate::evaluate::Problem;
 use crate::motor::Axis;
+use crate::text::counted;
+use crate::{Error, Result};
 
 /// How the reference was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -51,8 +52,9 @@ const BASINS: usize = 4;
 /// been there often enough, or none is left.
 ///
 /// # Errors
-/// As for [`super::refine`]; `NotIdentified` when the motor diverges everywhere.
+/// As for [`super::refine`]; `Usage` when σ or the known sum is no number that can be; `NotIdentified` when the motor diverges everywhere.
 pub fn global_reference(problem: &Problem, sigma: &[[f64; 2]], known: Option<f64>) -> Result<Reference> {
+    check_sigma(problem, sigma, known)?;
     let sigma = &sigma.to_vec();
     let scattered = || -> Result<Reference> {
         let Ends { refined, starts, arrivals } = multistart(problem, sigma, known)?;
@@ -81,10 +83,37 @@ fn middle(problem: &Problem) -> Vec<f64> {
     problem.space().free().iter().map(Axis::middle).collect()
 }
 
-/// Returns the sums of squared residuals \[A², rad²/s²\] of each recording at `values`, initial states as the problem, one
-/// that [`super::fit_problem`] has made, has them.
-#[must_use]
-pub fn squares_on(problem: &Problem, values: &[f64]) -> Vec<[f64; 2]> {
+/// Returns the sums of squared residuals \[A², rad²/s²\] of each recording at `values`, one for each free parameter, initial
+/// states as the problem, one that [`super::fit_problem`] has made, has them.
+///
+/// # Errors
+/// `Usage` when `values` are not as many as free parameters.
+pub fn squares_on(problem: &Problem, values: &[f64]) -> Result<Vec<[f64; 2]>> {
+    check_count(problem, values)?;
     let fit = Fit::new(problem);
-    fit.normal(&fit.start(values)).all_squares()
+    Ok(fit.normal(&fit.start(values)).all_squares())
+}
+
+/// Refuses standard deviations that are not positive and finite, or not one pair for each recording.
+fn check_sigma(problem: &Problem, sigma: &[[f64; 2]], known: Option<f64>) -> Result<()> {
+    let recordings = problem.signals().len();
+    if sigma.len() != recordings {
+        let message =
+            format!("found {} of σ, expected {recordings}, one for each recording", counted(sigma.len(), "pair"));
+        return Err(Error::usage(message, "Give one pair for each recording, in their order."));
+    }
+    if let Some(wrong) = sigma.as_flattened().iter().find(|sigma| !(sigma.is_finite() && **sigma > 0.0)) {
+        let message = format!("found a σ of {wrong:?}, expected a finite one above 0");
+        return Err(Error::usage(
+            message,
+            "Give the standard deviations of current and speed; 1 for one not measured.",
+        ));
+    }
+    if known.is_some_and(f64::is_nan) {
+        return Err(Error::usage(
+            "the known sum of squares is NaN, expected a number",
+            "Leave it out where none is known.",
+        ));
+    }
+    Ok(())
 }

@@ -11,6 +11,7 @@ use crate::criterion::{Criterion, Norm, Scale};
 use crate::evaluate::{Model, Problem, Signals};
 use crate::motor::Space;
 use crate::record::Record;
+use crate::text::counted;
 use crate::{Error, Result};
 
 /// How a refinement works.
@@ -103,6 +104,16 @@ fn rounds(search: &mut Search<'_>, by: Weighting) -> bool {
     converged
 }
 
+/// Refuses values that are not as many as free parameters.
+pub(super) fn check_count(problem: &Problem, values: &[f64]) -> Result<()> {
+    let (found, free) = (values.len(), problem.space().free().len());
+    if found == free {
+        return Ok(());
+    }
+    let message = format!("found {}, expected {free}, one for each free parameter", counted(found, "value"));
+    Err(Error::usage(message, "Give them in the order of the space."))
+}
+
 /// Like [`refine`].
 pub(super) fn refine_problem(
     problem: &Problem,
@@ -110,11 +121,13 @@ pub(super) fn refine_problem(
     sigma: Option<&[[f64; 2]]>,
     effort: Effort,
 ) -> Result<Refined> {
+    check_count(problem, start)?;
     let fit = Fit::new(problem);
-    let axes = problem.space().free();
-    let fits = axes.len() == start.len() && axes.iter().zip(start).all(|(axis, v)| axis.parameter.admits(*v));
-    if !fits {
-        let message = format!("{} starting values for {} free parameters", start.len(), axes.len());
+    let mut axes = problem.space().free().iter().zip(start);
+    if let Some((axis, value)) = axes.find(|(axis, value)| !axis.parameter.admits(**value)) {
+        let parameter = axis.parameter;
+        let message =
+            format!("found {value:?} as the start of {}, expected a {} value", parameter.symbol(), parameter.domain());
         return Err(Error::usage(message, "Give one value per free parameter, positive for R, L, K, B and J."));
     }
     let thorough = effort == Effort::Thorough;

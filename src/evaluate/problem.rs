@@ -7,8 +7,8 @@ use super::signals::{Initial, Signals};
 use crate::Result;
 use crate::criterion::Criterion;
 use crate::motor::{
-    Discretization, Extended, ExtendedWalk, Input, Method, ModelFeatures, Parameter, Parameters, SimulationSettings,
-    Space, walk,
+    Discretization, Extended, ExtendedWalk, Input, Method, ModelFeatures, Parameter, Parameters, Scope,
+    SimulationSettings, Space, walk,
 };
 use crate::record::{Quantity, Record, is_driven_by_current};
 use crate::setting::text;
@@ -39,12 +39,13 @@ impl Problem {
     /// Prepares the recordings.
     ///
     /// # Errors
-    /// `Usage` when there is no recording; `Data` when some have a voltage and others none; `NotIdentified` when a signal is constant where the scale divides by its
+    /// `Usage` when there is no recording, or a parameter belongs to one that is not there; `Data` when some have a voltage and others none; `NotIdentified` when a signal is constant where the scale divides by its
     /// variation.
     pub fn new(records: &[Record], model: Model, space: Space, criterion: Criterion) -> Result<Self> {
         if records.is_empty() {
             return Err(crate::Error::usage("no recording was given", "Give at least one."));
         }
+        check_scopes(&space, records.len())?;
         // A voltage that is a line over each step needs the method for lines; one that is held is a level line then.
         let held = model.discretization == Discretization::Zoh && records.iter().any(|r| !r.slope().is_empty());
         let model = if held { Model { discretization: Discretization::Foh, ..model } } else { model };
@@ -72,6 +73,9 @@ impl Problem {
     }
 
     /// Returns the problem of one recording; what is free or fixed for a recording alone is still numbered as before.
+    ///
+    /// # Panics
+    /// When there is no such recording, as slices do.
     #[must_use]
     pub fn only(&self, recording: usize) -> Self {
         let signals = vec![self.signals[recording].clone()];
@@ -201,6 +205,9 @@ impl Problem {
     }
 
     /// Simulates one recording from the state `initial` by the oracle, handing what the sensors show to `visit`.
+    ///
+    /// # Panics
+    /// When there is no such recording, as slices do.
     pub fn walk(&self, candidate: &[f64], recording: usize, initial: [f64; 2], visit: impl FnMut([f64; 2])) {
         let signals = &self.signals[recording];
         if self.features.is_linear() {
@@ -211,6 +218,9 @@ impl Problem {
     }
 
     /// Simulates one recording likewise: current and speed as the sensors show them, one value a sample.
+    ///
+    /// # Panics
+    /// When there is no such recording, as slices do.
     #[must_use]
     pub fn simulate(&self, candidate: &[f64], recording: usize, initial: [f64; 2]) -> [Vec<f64>; 2] {
         let mut signals = [0, 1].map(|_| Vec::with_capacity(self.signals[recording].len()));
@@ -240,6 +250,17 @@ impl Problem {
     pub(crate) fn cost(&self, total: f64) -> f64 {
         self.criterion.cost(total, self.samples)
     }
+}
+
+/// Refuses parameters of a recording that is not there: nothing would depend on them.
+fn check_scopes(space: &Space, recordings: usize) -> Result<()> {
+    let free = space.free().iter().map(|axis| (axis.parameter, axis.scope));
+    let mut all = free.chain(space.fixed().iter().map(|(parameter, scope, _)| (*parameter, *scope)));
+    let is_missing =
+        |scope: Scope| matches!(scope, Scope::Recording(n) if crate::numeric::index(n.into()) >= recordings);
+    let Some((parameter, scope)) = all.find(|(_, scope)| is_missing(*scope)) else { return Ok(()) };
+    let message = format!("found {}, expected recordings below {recordings}", scope.name(parameter));
+    Err(crate::Error::usage(message, "Count recordings from 0, or share the parameter among all."))
 }
 
 /// What drives the motor in all recordings.

@@ -6,7 +6,6 @@ use super::search::SearchResult;
 use super::spec::IdentifySpec;
 use super::trust_level::Trust;
 use super::verify::Verification;
-use crate::Result;
 use crate::analysis::{self, FittedMotor, NoiseFloor, Regression, ResidualTests, Validation, noise_floor};
 use crate::estimate::{Refined, Uncertainty};
 use crate::evaluate::{Model, Problem, Scalar};
@@ -14,6 +13,7 @@ use crate::motor::{Axis, Input, Parameter, Parameters, Scope, Space};
 use crate::optimize::Stop;
 use crate::record::{Excluded, Record};
 use crate::warning::Warning;
+use crate::{Error, Result};
 use serde::Serialize;
 
 /// What a method found, before the polish.
@@ -234,8 +234,11 @@ impl<'a> From<&'a Identification> for FittedMotor<'a> {
 /// itself.
 ///
 /// # Errors
-/// As for a problem of these recordings.
+/// `Usage` when there is no recording; as for a problem of these recordings.
 pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Result<Validation> {
+    if records.is_empty() {
+        return Err(Error::usage("no held-out recording was given", "Give at least one."));
+    }
     let validated = |records: &[Record]| analysis::validate(records, &found.into(), found.model, spec.criterion);
     if found.left_out.is_empty() {
         return validated(records);

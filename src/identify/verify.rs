@@ -211,7 +211,10 @@ pub(super) fn held_against(
     };
     let (own, lowest) = (refined.weighted(sigma), best.weighted(sigma));
     let relative = |cost: f64| (cost - lowest) / lowest.max(1.0);
-    let start = LazyCell::new(|| squares_on(plain, searched));
+    let start = LazyCell::new(|| {
+        // What cannot be simulated is as far off as can be.
+        squares_on(plain, searched).unwrap_or_else(|_| vec![[f64::INFINITY; 2]; plain.signals().len()])
+    });
     let deviations = prepared.deviations();
     let misfit = |squares: &[[f64; 2]]| weighted(squares, deviations).sqrt();
     let count = misfit_of_nothing(prepared.records);

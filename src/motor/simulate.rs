@@ -27,23 +27,25 @@ impl Drive<'_> {
         self.step_index.get(n).map_or(0, |&index| usize::from(index))
     }
 
-    /// The step that follows a sample \[s\].
+    /// The step that follows a sample \[s\]; NaN where there is none.
     #[must_use]
     pub fn step(&self, n: usize) -> f64 {
-        self.step_s[self.index(n)]
+        self.step_s.get(self.index(n)).copied().unwrap_or(f64::NAN)
     }
 
-    /// Voltage at the end of the step that follows a sample \[V\].
+    /// Voltage at the end of the step that follows a sample \[V\]; NaN where there is no such sample.
     #[must_use]
     pub fn end(&self, n: usize) -> f64 {
-        self.voltage_end.get(n).or(self.voltage.get(n + 1)).copied().unwrap_or(self.voltage[n])
+        let next = || n.checked_add(1).and_then(|next| self.voltage.get(next)).or(self.voltage.get(n));
+        self.voltage_end.get(n).or_else(next).copied().unwrap_or(f64::NAN)
     }
 }
 
 /// Simulates the motor over all samples from the state `initial` = `[i, ω]`: current \[A\] and speed \[rad/s\], one value a
 /// sample.
 ///
-/// A motor that diverges gives values that are not finite; that is not an error.
+/// A motor that diverges gives values that are not finite, and so does a step that the drive does not list; that is not an
+/// error.
 #[must_use]
 pub fn simulate(
     parameters: &Parameters,
@@ -71,7 +73,10 @@ pub fn walk(
     let mut x = initial;
     for n in 0..drive.voltage.len() {
         visit(x);
-        let map = &maps[drive.index(n)];
+        let Some(map) = maps.get(drive.index(n)) else {
+            x = [f64::NAN; 2];
+            continue;
+        };
         let (v, v_next) = (drive.voltage[n], drive.end(n));
         let torque = drive.torque.get(n).copied().unwrap_or(0.0);
         let gain = |axis: usize| map.taps[0][axis] * v + map.taps[1][axis] * v_next + map.torque[axis] * torque;

@@ -113,6 +113,9 @@ impl Axis {
     }
 }
 
+/// The highest index of a recording that a parameter may belong to; the next stands for those that cannot be counted.
+pub const RECORDING_MAX: u32 = u32::MAX - 1;
+
 /// Free and held parameters: maps a candidate (one value per axis) to the parameters of each recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Space {
@@ -125,7 +128,7 @@ impl Space {
     ///
     /// # Errors
     /// `Usage` when bounds are reversed, not positive or not finite, a held value is not positive and finite, a
-    /// parameter is missing or given twice, or nothing is free.
+    /// parameter is missing or given twice or belongs to a recording beyond [`RECORDING_MAX`], or nothing is free.
     pub fn new(free: Vec<Axis>, fixed: Vec<(Parameter, Scope, f64)>) -> Result<Self> {
         let space = Self { free, fixed }.checked()?;
         if space.free.is_empty() {
@@ -135,6 +138,13 @@ impl Space {
     }
 
     fn checked(self) -> Result<Self> {
+        let scopes = self.free.iter().map(|a| a.scope).chain(self.fixed.iter().map(|f| f.1));
+        if let Some(n) = scopes.filter_map(|s| if let Scope::Recording(n) = s { Some(n) } else { None }).max()
+            && n > RECORDING_MAX
+        {
+            let message = format!("found a parameter of recording {n}, expected {RECORDING_MAX} at most");
+            return Err(Error::usage(message, "Count recordings from 0, or share the parameter among all."));
+        }
         for axis in &self.free {
             check_bounds(axis)?;
         }

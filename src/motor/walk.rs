@@ -33,6 +33,9 @@ pub struct ExtendedWalk<'a, T> {
 
 impl<'a, T: Number> ExtendedWalk<'a, T> {
     /// Begins at the state `initial` = `[i, ω]`.
+    ///
+    /// # Panics
+    /// The walk does so at a sample whose step the drive does not list, as slices do.
     #[must_use]
     pub fn new(motor: &Extended<T>, drive: &Drive<'a>, settings: SimulationSettings, initial: [T; 2]) -> Self {
         let steps = drive.step_s.iter().map(|&h| Step::new(motor, h, settings)).collect();

@@ -31,6 +31,8 @@ pub struct Sample {
     keys: Vec<[u64; 2]>,
 }
 
+/// The most points of a sample: their numbers are exact in double precision.
+pub const POINTS_MAX: u64 = 1 << 53;
 /// Below which number of rows more rounds are worth their time.
 const FEW: u64 = 1 << 20;
 /// Rows that a thread fills at once.
@@ -40,15 +42,23 @@ impl Sample {
     /// `number` points of the box; for a grid, `number` an axis.
     ///
     /// # Errors
-    /// `Usage` when there are none, more than 2^53, or the box is empty.
+    /// `Usage` when there are none, more than [`POINTS_MAX`], the box has no axis, or a bound is not finite or above the other.
     pub fn new(sampling: Sampling, number: u64, bounds: Vec<(f64, f64)>, seed: u64) -> Result<Self> {
         let axes = u32::try_from(bounds.len()).unwrap_or(u32::MAX);
         let count = if sampling == Sampling::Grid { number.checked_pow(axes) } else { Some(number) };
-        let count = count.filter(|count| (1..=1 << 53).contains(count) && axes > 0);
+        let count = count.filter(|count| (1..=POINTS_MAX).contains(count) && axes > 0);
         let Some(count) = count else {
             let message = format!("a sample of {number} points over {axes} axes is none, or too many");
-            return Err(Error::usage(message, "Give 1 to 9007199254740992 points in all."));
+            return Err(Error::usage(message, format!("Give 1 to {POINTS_MAX} points in all.")));
         };
+        if let Some((axis, (min, max))) =
+            (0..).zip(&bounds).find(|(_, (min, max))| !(min <= max && (max - min).is_finite()))
+        {
+            let axis: usize = axis;
+            let message =
+                format!("found the bounds {min:?} and {max:?} of axis {axis}, expected finite ones, the lower first");
+            return Err(Error::usage(message, "Correct the bounds."));
+        }
         let mut generator = SplitMix64::seed_from_u64(seed);
         let keys = bounds.iter().map(|_| [generator.next_u64(), generator.next_u64()]).collect();
         let height = count.isqrt();
@@ -63,8 +73,15 @@ impl Sample {
     }
 
     /// Fills `values` with whole rows from the row `first` on.
+    ///
+    /// # Panics
+    /// When `values` is not a whole number of rows, or the sample ends before the last of them: faults of the calling program.
     pub fn fill(&self, first: u64, values: &mut [f64]) {
         let width = self.bounds.len();
+        let rows = (values.len() / width) as u64;
+        assert!(values.len().is_multiple_of(width), "{} values are not whole rows of {width}", values.len());
+        let end = first.checked_add(rows).filter(|end| *end <= self.count);
+        assert!(end.is_some(), "{rows} rows from row {first} on of a sample of {}", self.count);
         values.par_chunks_mut(TASK * width).enumerate().for_each(|(task, values)| {
             let first = first + (task * TASK) as u64;
             // Axis by axis: neighbours in a loop do not wait for each other.

@@ -53,6 +53,9 @@ impl Tuned {
     }
 
     /// Returns the value of the setting at a place of the row, as it is written.
+    ///
+    /// # Panics
+    /// When the row has no such place, as slices do.
     #[must_use]
     pub fn shown(&self, place: usize) -> String {
         self.search.settings[place].shown(self.values.0[place])

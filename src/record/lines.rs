@@ -16,7 +16,8 @@ impl Lines {
 
     /// Adds the lines of the next samples, which follow each other.
     pub(super) fn extend(&mut self, line: u64, count: usize) {
-        let follows = self.stretches.last().is_some_and(|&(first, at)| at + (self.count - first) as u64 == line);
+        let next = |&(first, at): &(usize, u64)| at.checked_add((self.count - first) as u64);
+        let follows = self.stretches.last().and_then(next) == Some(line);
         if !follows && count > 0 {
             self.stretches.push((self.count, line));
         }
@@ -29,9 +30,9 @@ impl Lines {
         if sample >= self.count {
             return None;
         }
-        let stretch = self.stretches.partition_point(|&(first, _)| first <= sample) - 1;
+        let stretch = self.stretches.partition_point(|&(first, _)| first <= sample).checked_sub(1)?;
         let (first, line) = self.stretches[stretch];
-        Some(line + (sample - first) as u64)
+        line.checked_add((sample - first) as u64)
     }
 
     /// How many samples have a line.

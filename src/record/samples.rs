@@ -42,7 +42,10 @@ impl Samples {
         }
     }
 
-    /// Some of the samples.
+    /// Returns the samples of a range.
+    ///
+    /// # Panics
+    /// When the range is not among the samples, as slices do.
     #[must_use]
     pub fn slice(&self, range: std::ops::Range<usize>) -> Self {
         let some = |signal: &Option<Vec<f64>>| signal.as_ref().map(|signal| signal[range.clone()].to_vec());

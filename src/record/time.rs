@@ -43,6 +43,9 @@ impl Steps {
     }
 
     /// The step after sample `n` \[s\].
+    ///
+    /// # Panics
+    /// When the table of steps lacks it: [`Record::steps`](super::Record::steps) has those of all samples.
     #[must_use]
     pub fn step(&self, n: usize) -> f64 {
         self.step_s[self.step_index.get(n).map_or(0, |&index| usize::from(index))]

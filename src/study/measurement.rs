@@ -69,7 +69,7 @@ impl Measurement {
     }
 
     fn steps(&self) -> f64 {
-        numeric::count(self.population * self.samples)
+        numeric::count(self.population) * numeric::count(self.samples)
     }
 }
 

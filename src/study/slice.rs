@@ -26,11 +26,14 @@ const REACH: f64 = 8.0;
 const CHI2: f64 = 5.991_464_547_107_98;
 
 impl CostMap {
-    /// The value of a parameter (0 or 1) at a place of the grid.
+    /// Returns the value of a parameter (0 or 1) at a place of the grid; NaN where the grid has one point.
+    ///
+    /// # Panics
+    /// For other parameters than 0 and 1.
     #[must_use]
     pub fn value(&self, which: usize, place: usize) -> f64 {
         let [low, high] = self.ranges[which];
-        let share = count(place) / count(self.costs.len() - 1);
+        let share = count(place) / count(self.costs.len().saturating_sub(1));
         low + (high - low) * share
     }
 

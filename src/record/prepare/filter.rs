@@ -36,6 +36,8 @@ pub enum FilterKind {
 
 /// Highest order.
 const ORDER_MAX: usize = 12;
+/// Largest ripple of a Chebyshev filter \[dB\].
+const RIPPLE_MAX_DB: f64 = 6.0;
 /// Ripple of a Chebyshev filter that does not name it \[dB\].
 const RIPPLE_DB: f64 = 0.5;
 
@@ -77,9 +79,9 @@ impl FromStr for LowPass {
             return Err(bad(format!("order {order}, expected a whole number from 1 to {ORDER_MAX}")));
         };
         if let FilterKind::Chebyshev { ripple_db } = kind
-            && !(ripple_db > 0.0 && ripple_db <= 6.0)
+            && !(ripple_db > 0.0 && ripple_db <= RIPPLE_MAX_DB)
         {
-            return Err(bad(format!("ripple {ripple_db} dB, expected more than 0 and at most 6")));
+            return Err(bad(format!("ripple {ripple_db} dB, expected more than 0 and at most {RIPPLE_MAX_DB}")));
         }
         Ok(Self { kind, order, cutoff_hz })
     }
@@ -105,8 +107,26 @@ pub(super) struct Response {
 pub(super) struct Cascade(Vec<Section>);
 
 impl LowPass {
+    /// Refuses an order, a cut-off or a ripple that no filter has.
+    fn check(&self) -> Result<()> {
+        let wrong = |message: String| Err(Error::usage(text!([Filter] ": {message}"), "Correct the filter."));
+        if !(self.cutoff_hz.is_finite() && self.cutoff_hz > 0.0) {
+            return wrong(format!("found a cut-off of {:?} Hz, expected a finite one above 0", self.cutoff_hz));
+        }
+        if !(1..=ORDER_MAX).contains(&self.order) {
+            return wrong(format!("order {}, expected a whole number from 1 to {ORDER_MAX}", self.order));
+        }
+        match self.kind {
+            FilterKind::Chebyshev { ripple_db } if !(ripple_db > 0.0 && ripple_db <= RIPPLE_MAX_DB) => {
+                wrong(format!("ripple {ripple_db:?} dB, expected more than 0 and at most {RIPPLE_MAX_DB}"))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// The filter for samples every `period_s`.
     pub(super) fn design(&self, period_s: f64) -> Result<Cascade> {
+        self.check()?;
         let nyquist = 0.5 / period_s;
         if self.cutoff_hz >= 0.98 * nyquist {
             let message =

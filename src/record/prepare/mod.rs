@@ -142,7 +142,7 @@ impl Preparation {
         let (order, cutoff) = (filter.order, engineering(filter.cutoff_hz, "Hz", 4));
         let note = format!("all signals alike through a low-pass: {name}, order {order}, {cutoff}");
         let tail = whole((2.0 / (filter.cutoff_hz * record.period_s())).ceil());
-        let widened = |e: &Excluded| Excluded { end: (e.end + tail).min(record.len()), ..*e };
+        let widened = |e: &Excluded| Excluded { end: e.end.saturating_add(tail).min(record.len()), ..*e };
         let excluded = record.excluded().iter().map(widened).collect();
         let Response { noise_power, memory } = cascade.response();
         let independent = record.independent() * noise_power;
@@ -169,7 +169,7 @@ fn every_nth(record: Record, every: usize) -> Result<Record> {
     if !record.steps().step_index.is_empty() {
         return Err(Error::usage(text!([Decimate] " needs evenly spaced samples"), time::regular_clock()));
     }
-    if record.len() < 2 * every {
+    if record.len() / 2 < every {
         let message = format!("one of {every} samples leaves too little of {}", record.len());
         return Err(Error::usage(message, text!("Decimate less, or give a higher " [Rate] ".")));
     }

@@ -83,12 +83,12 @@ impl Sweep {
     /// Which of so many shards a run belongs to, from 0 on: whole motors where there are many, so that each is read once.
     fn owner(&self, count: u64, id: u64) -> u64 {
         let motors = self.manifest.motors.len() as u64;
-        let number = if motors >= 8 * count { id / self.runs.per_motor() } else { id };
-        number % count
+        let number = if motors >= count.saturating_mul(8) { id / self.runs.per_motor() } else { id };
+        number.checked_rem(count).unwrap_or(0)
     }
 
     fn owns(&self, shard: Shard, id: u64) -> bool {
-        self.owner(shard.count, id) == shard.index - 1
+        shard.index.checked_sub(1) == Some(self.owner(shard.count, id))
     }
 
     fn failed(&self, error: &Error) -> Outcome {

@@ -21,8 +21,9 @@ impl Sweep {
     /// How many runs each of so many shards has left.
     ///
     /// # Errors
-    /// `Data` when results cannot be read, or are of another study.
+    /// `Usage` for no shards or too many; `Data` when results cannot be read, or are of another study.
     pub fn left(&self, count: u64) -> Result<Vec<u64>> {
+        Shard { index: 1, count }.checked()?;
         let mut done = Bits::new(self.manifest.runs);
         for found in files(&self.folder, &self.digest)? {
             mark(&found.path, &mut done)?;
@@ -76,9 +77,10 @@ impl Sweep {
     /// runs are new.
     ///
     /// # Errors
-    /// `Data` for what is no results file of this shard or is damaged, when another run has the shard here, or the folder
+    /// `Usage` for a shard that there is not; `Data` for what is no results file of this shard or is damaged, when another run has the shard here, or the folder
     /// cannot be written.
     pub fn take(&self, shard: Shard, results: &[u8]) -> Result<u64> {
+        let shard = shard.checked()?;
         let wrong = |what: &str| {
             let message = format!("results of shard {}/{} {what}", shard.index, shard.count);
             Error::data(message, "Run the shard again; nothing was kept of them.").in_file(&self.folder)

@@ -151,9 +151,10 @@ impl Sweep {
     /// Runs what is left of a shard, in the rayon pool of the caller. `observe` sees the progress and may end it.
     ///
     /// # Errors
-    /// `Data` when the folder cannot be written, another run has the shard, or results are of another study; `Device`
+    /// `Usage` for a shard that there is not; `Data` when the folder cannot be written, another run has the shard, or results are of another study; `Device`
     /// when the device is not there or is lost for good. What was finished until then is kept.
     pub fn run<'a>(&'a self, shard: Shard, observe: &'a mut Observe<'a>) -> Result<Tally> {
+        let shard = shard.checked()?;
         let head = Head {
             motorfit: env!("CARGO_PKG_VERSION").to_owned(),
             format: FORMAT,

@@ -30,6 +30,15 @@ impl Shard {
         (index >= 1 && index <= count && count <= SHARDS_MAX).then_some(Self { index, count })
     }
 
+    /// Refuses numbers that are no shard.
+    pub(super) fn checked(self) -> Result<Self> {
+        let Self { index, count } = self;
+        Self::new(index, count).ok_or_else(|| {
+            let message = format!("found shard {index} of {count}, expected one from 1 on of at most {SHARDS_MAX}");
+            Error::usage(message, "Count shards from 1.")
+        })
+    }
+
     /// The shard that a results file is of.
     pub(super) fn of_file(name: &str) -> Option<Self> {
         let (index, count) = name.strip_prefix("results-")?.strip_suffix(".jsonl")?.split_once("-of-")?;

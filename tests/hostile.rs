@@ -1,0 +1,186 @@
+//! Proves: public functions of the library answer hostile arguments with an error that names what was found, clamp them where
+//! that is their only meaning, or give values that are not finite; none panics, and none accepts them without a word.
+//! Does not prove: the same of every public function, nor of faults of indexing that their documentation names as panics.
+#![allow(clippy::unwrap_used, reason = "a test may stop")]
+
+mod support;
+
+use motorfit::Error;
+use motorfit::criterion::{Criterion, Noise};
+use motorfit::estimate::{fit_problem, global_reference, squares_on};
+use motorfit::evaluate::{Model, Problem};
+use motorfit::identify::{IdentifySpec, identify, validate};
+use motorfit::motor::{Axis, Discretization, Drive, Parameter, Parameters, Scope, Space, simulate};
+use motorfit::optimize::{Sample, Sampling};
+use motorfit::record::{FilterKind, Lines, LowPass, Preparation};
+use motorfit::study::sweep::{Shard, Sweep};
+use motorfit::text::{engineering, significant};
+use std::ops::ControlFlow;
+use std::path::Path;
+use support::{m2_record, problem};
+
+/// An error says what was found and what to do.
+fn refused<T>(result: motorfit::Result<T>, part: &str) -> Error {
+    let Err(error) = result else { panic!("accepted, but should say {part}") };
+    assert!(error.to_string().contains(part), "{error}");
+    assert!(!error.hint().is_empty(), "{error} has no hint");
+    error
+}
+
+#[test]
+fn boxes_that_are_none_give_no_sample() {
+    for bounds in [(f64::NAN, 1.0), (0.0, f64::NAN), (2.0, 1.0), (0.0, f64::INFINITY), (-f64::MAX, f64::MAX)] {
+        for sampling in [Sampling::Uniform, Sampling::LatinHypercube, Sampling::Grid] {
+            refused(Sample::new(sampling, 3, vec![(0.0, 1.0), bounds], 1), "of axis 1");
+        }
+    }
+    // A box may be flat.
+    let mut values = [0.0; 4];
+    Sample::new(Sampling::Uniform, 2, vec![(1.0, 1.0), (0.0, 0.0)], 1).unwrap().fill(0, &mut values);
+    assert_eq!(values, [1.0, 0.0, 1.0, 0.0]);
+    for sampling in [Sampling::Uniform, Sampling::LatinHypercube, Sampling::Grid] {
+        for number in [u64::MAX, u64::MAX - 1, (1 << 53) + 1] {
+            refused(Sample::new(sampling, number, vec![(0.0, 1.0)], 1), "none, or too many");
+        }
+    }
+}
+
+#[test]
+fn values_that_are_not_those_of_a_problem_are_refused() {
+    let record = m2_record();
+    let plain = fit_problem(&[record.clone()], &Space::table2(), Model::default()).unwrap();
+    let motor = Parameters::M2.to_array();
+    for count in 0..5 {
+        refused(squares_on(&plain, &motor[..count]), "expected 5, one for each free parameter");
+    }
+    refused(squares_on(&plain, &[1.0; 6]), "found 6 values");
+    assert!(squares_on(&plain, &motor).unwrap()[0].iter().all(|sum| *sum < 1e-12));
+    for wrong in [f64::NAN, 0.0, -1.0, f64::INFINITY] {
+        refused(global_reference(&plain, &[[1.0, wrong]], None), "of \u{3c3}");
+    }
+    refused(global_reference(&plain, &[], None), "found 0 pairs of \u{3c3}");
+    refused(global_reference(&plain, &[[1.0; 2]], Some(f64::NAN)), "known sum");
+    let found = identify(&[record], &IdentifySpec::default()).unwrap();
+    refused(validate(&[], &IdentifySpec::default(), &found), "no held-out recording");
+}
+
+#[test]
+fn parameters_of_recordings_that_are_not_there_are_refused() {
+    let space = |n: u32| {
+        let mut free = Space::table2().free().to_vec();
+        free[0].scope = Scope::Recording(n);
+        Space::new(free, Vec::new())
+    };
+    refused(space(u32::MAX), "recording 4294967295");
+    let error =
+        refused(Problem::new(&[m2_record()], Model::default(), space(1).unwrap(), Criterion::default()), "R[1]");
+    assert!(error.to_string().contains("below 1"), "{error}");
+    assert!(Problem::new(&[m2_record()], Model::default(), space(0).unwrap(), Criterion::default()).is_ok());
+    let fixed = Space::new(
+        vec![Axis { parameter: Parameter::R, scope: Scope::Shared, min: 0.1, max: 1.0 }],
+        [Parameter::L, Parameter::K, Parameter::B, Parameter::J].map(|p| (p, Scope::Recording(7), 1.0)).to_vec(),
+    );
+    refused(Problem::new(&[m2_record()], Model::default(), fixed.unwrap(), Criterion::default()), "L[7]");
+}
+
+#[test]
+fn a_drive_without_steps_gives_values_that_are_not_finite() {
+    let nothing = Drive { step_s: &[], step_index: &[], voltage: &[], voltage_end: &[], torque: &[] };
+    assert_eq!(simulate(&Parameters::M2, &nothing, [1.0, 2.0], Discretization::Zoh), [const { Vec::<f64>::new() }; 2]);
+    assert!(nothing.step(0).is_nan() && nothing.end(usize::MAX).is_nan());
+    let no_steps = Drive { voltage: &[1.0, 2.0, 3.0], ..nothing };
+    let missing = Drive { step_s: &[0.001], step_index: &[0, 9, 0], ..no_steps };
+    for (drive, known) in [(no_steps, 1), (missing, 2)] {
+        let [current, speed] = simulate(&Parameters::M2, &drive, [1.0, 2.0], Discretization::Zoh);
+        assert_eq!(current.len(), 3);
+        let finite = |signal: &[f64]| signal.iter().take_while(|value| value.is_finite()).count();
+        assert_eq!((finite(&current), finite(&speed)), (known, known));
+        assert!(current[known..].iter().all(|value| value.is_nan()));
+    }
+}
+
+#[test]
+fn numbers_have_as_many_digits_as_there_are() {
+    for digits in [0, 1, 767, 65_535, 65_536, usize::MAX] {
+        for value in [1.0 / 3.0, -1.0e-300, 1e300, 5e-324, 0.0, f64::NAN] {
+            let text = significant(value, digits);
+            assert!(text.len() < 800, "{} characters", text.len());
+            let read: f64 = text.parse().unwrap();
+            assert!(digits < 17 || read.to_bits() == value.to_bits() || value.is_nan(), "{value:e} became {text}");
+            assert!(engineering(value, "V", digits).ends_with('V'));
+        }
+    }
+    assert_eq!(significant(0.25, 0), "0.2");
+    // A channel that is not there has no noise of its own, and is estimated.
+    assert_eq!(Noise::Sigma([Some(1.0); 2]).sigma(2, &[0.0; 8]).to_bits(), 0);
+}
+
+#[test]
+fn filters_and_rates_that_are_none_are_refused() {
+    let record = m2_record();
+    let with = |kind, order, cutoff_hz| {
+        let filter = Some(LowPass { kind, order, cutoff_hz });
+        Preparation { filter, ..Preparation::default() }.apply(&record)
+    };
+    for cutoff_hz in [f64::NAN, 0.0, -1.0, f64::INFINITY] {
+        refused(with(FilterKind::Butterworth, 4, cutoff_hz), "cut-off");
+    }
+    for order in [0, 13, usize::MAX] {
+        refused(with(FilterKind::Butterworth, order, 50.0), "expected a whole number from 1 to 12");
+    }
+    for ripple_db in [f64::NAN, 0.0, -1.0, 7.0] {
+        refused(with(FilterKind::Chebyshev { ripple_db }, 4, 50.0), "ripple");
+    }
+    assert!(with(FilterKind::Butterworth, 4, 50.0).is_ok());
+    for every in [1501, usize::MAX / 2 + 2, usize::MAX] {
+        let preparation = Preparation { decimate: Some(every), ..Preparation::default() };
+        refused(preparation.apply(&record), "leaves too little of 3001");
+    }
+    assert!(Preparation { decimate: Some(2), ..Preparation::default() }.apply(&record).is_ok());
+}
+
+#[test]
+fn lines_may_go_back_and_end_at_the_last_number() {
+    let list = [5, 6, 2, 3, u64::MAX - 1, u64::MAX, u64::MAX, 0, 1];
+    let mut lines = Lines::default();
+    list.into_iter().for_each(|line| lines.push(line));
+    assert_eq!((0..9).filter_map(|n| lines.get(n)).collect::<Vec<_>>(), list);
+    assert_eq!((lines.get(9), lines.get(usize::MAX)), (None, None));
+    assert_eq!(lines.of([8, 0, 5, 99].into_iter()).len(), 3);
+    // What was stored elsewhere need not be whole.
+    let broken: Lines = serde_json::from_str(r#"{"stretches":[],"count":3}"#).unwrap();
+    assert_eq!(broken.get(0), None);
+}
+
+#[test]
+fn shards_are_counted_from_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("study.toml");
+    std::fs::write(folder.path().join("a.csv"), motorfit::record::write_csv(&m2_record())).unwrap();
+    std::fs::write(&study, "recordings = [\"a.csv\"]\nmethods = [\"sm\"]\ndevice = \"cpu\"\n").unwrap();
+    let (sweep, _) = Sweep::plan(&study, &folder.path().join("out"), None).unwrap();
+    for (index, count) in [(0, 1), (0, 0), (2, 1), (1, 0), (u64::MAX, u64::MAX), (1, u64::MAX)] {
+        let shard = Shard { index, count };
+        let wrong = format!("found shard {index} of {count}");
+        refused(sweep.run(shard, &mut |_| ControlFlow::Continue(())), &wrong);
+        refused(sweep.take(shard, b"{}\n"), &wrong);
+        assert!(sweep.finished(shard).unwrap().is_empty());
+        let _ = sweep.recordings(shard);
+    }
+    for count in [0, u64::MAX] {
+        refused(sweep.left(count), "found shard 1 of");
+    }
+    assert!(!Path::new(&folder.path().join("out/results-0-of-1.jsonl")).exists(), "nothing was written");
+    assert_eq!(sweep.left(1).unwrap(), [1]);
+}
+
+#[test]
+fn a_problem_is_that_of_its_recordings() {
+    // A recording that is not there is a fault of indexing, which the documentation names.
+    let problem = problem(&[m2_record()], Model::default(), Criterion::default());
+    let simulated = std::panic::catch_unwind(|| problem.simulate(&Parameters::M2.to_array(), 1, [0.0; 2]));
+    assert!(simulated.is_err());
+    // Too few values leave parameters unknown.
+    let [current, _] = problem.simulate(&[1.0], 0, [0.0; 2]);
+    assert!(current[1].is_nan());
+}
