@@ -8,16 +8,17 @@ mod support;
 use motorfit::Error;
 use motorfit::criterion::{Criterion, Noise};
 use motorfit::estimate::{fit_problem, global_reference, squares_on};
-use motorfit::evaluate::{Model, Problem};
+use motorfit::evaluate::{Evaluator, Model, Problem, Scalar, Simd};
 use motorfit::identify::{IdentifySpec, identify, validate};
 use motorfit::motor::{Axis, Discretization, Drive, Parameter, Parameters, Scope, Space, simulate};
 use motorfit::optimize::{Sample, Sampling};
-use motorfit::record::{FilterKind, Lines, LowPass, Preparation};
+use motorfit::record::{FilterKind, Lines, LowPass, Preparation, Record};
 use motorfit::study::sweep::{Shard, Sweep};
 use motorfit::text::{engineering, significant};
 use std::ops::ControlFlow;
 use std::path::Path;
-use support::{m2_record, problem};
+use std::sync::Arc;
+use support::{costs, m2_record, near, problem};
 
 /// An error says what was found and what to do.
 fn refused<T>(result: motorfit::Result<T>, part: &str) -> Error {
@@ -25,6 +26,20 @@ fn refused<T>(result: motorfit::Result<T>, part: &str) -> Error {
     assert!(error.to_string().contains(part), "{error}");
     assert!(!error.hint().is_empty(), "{error} has no hint");
     error
+}
+
+/// A folder with a recording, and a planner of studies of it with more keys, each in a folder of its own.
+fn planner() -> (tempfile::TempDir, impl Fn(&str, &str) -> motorfit::Result<(Sweep, bool)>) {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path().to_path_buf();
+    std::fs::write(root.join("a.csv"), motorfit::record::write_csv(&m2_record())).unwrap();
+    let plan = move |more: &str, name: &str| {
+        let study = root.join(format!("{name}.toml"));
+        let text = format!("recordings = [\"a.csv\"]\nmethods = [\"sm\"]\ndevice = \"cpu\"\n{more}");
+        std::fs::write(&study, text).unwrap();
+        Sweep::plan(&study, &root.join(name), None)
+    };
+    (folder, plan)
 }
 
 #[test]
@@ -154,11 +169,8 @@ fn lines_may_go_back_and_end_at_the_last_number() {
 
 #[test]
 fn shards_are_counted_from_one() {
-    let folder = tempfile::tempdir().unwrap();
-    let study = folder.path().join("study.toml");
-    std::fs::write(folder.path().join("a.csv"), motorfit::record::write_csv(&m2_record())).unwrap();
-    std::fs::write(&study, "recordings = [\"a.csv\"]\nmethods = [\"sm\"]\ndevice = \"cpu\"\n").unwrap();
-    let (sweep, _) = Sweep::plan(&study, &folder.path().join("out"), None).unwrap();
+    let (folder, plan) = planner();
+    let (sweep, _) = plan("", "out").unwrap();
     for (index, count) in [(0, 1), (0, 0), (2, 1), (1, 0), (u64::MAX, u64::MAX), (1, u64::MAX)] {
         let shard = Shard { index, count };
         let wrong = format!("found shard {index} of {count}");
@@ -183,4 +195,83 @@ fn a_problem_is_that_of_its_recordings() {
     // Too few values leave parameters unknown.
     let [current, _] = problem.simulate(&[1.0], 0, [0.0; 2]);
     assert!(current[1].is_nan());
+}
+
+#[test]
+fn sizes_have_limits() {
+    for threads in [0, 1025, 1_000_000_000, usize::MAX] {
+        let error = refused(motorfit::device::with_threads(Some(threads), || Ok(())), &format!("threads is {threads}"));
+        assert!(error.hint().to_string().contains("1 to 1024"), "{}", error.hint());
+        refused(motorfit::study::contenders(threads, false, false), "threads is");
+    }
+    assert_eq!(motorfit::device::with_threads(Some(2), || Ok(rayon::current_num_threads())).unwrap(), 2);
+    // A second of 1001 samples.
+    let record = Record::new(m2_record().samples().slice(1000..2001)).unwrap();
+    let at = |rate: f64| Preparation { rate_hz: Some(rate), ..Preparation::default() }.apply(&record);
+    let error = refused(at(1e7), "more than 100 samples of each");
+    assert!(error.hint().to_string().contains("at most 1.00e5 Hz"), "{}", error.hint());
+    refused(at(1.01e5), "more than 100 samples of each");
+    assert_eq!(at(1e5).unwrap()[0].len(), 100_001);
+    refused(at(1e9), "more than 100000000 samples");
+}
+
+#[test]
+fn a_window_longer_than_the_recording_is_the_whole_recording() {
+    // Both evaluators, by the definition: the average of a million values is the state before the recording but for what
+    // came since. The kernel keeps no more of the past than there is; the unit test in `motor/sensor.rs` counts it.
+    let record = Record::new(m2_record().samples().slice(900..1901)).unwrap();
+    let held = [(Parameter::CurrentAverage, 1e6), (Parameter::SpeedAverage, 1e6)];
+    let fixed = held.map(|(parameter, value)| (parameter, Scope::Shared, value)).to_vec();
+    let space = Space::new(Space::table2().free().to_vec(), fixed).unwrap();
+    let problem = Arc::new(Problem::new(&[record], Model::default(), space, Criterion::default()).unwrap());
+    let candidates = near(64, 0.3, 1);
+    let [kernel, oracle] =
+        [&mut Simd::default() as &mut dyn Evaluator, &mut Scalar].map(|e| costs(e, &problem, &candidates));
+    for (kernel, oracle) in kernel.iter().zip(&oracle) {
+        assert!((kernel / oracle - 1.0).abs() < 1e-9, "{kernel} {oracle}");
+    }
+    let linear = Arc::new(problem.with_space(Space::table2()));
+    let [plain, seen] = [&linear, &problem].map(|of| of.simulate(&candidates[..5], 0, [0.0; 2])[1].clone());
+    let mut sum = 0.0;
+    for (plain, seen) in plain.iter().zip(seen) {
+        sum += plain;
+        assert!((seen - sum * 1e-6).abs() < 1e-9, "{seen} {sum}");
+    }
+}
+
+#[test]
+fn a_million_seeds_are_a_list() {
+    // Each against each other would be 5·10^11 comparisons: minutes.
+    let (folder, plan) = planner();
+    let list = |last: u64| (0..999_999).chain([last]).map(|n| n.to_string()).collect::<Vec<_>>().join(",");
+    let (sweep, _) = plan(&format!("seeds = [{}]\n", list(999_999)), "good").unwrap();
+    assert_eq!(sweep.manifest().runs, 1_000_000);
+    refused(plan(&format!("seeds = [{}]\n", list(0)), "bad"), "seeds has a value twice");
+    assert!(!folder.path().join("bad").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_no_regular_file_holds_no_results() {
+    let (folder, plan) = planner();
+    let (sweep, _) = plan("", "out").unwrap();
+    let path = folder.path().join("out/results-1-of-1.jsonl");
+    // Nobody writes into the pipe: whoever opens it for reading waits.
+    assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+    let (sender, receiver) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let run = sweep.run(Shard::ALL, &mut |_| ControlFlow::Continue(())).map(drop);
+        let all = [run, sweep.merge().map(drop), sweep.status().map(drop), sweep.left(1).map(drop)];
+        let of_other = sweep.run(Shard { index: 1, count: 2 }, &mut |_| ControlFlow::Continue(())).map(drop);
+        sender.send(all.into_iter().chain([of_other]).collect::<Vec<_>>()).unwrap();
+    });
+    let results = receiver.recv_timeout(std::time::Duration::from_secs(60)).expect("the pipe was opened");
+    for result in results {
+        let error = refused(result, "is no regular file, expected one of results");
+        assert_eq!(error.path(), Some(path.as_path()));
+    }
+    std::fs::remove_file(&path).unwrap();
+    std::fs::create_dir(&path).unwrap();
+    let sweep = Sweep::open(&folder.path().join("out")).unwrap();
+    refused(sweep.merge(), "is no regular file");
 }

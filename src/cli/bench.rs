@@ -10,8 +10,8 @@ use motorfit::report::plot::{Line, log_log};
 use motorfit::study::{Crossover, Measurement, Throughput, ThroughputSpec, contenders, throughput};
 
 pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
-    settings::threads(args.threads)?;
-    let threads = args.threads.unwrap_or_else(rayon::current_num_threads);
+    motorfit::device::check_threads(args.threads)?;
+    let threads = args.threads.unwrap_or_else(|| rayon::current_num_threads().min(motorfit::device::THREADS_MAX));
     let spec =
         ThroughputSpec { populations: args.populations.clone(), samples: args.samples.clone(), budget_s: args.seconds }
             .checked()?;

@@ -71,7 +71,8 @@ impl<'a, const L: usize> Simulation<'a, L> {
             steps.push(Step::new(motors, h, features, method));
         }
         let sensors = [(Parameter::CurrentAverage, 0), (Parameter::SpeedAverage, 1)].map(|(of, channel)| {
-            features.has(of).then(|| MovingAverages::new(motors.get(of), signals.initial[channel]))
+            let new = || MovingAverages::new(motors.get(of), signals.initial[channel], signals.len());
+            features.has(of).then(new)
         });
         let mut totals = [[0.0; L]; 2];
         // NaN step maps must give a NaN cost, also where the input is zero.

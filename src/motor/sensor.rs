@@ -10,7 +10,8 @@
 use super::dual::Number;
 use std::collections::VecDeque;
 
-/// The longest window, in samples: a longer one is as good as the whole recording.
+/// The most samples of a window that are kept; of a longer one the rest counts as the oldest of them. What is kept is no longer
+/// than the recording, whatever the window.
 pub(crate) const WINDOW_MAX: f64 = 1e6;
 
 /// Samples that the kernel computes at a time.
@@ -78,20 +79,24 @@ impl<T: Number> Sensor<T> {
 /// The sensors of one channel of `L` motors side by side, some samples at a time.
 pub(crate) struct MovingAverages<const L: usize> {
     average: MovingAverage<[f64; L]>,
-    whole: [usize; L],
+    /// The whole samples of each window, those before the first sample of the recording left out.
+    reach: [usize; L],
     sum: [f64; L],
     /// The last values, each at its number modulo the length; before the first sample, the initial state.
     ring: Vec<[f64; L]>,
 }
 
 impl<const L: usize> MovingAverages<L> {
-    pub(crate) fn new(windows: [f64; L], initial: f64) -> Self {
+    /// Sensors for a recording of so many samples.
+    pub(crate) fn new(windows: [f64; L], initial: f64, samples: usize) -> Self {
         let lanes = windows.map(MovingAverage::new);
         let whole = lanes.map(|(whole, _)| whole);
-        let longest = whole.iter().copied().max().unwrap_or(1);
+        // What lies before the first sample is the initial state, however far back.
+        let reach = whole.map(|whole| whole.min(samples.max(1)));
+        let longest = reach.iter().copied().max().unwrap_or(1);
         Self {
             average: MovingAverage { part: lanes.map(|(_, one)| one.part), share: lanes.map(|(_, one)| one.share) },
-            whole,
+            reach,
             sum: whole.map(|whole| number(whole) * initial),
             ring: vec![[initial; L]; (longest + CHUNK).next_power_of_two()],
         }
@@ -107,7 +112,7 @@ impl<const L: usize> MovingAverages<L> {
         let mut oldest = Aligned([[0.0; L]; CHUNK]);
         let oldest = &mut oldest.0[..seen.len()];
         for lane in 0..L {
-            let (wrapped, last) = self.ring.split_at(start.wrapping_sub(self.whole[lane]) & mask);
+            let (wrapped, last) = self.ring.split_at(start.wrapping_sub(self.reach[lane]) & mask);
             for (oldest, value) in oldest.iter_mut().zip(last.iter().chain(wrapped)) {
                 oldest[lane] = value[lane];
             }
@@ -118,6 +123,32 @@ impl<const L: usize> MovingAverages<L> {
             for lane in 0..L {
                 let average = MovingAverage { part: part[lane], share: share[lane] };
                 values[lane] = average.show(&mut sum[lane], values[lane], oldest[lane]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_kept_of_the_past_is_no_longer_than_the_recording() {
+        const SAMPLES: usize = 1001;
+        let windows = [1.0, 3.7, 64.0, 1000.0, 1001.0, 1002.5, 1024.0, 1e6];
+        let mut kernel = MovingAverages::new(windows, 0.5, SAMPLES);
+        assert_eq!(kernel.ring.len(), (SAMPLES + CHUNK).next_power_of_two(), "not the million of the longest window");
+        let mut oracle = windows.map(|window| Sensor::new(window, 0.5));
+        let value = |n: usize| number(n * n % 97) - 40.0;
+        for start in (0..SAMPLES).step_by(CHUNK) {
+            let numbers = start..(start + CHUNK).min(SAMPLES);
+            let mut seen: Vec<[[f64; 8]; 2]> = numbers.clone().map(|n| [[value(n); 8], [0.0; 8]]).collect();
+            kernel.show(start, 0, &mut seen);
+            for (n, seen) in numbers.zip(seen) {
+                for (lane, sensor) in oracle.iter_mut().enumerate() {
+                    let shown: f64 = sensor.show(value(n));
+                    assert_eq!(shown.to_bits(), seen[0][lane].to_bits(), "sample {n}, window {}", windows[lane]);
+                }
             }
         }
     }

@@ -9,5 +9,5 @@ mod table;
 pub mod values;
 
 pub use given::{Fault, Given, Value};
-pub use read::{device, identify, method, problem, reading, threads};
+pub use read::{device, identify, method, problem, reading};
 pub use table::{DEVICE, Kind, PROBLEM, READING, Row, SEARCH, row};

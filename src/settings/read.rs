@@ -3,6 +3,7 @@
 use super::values;
 use super::{Fault, Given};
 use crate::criterion::Criterion;
+use crate::device::check_threads;
 use crate::evaluate::Model;
 use crate::identify::{IdentifySpec, Method};
 use crate::motor::With;
@@ -13,9 +14,6 @@ use crate::setting::{Setting, text};
 use crate::{Error, Result};
 
 type Read<T> = std::result::Result<T, Fault>;
-
-/// The most threads that may be asked for; more than any machine has cores help nobody.
-const THREADS_MAX: usize = 1024;
 
 /// Returns how files are read and prepared; an input between samples goes on as the discretization has it, where that is
 /// given.
@@ -98,27 +96,13 @@ pub fn problem(given: &Given) -> Read<IdentifySpec> {
 /// `Usage` for a value that cannot be.
 pub fn device(given: &Given) -> Read<IdentifySpec> {
     let count = given.count(Setting::Threads);
-    threads(count).map_err(|error| Fault { setting: Setting::Threads, error })?;
+    check_threads(count).map_err(|error| Fault { setting: Setting::Threads, error })?;
     Ok(IdentifySpec {
         device: given.read(Setting::Device, str::parse)?.unwrap_or_default(),
         precision: given.choice(Setting::Precision)?.unwrap_or_default(),
         threads: count,
         ..IdentifySpec::default()
     })
-}
-
-/// Checks how many threads are asked for.
-///
-/// # Errors
-/// `Usage` for none, and for more than a machine has.
-pub fn threads(count: Option<usize>) -> Result<()> {
-    match count.filter(|count| !(1..=THREADS_MAX).contains(count)) {
-        None => Ok(()),
-        Some(count) => {
-            let remedy = format!("Give 1 to {THREADS_MAX}, or leave it out for all.");
-            Err(Error::usage(text!([Threads] " is {count}"), remedy))
-        }
-    }
 }
 
 /// Returns all that an identification asks for.

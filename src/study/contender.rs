@@ -1,5 +1,6 @@
 //! The evaluators of this machine, each under its full name.
 
+use crate::device::check_threads;
 use crate::evaluate::{Batch, Evaluator, Group, Level, Scalar, Simd, cpu_name};
 use crate::numeric::count;
 use crate::setting::text;
@@ -38,6 +39,7 @@ impl Contender {
     /// # Errors
     /// `Usage` when threads cannot be started.
     pub fn on_cpu(name: String, evaluator: Box<dyn Evaluator>, threads: usize) -> Result<Self> {
+        check_threads(Some(threads))?;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let hint = || text!("Give fewer " [Threads] ".");
         let pool = pool.map_err(|e| Error::usage(format!("threads cannot be started: {e}"), hint()))?;

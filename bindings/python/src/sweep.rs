@@ -131,7 +131,7 @@ impl Sweep {
         recordings: Option<PathBuf>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let shard = shard_of(shard).raise(py)?;
-        settings::threads(threads).raise(py)?;
+        motorfit::device::check_threads(threads).raise(py)?;
         let sweep = match recordings {
             Some(folder) => Arc::new(Planned::clone(&self.0).with_recordings(&folder)),
             None => self.0.clone(),

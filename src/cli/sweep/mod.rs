@@ -72,7 +72,7 @@ fn planned(sweep: &Sweep, folder: &Path, again: bool) -> String {
 }
 
 fn shard_run(sweep: &Sweep, shard: Shard, threads: Option<usize>, style: &Style) -> Result<Tally> {
-    settings::threads(threads)?;
+    motorfit::device::check_threads(threads)?;
     progress::listen()?;
     let mut show = progress::sweep_reporter(style);
     let tally = with_threads(threads, || {

@@ -20,6 +20,9 @@ use crate::{Error, Result};
 use resample::{Resampled, decimated, lines, regular};
 use std::ops::Range;
 
+/// The most samples that a higher rate makes of each that was measured: what lies between is interpolated and tells nothing.
+const FINER_MAX: f64 = 100.0;
+
 /// What is done to a recording, in this order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Preparation {
@@ -115,6 +118,15 @@ impl Preparation {
         let ratio = 1.0 / (record.period_s() * rate);
         let every = whole((ratio - 0.01).ceil().clamp(1.0, 1e9));
         let fine = 1.0 / (rate * count(every));
+        if record.period_s() / fine > FINER_MAX {
+            let period = engineering(record.period_s(), "s", 4);
+            let message =
+                text!([Rate = "{rate}"] " makes more than {FINER_MAX} samples of each of a recording every {period}");
+            return Err(Error::usage(
+                message,
+                format!("Give at most {} Hz.", significant(FINER_MAX / record.period_s(), 3)),
+            ));
+        }
         if record.steps().step_index.is_empty() && (fine / record.period_s() - 1.0).abs() < 1e-6 {
             return every_nth(record.lined(self), every);
         }

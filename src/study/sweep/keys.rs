@@ -128,7 +128,7 @@ impl<'a> Keys<'a> {
 
     pub(super) fn seeds(&self) -> Result<Seeds> {
         let Some(item) = self.get("seeds") else { return Ok(Seeds::Range(1, 1)) };
-        let Some(text) = item.value.get_ref().as_str() else { return Ok(Seeds::List(item.list(Item::count)?)) };
+        let Some(text) = item.value.get_ref().as_str() else { return Ok(Seeds::List(item.distinct(Item::count)?)) };
         let ends = text
             .split_once("..")
             .map(|(a, b)| (a.trim().parse::<u64>(), b.trim().trim_start_matches('=').parse::<u64>()));

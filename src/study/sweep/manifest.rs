@@ -1,7 +1,7 @@
 //! What a sweep is, pinned: the study's text, the recordings with their digests, the device. It never changes.
 
+use super::pattern::matched;
 use super::runs::Runs;
-use super::store::unreadable;
 use super::study::{Entry, Study};
 use crate::record::Reading;
 use crate::text::{excerpt, hexadecimal};
@@ -215,19 +215,9 @@ fn files(pattern: &str, folder: &Path, path: &Path) -> Result<Vec<String>> {
     if joined.len() > 1 && joined.iter().all(|part| folder.join(part).exists()) {
         return Ok(vec![pattern.to_owned()]);
     }
-    // The folder's own name is no pattern.
-    let escaped = Path::new(&glob::Pattern::escape(&folder.to_string_lossy())).join(pattern);
-    let paths = glob::glob(&escaped.to_string_lossy()).map_err(|e| {
-        wrong(format!("recordings: \"{}\" is no pattern: {}", excerpt(pattern), e.msg), "Use * and ? for names.")
-    })?;
-    let mut files = Vec::new();
-    for found in paths {
-        // What cannot be looked into must not go missing unseen.
-        let found = found.map_err(|e| unreadable(e.path(), e.error()))?;
-        if found.is_file() {
-            files.push(found.strip_prefix(folder).unwrap_or(&found).to_string_lossy().into_owned());
-        }
-    }
+    let found = matched(pattern, folder).map_err(|error| error.in_file(path))?;
+    let name = |found: &PathBuf| found.strip_prefix(folder).unwrap_or(found).to_string_lossy().into_owned();
+    let mut files: Vec<String> = found.iter().map(name).collect();
     files.sort();
     check_names(folder, pattern, &files)?;
     if files.is_empty() {

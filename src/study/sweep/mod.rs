@@ -11,6 +11,7 @@ mod keys;
 mod line;
 mod manifest;
 mod merge;
+mod pattern;
 mod plan;
 mod remote_shard;
 mod run;

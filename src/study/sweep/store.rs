@@ -55,6 +55,7 @@ impl Log {
         let shard = Shard { index: head.shard[0], count: head.shard[1] };
         let path = folder.join(shard.file());
         let failed = |error: std::io::Error| unwritable(&path, &error);
+        check_regular(&path)?;
         let file = OpenOptions::new().read(true).append(true).create(true).open(&path).map_err(failed)?;
         match lock(&file) {
             Ok(()) => {}
@@ -151,6 +152,17 @@ fn is_beginning(path: &Path, line: &str) -> bool {
     read.is_ok() && line.as_bytes().starts_with(&found)
 }
 
+/// Refuses what is there but no regular file: to open a pipe would wait for its other end.
+fn check_regular(path: &Path) -> Result<()> {
+    match std::fs::metadata(path) {
+        Ok(facts) if !facts.is_file() => {
+            let message = "is no regular file, expected one of results";
+            Err(Error::data(message, "Move it away; its runs will be done again.").in_file(path))
+        }
+        _ => Ok(()),
+    }
+}
+
 fn no_results(path: &Path) -> Error {
     Error::data("is no results file", "Move it away; its runs will be done again.").in_file(path).at_line(1)
 }
@@ -220,6 +232,7 @@ pub(super) fn files(folder: &Path, manifest: &str) -> Result<Vec<ResultsFile>> {
     for entry in entries.flatten() {
         let Some(shard) = entry.file_name().to_str().and_then(Shard::of_file) else { continue };
         let path = entry.path();
+        check_regular(&path)?;
         // One that was only just made has no head yet.
         let whole = File::open(&path).and_then(|file| whole_lines(&file)).map_err(|error| unreadable(&path, &error))?;
         if whole > 0 {

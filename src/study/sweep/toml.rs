@@ -4,6 +4,8 @@ use crate::named::Named;
 use crate::setting::{Form, Reference, Setting, Text};
 use crate::text::{excerpt, nearest};
 use crate::{Error, Result};
+use std::collections::HashSet;
+use std::hash::Hash;
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
@@ -129,14 +131,25 @@ impl Item<'_> {
         number.ok_or_else(|| self.mismatch("a finite number"))
     }
 
-    /// The values of a list, or one value as a list of its own; none twice.
+    /// The values of a short list, or one value as a list of its own; none twice.
     pub(super) fn list<T: PartialEq>(self, one: impl Fn(Self) -> Result<T>) -> Result<Vec<T>> {
+        self.each(one, |list, value| !list.contains(value))
+    }
+
+    /// Likewise of a list of any length.
+    pub(super) fn distinct<T: Hash + Eq + Copy>(self, one: impl Fn(Self) -> Result<T>) -> Result<Vec<T>> {
+        let mut known = HashSet::new();
+        self.each(one, |_, value| known.insert(*value))
+    }
+
+    /// Likewise where `is_new` finds each value new to those before it.
+    fn each<T>(self, one: impl Fn(Self) -> Result<T>, mut is_new: impl FnMut(&[T], &T) -> bool) -> Result<Vec<T>> {
         let Some(values) = self.value.get_ref().as_array() else { return Ok(vec![one(self)?]) };
         let mut list = Vec::with_capacity(values.len());
         for value in values.iter() {
             let item = Self { value, ..self };
             let read = one(item)?;
-            if list.contains(&read) {
+            if !is_new(&list, &read) {
                 return Err(item.error(format!("{} has a value twice", self.key), "Give each once."));
             }
             list.push(read);
