@@ -83,6 +83,30 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
+/// Numbers of this size and above are written with an exponent in tables.
+const LARGE: f64 = 1e7;
+
+/// A number with so many decimals, with an exponent where it is large; 308 digits would be no cell of a table.
+#[must_use]
+pub fn decimals(value: f64, places: usize) -> String {
+    if value.is_finite() && value.abs() >= LARGE { significant(value, places + 1) } else { format!("{value:.places$}") }
+}
+
+/// A number as the shortest decimal that reads back as the same, with an exponent where it is very small or large.
+#[derive(Debug, Clone, Copy)]
+pub struct Shortest(pub f64);
+
+/// Sizes of numbers that are written without an exponent.
+const PLAIN: std::ops::Range<f64> = 1e-7..1e16;
+
+impl std::fmt::Display for Shortest {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self(value) = *self;
+        let is_plain = value == 0.0 || !value.is_finite() || PLAIN.contains(&value.abs());
+        if is_plain { std::fmt::Display::fmt(&value, f) } else { std::fmt::LowerExp::fmt(&value, f) }
+    }
+}
+
 /// Bytes in hexadecimal.
 #[must_use]
 pub fn hexadecimal(bytes: &[u8]) -> String {
@@ -152,6 +176,14 @@ mod tests {
         assert_eq!(significant(0.000_000_678, 3), "6.78e-7");
         assert_eq!(significant(128.0935, 5), "128.09");
         assert_eq!(significant(f64::INFINITY, 5), "inf");
+        assert_eq!(
+            [1e307, -2.5e7, 2.5e6, -0.125].map(|v| decimals(v, 2)),
+            ["1.00e307", "-2.50e7", "2500000.00", "-0.12"]
+        );
+        assert_eq!(
+            [1e16, 1e15, -1e307, 1e-7, 5e-324, 0.0].map(|v| Shortest(v).to_string()),
+            ["1e16", "1000000000000000", "-1e307", "0.0000001", "5e-324", "0"]
+        );
         assert_eq!(alternatives(&["a", "b", "c"]), "a, b or c");
     }
 }

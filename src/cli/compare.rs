@@ -86,9 +86,10 @@ fn runs(block: &Block) -> String {
     let mut text = String::from("method,run,cost,evaluations,R,L,K,B,J\n");
     for result in &block.results {
         for (n, run) in result.runs.iter().enumerate() {
-            let values =
-                run.parameters.map_or_else(|| vec![String::new(); 5], |p| p.to_array().map(|v| v.to_string()).to_vec());
-            let cost = if run.cost.is_finite() { run.cost.to_string() } else { String::new() };
+            let values = run
+                .parameters
+                .map_or_else(|| vec![String::new(); 5], |p| p.to_array().map(|v| Shortest(v).to_string()).to_vec());
+            let cost = if run.cost.is_finite() { Shortest(run.cost).to_string() } else { String::new() };
             let _ = writeln!(text, "{},{n},{cost},{},{}", result.method.name(), run.evaluations, values.join(","));
         }
     }

@@ -168,9 +168,9 @@ fn rows(candidates: Candidates<'_>, costs: &[f64]) -> String {
     let mut text = String::with_capacity(costs.len() * (candidates.width() + 1) * 20);
     for (row, cost) in costs.iter().enumerate() {
         for value in candidates.row(row) {
-            let _ = write!(text, "{value},");
+            let _ = write!(text, "{},", Shortest(*value));
         }
-        let _ = writeln!(text, "{cost}");
+        let _ = writeln!(text, "{}", Shortest(*cost));
     }
     text
 }

@@ -29,7 +29,7 @@ mod prelude {
     pub(super) use motorfit::report::json;
     pub(super) use motorfit::setting::Setting;
     pub(super) use motorfit::settings::{self, values};
-    pub(super) use motorfit::text::{engineering, excerpt, printable, significant};
+    pub(super) use motorfit::text::{Shortest, engineering, excerpt, printable, significant};
     pub(super) use motorfit::{Error, Result};
     pub(super) use std::fmt::Write as _;
     pub(super) use std::path::Path;

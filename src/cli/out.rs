@@ -2,7 +2,7 @@
 
 use super::output::Style;
 use motorfit::report::Reproduced;
-use motorfit::text::shell_quoted;
+use motorfit::text::{Shortest, shell_quoted};
 use motorfit::{Error, Result};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -124,7 +124,8 @@ pub(super) fn curves(heads: &[String], columns: &[Vec<f64>]) -> String {
     for row in 0..columns.iter().map(Vec::len).max().unwrap_or(0) {
         for (n, column) in columns.iter().enumerate() {
             let comma = if n == 0 { "" } else { "," };
-            let value = column.get(row).filter(|v| v.is_finite()).map_or_else(String::new, f64::to_string);
+            let value =
+                column.get(row).filter(|v| v.is_finite()).map_or_else(String::new, |v| Shortest(*v).to_string());
             text.extend([comma, &value]);
         }
         text.push('\n');

@@ -41,7 +41,8 @@ fn csv(map: &CostMap) -> String {
     let mut text = format!("{},{},cost\n", map.parameters[0].symbol(), map.parameters[1].symbol());
     for (row, costs) in map.costs.iter().enumerate() {
         for (column, cost) in costs.iter().enumerate() {
-            let _ = writeln!(text, "{},{},{cost}", map.value(0, column), map.value(1, row));
+            let [x, y, cost] = [map.value(0, column), map.value(1, row), *cost].map(Shortest);
+            let _ = writeln!(text, "{x},{y},{cost}");
         }
     }
     text

@@ -6,7 +6,7 @@ use super::page::Part;
 use super::table::{Table, dash};
 use crate::analysis::{HeldOut, ResidualTests, Validation};
 use crate::identify::Identification;
-use crate::text::significant;
+use crate::text::{decimals, significant};
 
 const HEADS: [&str; 7] =
     ["recordings", "current", "speed", "residuals [A, rad/s]", "white", "independent of the voltage", "estimated"];
@@ -23,7 +23,7 @@ pub(super) fn held_out(found: &Identification, validation: &Validation) -> Vec<P
 fn table(found: &Identification, validation: &Validation) -> Table {
     let mut table = Table::new("held-out", "Fit of what was fitted and of what was held out [%]", &HEADS);
     let mut row = |name: String, fit: [Option<f64>; 2], sigma: [Option<f64>; 2], tests: &[ResidualTests], own| {
-        let [current, speed] = fit.map(|f| f.map_or_else(dash, |f| format!("{f:.2}")));
+        let [current, speed] = fit.map(|f| f.map_or_else(dash, |f| decimals(f, 2)));
         let left = sigma.map(|s| s.map_or_else(dash, |s| significant(s, 3))).join(", ");
         let [white, independent] = if tests.is_empty() { Default::default() } else { verdicts(tests) };
         table.row([name, current, speed, left, white, independent, own]);

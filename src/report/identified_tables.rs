@@ -5,7 +5,7 @@ use super::table::{Table, dash};
 use crate::analysis::{Characteristic, Characteristics};
 use crate::identify::{Identification, IdentifySpec, SelectionStep};
 use crate::motor::{Discretization, Extension, Input, Scope};
-use crate::text::significant;
+use crate::text::{decimals, significant};
 
 /// The parameters with what is known of them.
 pub(super) fn parameters_table(found: &Identification) -> Table {
@@ -40,7 +40,7 @@ pub(super) fn fit_table(found: &Identification, spec: &IdentifySpec) -> Table {
         let white = white.map_or_else(dash, |w| if w.is_white { "yes" } else { "no" }.to_owned());
         let Some(fit) = found.fit_percent[channel] else { continue };
         let residual = found.residual_sigma[channel].map_or_else(dash, |s| format!("{} {unit}", significant(s, 3)));
-        table.named_row(name, [format!("{fit:.3}"), residual, white]);
+        table.named_row(name, [decimals(fit, 3), residual, white]);
     }
     let (criterion, scale) = (spec.criterion.norm.name(), spec.criterion.scale.name());
     table.note(format!("Cost {} ({criterion}, scale {scale}).", significant(found.cost, 4)));
@@ -77,7 +77,7 @@ pub fn selection_table(selection: &[SelectionStep]) -> Table {
     let heads = ["extensions", "free", "current [%]", "speed [%]", "criterion", ""];
     let mut table = Table::new("ladder", "Models that were tried", &heads);
     for step in selection {
-        let [current, speed] = step.fit_percent.map(|fit| fit.map_or_else(dash, |fit| format!("{fit:.2}")));
+        let [current, speed] = step.fit_percent.map(|fit| fit.map_or_else(dash, |fit| decimals(fit, 2)));
         let gain = step.gain.map_or_else(String::new, |gain| significant(gain, 3));
         let taken = if step.taken { "taken" } else { "" };
         let extensions = step.with.iter().map(|e| e.name()).collect::<Vec<_>>();

@@ -66,11 +66,11 @@ impl Table {
         text
     }
 
-    /// As CSV with a heading.
+    /// As CSV with a heading; a cell that is no number but begins as a formula has an apostrophe before it.
     #[must_use]
     pub fn csv(&self) -> String {
-        let line =
-            |cells: &[String]| cells.iter().map(|cell| quoted(&printable(cell))).collect::<Vec<_>>().join(",") + "\n";
+        let cell = |cell: &String| quoted(&guarded(printable(cell)));
+        let line = |cells: &[String]| cells.iter().map(cell).collect::<Vec<_>>().join(",") + "\n";
         line(&self.heads) + &self.rows.iter().map(|row| line(row)).collect::<String>()
     }
 }
@@ -78,6 +78,18 @@ impl Table {
 /// A cell without a value.
 pub(super) fn dash() -> String {
     "\u{2013}".to_owned()
+}
+
+/// Returns a cell that no spreadsheet takes for a formula: a name may begin with the sign of one.
+fn guarded(cell: String) -> String {
+    let is_number = |word: &str| {
+        word.trim_start_matches('±').trim_end_matches(['%', ',']).parse::<f64>().is_ok()
+            || matches!(word, "±" | "…" | "/" | "%")
+    };
+    if cell.starts_with(['=', '+', '-', '@']) && !cell.split_whitespace().all(is_number) {
+        return format!("'{cell}");
+    }
+    cell
 }
 
 /// A cell of CSV.
@@ -120,5 +132,28 @@ mod tests {
         assert!(!text.contains('\u{1b}'));
         assert_eq!(table.csv().lines().next(), Some("method,best,\"of, all\""));
         assert!(table.csv().contains("\"a \"\"b\"\""));
+    }
+
+    #[test]
+    fn names_are_no_formulas_and_numbers_stay_numbers() {
+        for (cell, written) in [
+            ("=HYPERLINK(\"http://a\",\"b\")", "\"'=HYPERLINK(\"\"http://a\"\",\"\"b\"\")\""),
+            ("@SUM(A1)", "'@SUM(A1)"),
+            ("+1+cmd", "'+1+cmd"),
+            ("-2+3+cmd|' /C calc'!A0", "'-2+3+cmd|' /C calc'!A0"),
+            ("-1 cmd", "'-1 cmd"),
+            ("-", "'-"),
+            ("-1.5", "-1.5"),
+            ("+1e-7", "+1e-7"),
+            ("-inf", "-inf"),
+            ("-0.5 … 0.3", "-0.5 … 0.3"),
+            ("-0.5 ±3%", "-0.5 ±3%"),
+            ("m-1", "m-1"),
+            ("", ""),
+        ] {
+            let mut table = Table::new("a", "a", &[cell, "b"]);
+            table.row([cell.to_owned(), "1".to_owned()]);
+            assert_eq!(table.csv(), format!("{written},b\n{written},1\n"));
+        }
     }
 }

@@ -6,7 +6,7 @@ use crate::report::Table;
 use crate::report::table::dash;
 use crate::study::compare::paper::{NOTES, PRINTED, Printed, REAL, printed};
 use crate::study::compare::{Comparison, MethodEstimates};
-use crate::text::significant;
+use crate::text::{decimals, significant};
 
 /// Footnotes by their marks.
 fn noted(table: &mut Table, marks: &str) {
@@ -158,8 +158,8 @@ fn responses(comparison: &Comparison, pairs: &[Pair]) -> Table {
     let mut row =
         |[method, whose]: [&str; 2], [peak, at]: [f64; 2], settled: [String; 2], steady: f64, error: String| {
             let [two, five] = settled;
-            let cells = [whose.to_owned(), format!("{peak:.4}"), format!("{at:.3}"), two, five];
-            table.named_row(method, cells.into_iter().chain([format!("{steady:.4}"), error]));
+            let cells = [whose.to_owned(), decimals(peak, 4), decimals(at, 3), two, five];
+            table.named_row(method, cells.into_iter().chain([decimals(steady, 4), error]));
         };
     let [peak, at, after, steady] = REAL;
     let real = ("real", [peak, at], Some(after), steady);

@@ -7,7 +7,7 @@ use crate::report::Table;
 use crate::report::spelling::command_line;
 use crate::report::table::dash;
 use crate::study::compare::{Block, Comparison, FEW, MethodResult, Setting, reached};
-use crate::text::{engineering, significant};
+use crate::text::{decimals, engineering, significant};
 
 /// The headings of tables with a column for each parameter.
 const PARAMETERS: [&str; 6] = ["method", "R [ohm]", "L [H]", "K [V s/rad]", "B [N m s/rad]", "J [kg m²]"];
@@ -39,7 +39,7 @@ pub(in crate::report) fn cell(value: f64, digits: usize) -> String {
 
 /// Four decimals, zero without a sign.
 pub(super) fn fixed(value: f64) -> String {
-    let text = format!("{value:.4}");
+    let text = decimals(value, 4);
     if text == "-0.0000" { "0.0000".to_owned() } else { text }
 }
 
@@ -47,8 +47,8 @@ pub(super) fn fixed(value: f64) -> String {
 pub(super) fn percent(value: f64) -> String {
     match value {
         v if v.is_nan() => dash(),
-        v if v < 100.0 => format!("{v:.2}"),
-        v => format!("{v:.0}"),
+        v if v < 100.0 => decimals(v, 2),
+        v => decimals(v, 0),
     }
 }
 
@@ -278,7 +278,7 @@ fn in_bands(time: &[f64], current: &[f64]) -> Option<[Response; 2]> {
 
 /// A settling time.
 pub(super) fn settled(time: Option<f64>) -> String {
-    time.map_or("never".to_owned(), |t| format!("{t:.3}"))
+    time.map_or("never".to_owned(), |t| decimals(t, 3))
 }
 
 /// Figures of the current: peak, settling, steady state.
@@ -293,12 +293,12 @@ fn responses(comparison: &Comparison, block: &Block) -> Option<Table> {
         table.named_row(
             name,
             [
-                format!("{:.4}", two.peak),
-                format!("{:.3}", two.peak_time_s),
-                two.overshoot_percent.map_or_else(dash, |o| format!("{o:.0}")),
+                decimals(two.peak, 4),
+                decimals(two.peak_time_s, 3),
+                two.overshoot_percent.map_or_else(dash, |o| decimals(o, 0)),
                 settled(two.settling_time_s),
                 settled(five.settling_time_s),
-                format!("{:.4}", two.steady_state),
+                decimals(two.steady_state, 4),
                 fixed(two.steady_state - measured[0].steady_state),
             ],
         );

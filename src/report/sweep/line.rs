@@ -5,6 +5,7 @@ use crate::identify::ParameterEstimate;
 use crate::numeric::{quantile, sorted};
 use crate::report::table::{Table, dash};
 use crate::study::sweep::{Limits, MOTOR, Named, NamedRun, Quantiles, SweepSummary};
+use crate::text::decimals;
 use std::collections::BTreeSet;
 
 /// A parameter over all motors.
@@ -145,7 +146,7 @@ fn outside(excesses: &[Excess<'_>], units: &[Unit]) -> Option<Table> {
         let Some(unit) = units.iter().find(|unit| unit.named == named) else { continue };
         let write = |value: f64| unit.write(value, 5);
         let fit = run.outcome.fit_percent.map(|fit| [fit.current, fit.speed]);
-        let fit = fit.map(|fit| fit.map(|f| f.map_or_else(dash, |f| format!("{f:.2}"))).join(" / "));
+        let fit = fit.map(|fit| fit.map(|f| f.map_or_else(dash, |f| decimals(f, 2))).join(" / "));
         table.row([
             run.motor.clone(),
             unit.head(),

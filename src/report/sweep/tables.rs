@@ -8,7 +8,7 @@ use crate::report::Table;
 use crate::report::compare::cell as number;
 use crate::report::table::dash;
 use crate::study::sweep::{Cell, Limits, MOTOR, Named, Quantiles, SweepSummary};
-use crate::text::{engineering, significant};
+use crate::text::{decimals, engineering, significant};
 
 /// All tables of a sweep: the motors where there are several, each block, runs without a result.
 #[must_use]
@@ -104,7 +104,7 @@ fn parameters(summary: &SweepSummary, n: usize) -> Option<Table> {
 fn spread(unit: &Unit, q: &Quantiles) -> String {
     let percent = (50.0 * (q.q75 - q.q25) / q.median).abs();
     let percent = match percent {
-        p if p >= 10.0 => format!("{p:.0}"),
+        p if p >= 10.0 => decimals(p, 0),
         p if p >= 0.01 => significant(p, 2),
         p if p > 0.0 => "<0.01".to_owned(),
         _ => "0".to_owned(),

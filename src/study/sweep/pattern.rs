@@ -110,7 +110,8 @@ impl Walk {
     }
 }
 
-#[cfg(all(test, unix))]
+#[cfg(unix)]
+#[cfg(test)]
 mod tests {
     use super::*;
     use std::fs::{create_dir_all, write};
