@@ -9,7 +9,7 @@ use motorfit::device::with_threads;
 use motorfit::report::json;
 use motorfit::report::sweep::{status_document, sweep_document, tally_document};
 use motorfit::setting::Setting;
-use motorfit::settings::{self, values};
+use motorfit::settings::values;
 use motorfit::study::sweep::{Limits, Shard, Sweep as Planned, SweepProgress as State, Tally};
 use motorfit::{Error, Result};
 use pyo3::prelude::*;
