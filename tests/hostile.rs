@@ -2,6 +2,7 @@
 //! that is their only meaning, or give values that are not finite; none panics, and none accepts them without a word.
 //! Does not prove: the same of every public function, nor of faults of indexing that their documentation names as panics.
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
+#![allow(clippy::float_cmp, reason = "exact equality is meant")]
 
 mod support;
 
@@ -63,7 +64,7 @@ fn boxes_that_are_none_give_no_sample() {
 #[test]
 fn values_that_are_not_those_of_a_problem_are_refused() {
     let record = m2_record();
-    let plain = fit_problem(&[record.clone()], &Space::table2(), Model::default()).unwrap();
+    let plain = fit_problem(std::slice::from_ref(&record), &Space::table2(), Model::default()).unwrap();
     let motor = Parameters::M2.to_array();
     for count in 0..5 {
         refused(squares_on(&plain, &motor[..count]), "expected 5, one for each free parameter");
@@ -71,7 +72,7 @@ fn values_that_are_not_those_of_a_problem_are_refused() {
     refused(squares_on(&plain, &[1.0; 6]), "found 6 values");
     assert!(squares_on(&plain, &motor).unwrap()[0].iter().all(|sum| *sum < 1e-12));
     for wrong in [f64::NAN, 0.0, -1.0, f64::INFINITY] {
-        refused(global_reference(&plain, &[[1.0, wrong]], None), "of \u{3c3}");
+        refused(global_reference(&plain, &[[1.0, wrong]], None), "found a \u{3c3} of");
     }
     refused(global_reference(&plain, &[], None), "found 0 pairs of \u{3c3}");
     refused(global_reference(&plain, &[[1.0; 2]], Some(f64::NAN)), "known sum");
@@ -192,6 +193,8 @@ fn a_problem_is_that_of_its_recordings() {
     let problem = problem(&[m2_record()], Model::default(), Criterion::default());
     let simulated = std::panic::catch_unwind(|| problem.simulate(&Parameters::M2.to_array(), 1, [0.0; 2]));
     assert!(simulated.is_err());
+    let signals = &problem.signals()[0];
+    assert!(!signals.has(2) && signals.measured(2).all(|value| value == 0.0));
     // Too few values leave parameters unknown.
     let [current, _] = problem.simulate(&[1.0], 0, [0.0; 2]);
     assert!(current[1].is_nan());

@@ -158,12 +158,9 @@ impl Signals {
     }
 
     /// Whether a channel (0 current, 1 speed) was measured.
-    ///
-    /// # Panics
-    /// For other channels than 0, the current, and 1, the speed.
     #[must_use]
     pub fn has(&self, channel: usize) -> bool {
-        self.factor[channel] > 0.0
+        self.factor.get(channel).is_some_and(|factor| *factor > 0.0)
     }
 
     /// Root mean square of a channel.
@@ -205,29 +202,21 @@ impl Signals {
     }
 
     /// What was measured of a channel; zeros for one that was not.
-    ///
-    /// # Panics
-    /// For other channels than 0, the current, and 1, the speed.
     pub fn measured(&self, channel: usize) -> impl Iterator<Item = f64> {
-        self.measured.iter().map(move |y| y[channel])
+        self.measured.iter().map(move |y| y.get(channel).copied().unwrap_or_default())
     }
 
     /// Whether a channel of a sample counts.
-    ///
-    /// # Panics
-    /// For other channels than 0, the current, and 1, the speed.
     #[must_use]
     pub fn counts(&self, channel: usize, sample: usize) -> bool {
-        self.counting.get(sample).is_none_or(|counts| counts[channel])
+        self.counting.get(sample).is_none_or(|counts| counts.get(channel) == Some(&true))
     }
 
     /// How many samples of a channel count.
-    ///
-    /// # Panics
-    /// For other channels than 0, the current, and 1, the speed.
     #[must_use]
     pub fn count(&self, channel: usize) -> usize {
-        if self.counting.is_empty() { self.len() } else { self.counting.iter().filter(|c| c[channel]).count() }
+        let counting = self.counting.iter().filter(|counts| counts.get(channel) == Some(&true));
+        if self.counting.is_empty() { self.len() } else { counting.count() }
     }
 
     /// How many samples count in any channel that was measured.

@@ -86,6 +86,7 @@ pub type Contenders = (Vec<Contender>, Vec<String>);
 /// # Errors
 /// `Usage` when threads cannot be started.
 pub fn contenders(threads: usize, adapters: bool, plain: bool) -> Result<Contenders> {
+    check_threads(Some(threads))?;
     let (cpu, level) = (cpu_name(), Level::best());
     let simd = |threads: usize| {
         let plural = if threads == 1 { "" } else { "s" };

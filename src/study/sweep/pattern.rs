@@ -4,6 +4,7 @@ use super::store::unreadable;
 use crate::text::excerpt;
 use crate::{Error, Result};
 use glob::Pattern;
+use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf, is_separator};
 
 /// The most folders that a pattern looks into: links may lead to a folder along more paths than can be listed.
@@ -76,10 +77,7 @@ impl Walk {
 
     /// Follows the parts from a folder and each below it on, but for folders that are `above` themselves.
     fn descend(&mut self, at: &Path, parts: &[Part], above: &mut Vec<PathBuf>) -> Result<()> {
-        let Ok(own) = at.canonicalize() else { return Ok(()) };
-        if above.contains(&own) {
-            return Ok(());
-        }
+        let Some(own) = there(at, at.canonicalize())?.filter(|own| !above.contains(own)) else { return Ok(()) };
         self.follow(at, parts)?;
         above.push(own);
         for (path, _) in self.entries(at)?.into_iter().filter(|(_, is_folder)| *is_folder) {
@@ -91,7 +89,7 @@ impl Walk {
 
     /// Returns the entries of a folder, and of each whether it is a folder; none where there is no folder.
     fn entries(&mut self, folder: &Path) -> Result<Vec<(PathBuf, bool)>> {
-        if !folder.is_dir() {
+        if !there(folder, std::fs::metadata(folder))?.is_some_and(|facts| facts.is_dir()) {
             return Ok(Vec::new());
         }
         self.folders += 1;
@@ -99,7 +97,6 @@ impl Walk {
             let message = format!("a pattern leads into more than {FOLDERS_MAX} folders");
             return Err(Error::data(message, "Name the folders, or leave out links between them.").in_file(folder));
         }
-        // What cannot be looked into must not go missing unseen.
         let failed = |error: std::io::Error| unreadable(folder, &error);
         let entry = |entry: std::io::Result<std::fs::DirEntry>| {
             let (entry, path) = entry.map(|entry| (entry.file_type(), entry.path())).map_err(failed)?;
@@ -107,6 +104,15 @@ impl Walk {
             Ok((path, is_folder))
         };
         std::fs::read_dir(folder).map_err(failed)?.map(entry).collect()
+    }
+}
+
+/// Returns what was learned of a path, `None` where nothing is there; what cannot be looked into must not go missing unseen.
+fn there<T>(path: &Path, learned: std::io::Result<T>) -> Result<Option<T>> {
+    match learned {
+        Ok(learned) => Ok(Some(learned)),
+        Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(None),
+        Err(error) => Err(unreadable(path, &error)),
     }
 }
 
