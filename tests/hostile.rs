@@ -212,7 +212,7 @@ fn sizes_have_limits() {
     let record = Record::new(m2_record().samples().slice(1000..2001)).unwrap();
     let at = |rate: f64| Preparation { rate_hz: Some(rate), ..Preparation::default() }.apply(&record);
     let error = refused(at(1e7), "more than 100 samples of each");
-    assert!(error.hint().to_string().contains("at most 1.00e5 Hz"), "{}", error.hint());
+    assert!(error.hint().to_string().contains("at most 100000 Hz"), "{}", error.hint());
     refused(at(1.01e5), "more than 100 samples of each");
     assert_eq!(at(1e5).unwrap()[0].len(), 100_001);
     refused(at(1e9), "more than 100000000 samples");
@@ -277,4 +277,18 @@ fn what_is_no_regular_file_holds_no_results() {
     std::fs::create_dir(&path).unwrap();
     let sweep = Sweep::open(&folder.path().join("out")).unwrap();
     refused(sweep.merge(), "is no regular file");
+}
+
+#[test]
+fn rows_beyond_a_sample_end_at_once() {
+    // The walk of a permutation would go on for ever beyond its last row.
+    for sampling in [Sampling::Uniform, Sampling::LatinHypercube, Sampling::Grid] {
+        let sample = Sample::new(sampling, 100, vec![(0.0, 1.0)], 1).unwrap();
+        for (first, rows) in [(100, 1), (99, 2), (u64::MAX - 1, 1), (u64::MAX, 2)] {
+            let fill = || sample.fill(first, &mut vec![0.0; rows]);
+            assert!(std::panic::catch_unwind(fill).is_err(), "{rows} rows from {first} on");
+        }
+        sample.fill(99, &mut [0.0]);
+        sample.fill(100, &mut []);
+    }
 }

@@ -118,14 +118,13 @@ impl Preparation {
         let ratio = 1.0 / (record.period_s() * rate);
         let every = whole((ratio - 0.01).ceil().clamp(1.0, 1e9));
         let fine = 1.0 / (rate * count(every));
-        if record.period_s() / fine > FINER_MAX {
+        // As many digits as the hint has.
+        if record.period_s() / fine > FINER_MAX * (1.0 + 1e-3) {
             let period = engineering(record.period_s(), "s", 4);
             let message =
                 text!([Rate = "{rate}"] " makes more than {FINER_MAX} samples of each of a recording every {period}");
-            return Err(Error::usage(
-                message,
-                format!("Give at most {} Hz.", significant(FINER_MAX / record.period_s(), 3)),
-            ));
+            let highest = time::rounded(FINER_MAX / record.period_s(), 4);
+            return Err(Error::usage(message, format!("Give at most {highest} Hz.")));
         }
         if record.steps().step_index.is_empty() && (fine / record.period_s() - 1.0).abs() < 1e-6 {
             return every_nth(record.lined(self), every);
