@@ -22,7 +22,7 @@ pub use minimize::{Budget, Evaluate, Observe, minimize};
 pub use population::SearchSettings;
 pub use pso::{PsoOptions, Wall};
 pub use run::{Best, Optimizer, Progress, Run, Stop};
-pub use sample::{Sample, Sampling};
+pub use sample::{POINTS_MAX, Sample, Sampling};
 pub use table::{Hyperparameter, Range, Search, SearchOptions, Values};
 pub use tuned::Tuned;
 
