@@ -32,6 +32,7 @@ pub mod error;
 pub mod estimate;
 pub mod evaluate;
 pub mod experiment;
+pub mod file;
 pub mod identify;
 pub mod motor;
 pub mod named;

@@ -242,7 +242,7 @@ fn inspect_makes_a_page() {
     ok(&["inspect", EXAMPLE, "--out", &out]);
     let own = folder.path("own");
     std::fs::create_dir(&own).unwrap();
-    std::fs::write(format!("{own}/thesis.txt"), "mine").unwrap();
+    std::fs::write(format!("{own}/report.html"), "mine").unwrap();
     fails(&["inspect", EXAMPLE, "--out", &own], 3, "left as it is");
 }
 

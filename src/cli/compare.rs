@@ -37,7 +37,7 @@ pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     let document = json(&compare_document(&comparison, args.preset.is_some()));
     data(if args.json { document.clone() } else { text(args, &comparison) }.as_str())?;
     if let Some(out) = out {
-        out.write(report(args, &comparison, document), style)?;
+        out.write(&report(args, &comparison, document), style)?;
     }
     Ok(if comparison.interrupted { Outcome::Interrupted } else { Outcome::Done })
 }

@@ -56,7 +56,7 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
         data(&(trust_line(&found, next.as_deref()) + &table(&records, &spec, &found, style)))?;
     }
     if let Some(out) = out {
-        out.write(report(&records, &spec, &found, document), style)?;
+        out.write(&report(&records, &spec, &found, document), style)?;
     }
     Ok(match found.trust.level {
         _ if found.stop == Stop::Interrupted => Outcome::Interrupted,

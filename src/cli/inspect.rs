@@ -22,7 +22,7 @@ pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
     if let Some(out) = out {
         let how = out::reproduced(vec![("settling band", format!("{} %", args.band.settling_band))]);
         let page = inspect_page(&inspections, band, &how).html();
-        out.write(vec![("report.html".to_owned(), page), ("result.json".to_owned(), document)], style)?;
+        out.write(&[("report.html".to_owned(), page), ("result.json".to_owned(), document)], style)?;
     }
     Ok(Outcome::Done)
 }

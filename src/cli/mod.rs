@@ -8,6 +8,7 @@ mod compare;
 mod devices;
 mod evaluate;
 mod flags;
+mod folder;
 mod identify;
 mod inputs;
 mod inspect;

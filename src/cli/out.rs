@@ -1,6 +1,8 @@
 //! Files that are written, and the folder of `--out`: a page, the document and tables.
 
+use super::folder;
 use super::output::Style;
+use motorfit::file::replace;
 use motorfit::report::Reproduced;
 use motorfit::text::{Shortest, shell_quoted};
 use motorfit::{Error, Result};
@@ -10,18 +12,6 @@ use std::path::{Path, PathBuf};
 pub(super) struct Out {
     folder: PathBuf,
     is_new: bool,
-}
-
-fn is_ours(name: &str) -> bool {
-    let table = ["table", "block", "averages", "discussion", "curves"].iter().any(|start| name.starts_with(start));
-    matches!(name, "report.html" | "result.json") || (table && name.ends_with(".csv"))
-}
-
-/// Whether a folder says that its results are ours: by its page, which is written first, or its document.
-fn is_marked(folder: &Path) -> bool {
-    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap_or_default();
-    let document = serde_json::from_str::<serde_json::Value>(&read("result.json")).unwrap_or_default();
-    document["motorfit"].is_string() || read("report.html").contains("content=\"motorfit ")
 }
 
 impl Drop for Out {
@@ -34,44 +24,50 @@ impl Drop for Out {
 }
 
 impl Out {
-    /// Takes a folder: a new or an empty one, or one of results of ours, which are then replaced.
+    /// Takes a folder. What is in it stays as it is, but for the report of an earlier run, which is then replaced.
     pub(super) fn take(path: &Path) -> Result<Self> {
         let failed = |what: String| Error::data(what, "Name a new folder with --out.").in_file(path);
-        let unreadable = |e: std::io::Error| failed(format!("cannot be used: {e}"));
+        let unusable = |e: std::io::Error| failed(format!("cannot be used: {e}"));
         let is_new = !path.exists();
         if is_new {
-            std::fs::create_dir_all(path).map_err(unreadable)?;
+            std::fs::create_dir_all(path).map_err(unusable)?;
         }
         let out = Self { folder: path.to_path_buf(), is_new };
-        let mut is_empty = true;
-        for entry in std::fs::read_dir(path).map_err(unreadable)? {
-            is_empty = false;
-            let entry = entry.map_err(unreadable)?;
-            if !(entry.path().is_file() && is_ours(&entry.file_name().to_string_lossy())) {
-                return Err(failed("holds something else than results: it is left as it is".to_owned()));
+        // Better now than after the work.
+        folder::recover(path).map_err(unusable)?;
+        tempfile::tempfile_in(path).map_err(unusable)?;
+        for name in ["report.html", "result.json"].into_iter().filter(|name| path.join(name).exists()) {
+            if !folder::is_ours(path, name) {
+                return Err(failed(format!("holds a {name} that is not of this program: it is left as it is")));
             }
         }
-        if !is_empty && !is_marked(path) {
-            return Err(failed("holds tables that are not of this program: they are left as they are".to_owned()));
-        }
-        // Better now than after the work.
-        tempfile::tempfile_in(path).map_err(unreadable)?;
         Ok(out)
     }
 
-    /// Writes files by name; the document last, as a sign that all are there.
-    pub(super) fn write(&self, mut list: Vec<(String, String)>, style: &Style) -> Result<()> {
-        list.sort_by_key(|(name, _)| name == "result.json");
-        // What an earlier run left and this one does not write would be taken for its own.
-        let left = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
-        for entry in left.filter(|entry| is_ours(&entry.file_name().to_string_lossy())) {
-            let _ = std::fs::remove_file(entry.path());
-        }
-        for (name, text) in &list {
-            write_file(&self.folder.join(name), text)?;
-        }
-        style.note(&format!("wrote {}", self.folder.join("report.html").display()));
+    /// Replaces the report by files by name. Where one of another maker has the name of a table, the whole report goes to a
+    /// new folder beside: it is not lost after the work.
+    pub(super) fn write(&self, list: &[(String, String)], style: &Style) -> Result<()> {
+        let is_foreign = |name: &str| self.folder.join(name).exists() && !folder::is_ours(&self.folder, name);
+        let foreign = list.iter().map(|(name, _)| name).find(|name| is_foreign(name));
+        let beside = foreign.map(|name| {
+            let found = self.folder.join(name).display().to_string();
+            style
+                .note(&format!("{found} is not of this program and left as it is: the report goes to a folder beside"));
+            self.beside()
+        });
+        let target = beside.as_ref().unwrap_or(&self.folder);
+        std::fs::create_dir_all(target)
+            .map_err(|e| Error::data(format!("cannot be made: {e}"), "Name another folder.").in_file(target))?;
+        folder::replace_all(target, list)?;
+        style.note(&format!("wrote {}", target.join("report.html").display()));
         Ok(())
+    }
+
+    /// The first folder beside this one that is not there yet: its name with a number.
+    fn beside(&self) -> PathBuf {
+        let name = self.folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let numbered = |n: u32| self.folder.with_file_name(format!("{name}-{n}"));
+        (2..).map(numbered).find(|path| !path.exists()).unwrap_or_else(|| numbered(0))
     }
 }
 
@@ -96,18 +92,7 @@ pub(super) fn write_file(path: &Path, text: &str) -> Result<()> {
         }
         _ => {}
     }
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut beside = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        // Those of an ordinary new file; the system takes its mask off.
-        use std::os::unix::fs::PermissionsExt as _;
-        beside.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    let mut file = beside.tempfile_in(folder).map_err(failed)?;
-    file.write_all(text.as_bytes()).and_then(|()| file.as_file().sync_all()).map_err(failed)?;
-    file.persist(path).map_err(|error| failed(error.error))?;
-    Ok(())
+    replace(path, |file| file.write_all(text.as_bytes()).map_err(failed))
 }
 
 /// How this run can be made again: its command line, with all options.

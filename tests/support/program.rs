@@ -1,6 +1,6 @@
 //! The program from outside, as tests call it.
 #![allow(dead_code, reason = "each test file uses its part")]
-#![allow(clippy::unwrap_used, reason = "a test may stop")]
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test may stop and print")]
 
 use serde_json::Value;
 use std::process::{Command, Output};
@@ -66,5 +66,28 @@ impl Folder {
     pub fn file(&self, name: &str, content: impl AsRef<[u8]>) -> String {
         std::fs::write(self.path(name), content).unwrap();
         self.path(name)
+    }
+}
+
+/// A file system in memory; `None` where none may be mounted.
+pub struct Mounted(pub String);
+
+impl Mounted {
+    pub fn new(folder: &Folder, options: &str) -> Option<Self> {
+        let at = folder.path("mounted");
+        std::fs::create_dir_all(&at).unwrap();
+        let done = Command::new("mount").args(["-t", "tmpfs", "-o", options, "tmpfs", &at]).output();
+        let mounted = done.is_ok_and(|output| output.status.success());
+        assert!(mounted || std::env::var_os("MOTORFIT_NO_SKIP").is_none(), "no file system may be mounted here");
+        if !mounted {
+            eprintln!("skipped: no file system may be mounted here");
+        }
+        mounted.then_some(Self(at))
+    }
+}
+
+impl Drop for Mounted {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg(&self.0).status();
     }
 }

@@ -105,12 +105,12 @@ fn a_changed_study_or_recording_is_noticed() {
     folder.file("study.toml", LINE);
     let (_, _, err) = sweep(&[&study, "--out", &dir]);
     assert!(err.contains("the motor m2 is new"), "{err}");
-    // A manifest that somebody wrote in belongs to no results.
+    // A manifest that somebody wrote in is none.
     let manifest = std::fs::read_to_string(format!("{dir}/manifest.json")).unwrap();
     std::fs::write(format!("{dir}/manifest.json"), manifest.replace("study.toml", "studi.toml")).unwrap();
     let (code, _, err) = sweep(&["run", &dir]);
     assert_eq!(code, 3, "{err}");
-    assert!(err.contains("results of another study"), "{err}");
+    assert!(err.contains("is not as it was planned"), "{err}");
     for broken in [
         "{",
         "",
@@ -181,7 +181,7 @@ fn nothing_but_parquet_is_overwritten_and_places_are_checked_before_the_work() {
     let dir = folder.path("out");
     folder.file("occupied.txt", "mine");
     std::fs::create_dir(folder.path("full")).unwrap();
-    folder.file("full/mine.txt", "mine");
+    folder.file("full/report.html", "mine");
     for (flag, place) in
         [("--parquet", folder.path("m0.csv")), ("--parquet", study.clone()), ("--report", folder.path("full"))]
     {
@@ -265,29 +265,6 @@ fn a_full_disk_costs_what_could_not_be_written() {
     done(&["merge", &full]);
     assert!(bytes(&full) == bytes(&whole));
     assert_eq!(ids(&full).len(), 24, "none was done twice");
-}
-
-/// A file system in memory; `None` where none may be mounted.
-struct Mounted(String);
-
-impl Mounted {
-    fn new(folder: &Folder, options: &str) -> Option<Self> {
-        let at = folder.path("mounted");
-        std::fs::create_dir_all(&at).unwrap();
-        let done = Command::new("mount").args(["-t", "tmpfs", "-o", options, "tmpfs", &at]).output();
-        let mounted = done.is_ok_and(|output| output.status.success());
-        assert!(mounted || std::env::var_os("MOTORFIT_NO_SKIP").is_none(), "no file system may be mounted here");
-        if !mounted {
-            eprintln!("skipped: no file system may be mounted here");
-        }
-        mounted.then_some(Self(at))
-    }
-}
-
-impl Drop for Mounted {
-    fn drop(&mut self) {
-        let _ = Command::new("umount").arg(&self.0).status();
-    }
 }
 
 #[test]

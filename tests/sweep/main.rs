@@ -15,10 +15,11 @@ mod crashes;
 mod faults;
 mod models;
 mod results;
+mod storage;
 mod studies;
 mod trust;
 
-use program::{Folder, M2, motorfit, run, text};
+use program::{Folder, M2, Mounted, motorfit, run, text};
 use serde_json::Value;
 use std::process::Output;
 

@@ -2,12 +2,17 @@
 
 import os
 import pathlib
+import signal
 import subprocess
 
 import numpy as np
 import pytest
 
 import motorfit
+
+# Tests that are started in the background would not hear Ctrl-C, and their children neither.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 ROOT = pathlib.Path(__file__).parents[3]
 M2 = {"R": 0.921042, "L": 0.007759, "K": 0.073472, "B": 0.000678, "J": 0.000136}

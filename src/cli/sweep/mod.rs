@@ -53,7 +53,7 @@ fn all(args: &SweepArgs, style: &Style) -> Result<Outcome> {
     style.note(planned(&sweep, out, again).trim_end());
     let tally = shard_run(&sweep, Shard::ALL, args.threads.threads, style)?;
     style.note(tally_text(Shard::ALL, &tally).trim_end());
-    if tally.interrupted || tally.lost > 0 {
+    if tally.interrupted || tally.fault.is_some() {
         if args.json {
             data(&json(&tally_document(Shard::ALL, &tally)))?;
         }
@@ -93,7 +93,9 @@ fn shard_run(sweep: &Sweep, shard: Shard, threads: Option<usize>, style: &Style)
     }
     if let Some(fault) = &tally.fault {
         style.error(fault);
-        style.complaint(&format!("{} finished runs could not be written: they will be done again", tally.lost));
+        if tally.lost > 0 {
+            style.complaint(&format!("{} finished runs could not be written: they will be done again", tally.lost));
+        }
     }
     Ok(tally)
 }
@@ -101,7 +103,7 @@ fn shard_run(sweep: &Sweep, shard: Shard, threads: Option<usize>, style: &Style)
 fn ended(tally: &Tally, strict: Strict) -> Outcome {
     if tally.interrupted {
         Outcome::Interrupted
-    } else if tally.failed > 0 || tally.lost > 0 || tally.before + tally.finished < tally.total {
+    } else if tally.failed > 0 || tally.fault.is_some() || tally.before + tally.finished < tally.total {
         Outcome::Incomplete
     } else {
         trusted(&tally.trust, strict)
@@ -220,7 +222,7 @@ fn merge(sweep: &Sweep, show: Show<'_>, strict: Strict, style: &Style) -> Result
         let mut files = vec![("report.html".to_owned(), sweep_page(&summary, &limits, &how).html())];
         files.push(("result.json".to_owned(), document));
         files.extend(tables.iter().map(|table| (format!("table-{}.csv", table.id), table.csv())));
-        out.write(files, style)?;
+        out.write(&files, style)?;
     }
     Ok(if summary.is_complete() { trusted(&summary.trust.levels, strict) } else { Outcome::Incomplete })
 }

@@ -1,7 +1,8 @@
 //! The merged results as Parquet: a row a run, values flat, in groups of rows whose size memory is bounded by.
 
+use crate::file::{replace, unwritable};
 use crate::identify::ParameterEstimate;
-use crate::study::sweep::{Line, Named, SweepSummary, replace, unwritable};
+use crate::study::sweep::{Line, Named, SweepSummary};
 use crate::{Error, Result};
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};

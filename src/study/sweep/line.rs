@@ -152,7 +152,7 @@ impl Row {
 }
 
 /// A line without its time.
-#[derive(Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Line {
     pub id: u64,
     pub motor: String,
@@ -170,26 +170,33 @@ pub(crate) struct Line {
     pub outcome: Outcome,
 }
 
+impl Line {
+    /// The line of a run of a study.
+    pub(super) fn of(study: &Study, job: &Job, motor: &str, outcome: Outcome) -> Self {
+        let f = &job.factors;
+        Self {
+            id: job.id,
+            motor: motor.to_owned(),
+            method: f.method.name().to_owned(),
+            polish: f.polish.name().to_owned(),
+            with: study.with_name(f).map(str::to_owned),
+            population: f.population as u64,
+            generations: f.generations as u64,
+            criterion: f.criterion.name().to_owned(),
+            scale: f.scale.name().to_owned(),
+            noise: study.noise[f.noise].name.clone(),
+            seed: f.seed,
+            outcome,
+        }
+    }
+}
+
 /// What stands between the result and its time: no text in JSON can hold it, for it has bare quotes.
 const TIMING: &str = ",\"timing\":";
 
 /// The line of a run, with its time.
 pub(super) fn line(study: &Study, job: &Job, motor: &str, outcome: &Outcome, seconds: f64) -> String {
-    let f = &job.factors;
-    let line = Line {
-        id: job.id,
-        motor: motor.to_owned(),
-        method: f.method.name().to_owned(),
-        polish: f.polish.name().to_owned(),
-        with: study.with_name(f).map(str::to_owned),
-        population: f.population as u64,
-        generations: f.generations as u64,
-        criterion: f.criterion.name().to_owned(),
-        scale: f.scale.name().to_owned(),
-        noise: study.noise[f.noise].name.clone(),
-        seed: f.seed,
-        outcome: outcome.clone(),
-    };
+    let line = Line::of(study, job, motor, outcome.clone());
     let mut text = printable_json(&serde_json::to_string(&line).unwrap_or_default());
     text.pop();
     let timing = Timing { seconds, check: check(&text) };

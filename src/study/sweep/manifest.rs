@@ -22,6 +22,7 @@ const RUNS_MAX: u64 = 100_000_000;
 
 /// A file of a motor.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct File {
     /// From the study's folder on.
     pub path: String,
@@ -33,6 +34,7 @@ pub struct File {
 
 /// A motor with its files.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Motor {
     /// Its name.
     pub motor: String,
@@ -52,6 +54,7 @@ impl Motor {
 
 /// What evaluates.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PinnedDevice {
     /// cpu or gpu.
     pub kind: String,
@@ -63,6 +66,7 @@ pub struct PinnedDevice {
 
 /// The manifest of a sweep.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Manifest {
     /// The version of the program that planned it.
     pub motorfit: String,
@@ -82,6 +86,9 @@ pub struct Manifest {
     pub study: String,
     /// The motors, in the order of their runs.
     pub motors: Vec<Motor>,
+    /// SHA-256 of the file with an empty text in this place; earlier versions wrote none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sha256: Option<String>,
 }
 
 impl Manifest {
@@ -109,7 +116,28 @@ impl Manifest {
             folder: folder.to_string_lossy().into_owned(),
             study: text.to_owned(),
             motors,
+            sha256: None,
         })
+    }
+
+    /// The file of the manifest. The same sweep always gives the same text.
+    pub(super) fn text(&self) -> Result<String> {
+        let failed = |e| Error::data(format!("the manifest cannot be made: {e}"), "Check the names.");
+        let blank = Self { sha256: Some(String::new()), ..self.clone() };
+        let mut text = serde_json::to_string_pretty(&blank).map_err(failed)? + "\n";
+        // It stands last, behind the quotation mark before the end of the line and the closing brace.
+        text.insert_str(text.len() - "\"\n}\n".len(), &hexadecimal(&Sha256::digest(&text)));
+        Ok(text)
+    }
+
+    /// The manifest in a text, if it is one; and whether it is as it was planned.
+    pub(super) fn of_text(text: &str) -> serde_json::Result<(Self, bool)> {
+        let manifest: Self = serde_json::from_str(text)?;
+        let is_whole = manifest.sha256.as_ref().is_none_or(|own| {
+            let blank = text.rfind(own.as_str()).map(|at| [&text[..at], &text[at + own.len()..]].concat());
+            blank.is_some_and(|blank| hexadecimal(&Sha256::digest(blank)) == *own)
+        });
+        Ok((manifest, is_whole))
     }
 
     /// Whether it is the same sweep, whatever the version of the program and the place of the files.

@@ -1,21 +1,20 @@
 //! All shards put in order: `results.jsonl` without times, `timings.jsonl` with them, and what a sweep has done so far.
 
+use super::Sweep;
 use super::line::{Outcome, split};
+use super::results::{Place, ResultsFile, files, unreadable};
 use super::runs::Bits;
 use super::shard::Shard;
-use super::store::{Place, ResultsFile, files, scan, unreadable, unwritable};
 use super::summary::SweepSummary;
-use super::{Sweep, replace};
+use crate::file::{replace, unwritable};
 use crate::{Error, Result};
 use std::fs::{File, TryLockError};
 use std::io::{BufReader, Read as _, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The merged results.
 pub(super) const RESULTS: &str = "results.jsonl";
 const TIMINGS: &str = "timings.jsonl";
-/// No merge takes so long.
-const LEFTOVER: std::time::Duration = std::time::Duration::from_secs(3600);
 
 /// What a merge made.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,12 +64,12 @@ pub struct SweepStatus {
 type Spot = (u32, u32, u64);
 
 /// Where the line of each run stands, and how many lines are damaged.
-fn index(sweep: &Sweep, found: &[ResultsFile]) -> Result<(Vec<Spot>, u64)> {
+fn index(sweep: &Sweep, found: &[ResultsFile<'_>]) -> Result<(Vec<Spot>, u64)> {
     let runs = usize::try_from(sweep.manifest.runs).unwrap_or(usize::MAX);
     let (mut spots, mut good, mut damaged) = (vec![(0, 0, 0); runs], Bits::new(sweep.manifest.runs), 0);
     for (file, found) in (1..).zip(found) {
         // A run that another shard count did again counts once: the first result, and of failures the last.
-        damaged += scan(&found.path, |Place { row, length, offset }| {
+        damaged += found.scan(|Place { row, length, offset }| {
             let spot = usize::try_from(row.id).ok().and_then(|n| spots.get_mut(n));
             if let Some(spot) = spot.filter(|_| !good.get(row.id)) {
                 *spot = (file, length, offset);
@@ -87,8 +86,8 @@ impl Sweep {
     /// # Errors
     /// `Data` when files cannot be read or written, or results are of another study.
     pub fn merge(&self) -> Result<Merged> {
-        remove_leftovers(&self.folder);
-        let found = files(&self.folder, &self.digest)?;
+        let origin = self.origin();
+        let found = files(&origin)?;
         let (spots, damaged) = index(self, &found)?;
         let mut readers = found.into_iter().map(|found| Reader::open(found.path)).collect::<Result<Vec<_>>>()?;
         let mut summary = SweepSummary::new(self);
@@ -140,9 +139,10 @@ impl Sweep {
     pub fn status(&self) -> Result<SweepStatus> {
         let bits = || Bits::new(self.manifest.runs);
         let (mut all, mut good, mut shards) = (bits(), bits(), Vec::new());
-        for file in files(&self.folder, &self.digest)? {
+        let origin = self.origin();
+        for file in files(&origin)? {
             let (mut done, mut own) = (bits(), bits());
-            scan(&file.path, |Place { row, .. }| {
+            file.scan(|Place { row, .. }| {
                 [&mut done, &mut all].into_iter().for_each(|bits| bits.set(row.id, true));
                 if row.error.is_none() {
                     [&mut own, &mut good].into_iter().for_each(|bits| bits.set(row.id, true));
@@ -162,22 +162,6 @@ impl Sweep {
             merged: self.folder.join(RESULTS).exists(),
             shards,
         })
-    }
-}
-
-/// Removes what merges left that were killed; another may be under way, so only what is old.
-fn remove_leftovers(folder: &Path) {
-    let is_old = |entry: &std::fs::DirEntry| {
-        let age = entry.metadata().and_then(|data| data.modified()).ok().and_then(|time| time.elapsed().ok());
-        age.is_some_and(|age| age > LEFTOVER)
-    };
-    let is_ours = |entry: &std::fs::DirEntry| {
-        let name = entry.file_name();
-        let name = name.to_string_lossy();
-        [RESULTS, TIMINGS].iter().any(|of| name.starts_with(&format!(".{of}.")))
-    };
-    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten().filter(|e| is_ours(e) && is_old(e)) {
-        let _ = std::fs::remove_file(entry.path());
     }
 }
 

@@ -7,6 +7,7 @@
 
 mod dataset;
 mod fits;
+mod head;
 mod keys;
 mod line;
 mod manifest;
@@ -14,6 +15,7 @@ mod merge;
 mod pattern;
 mod plan;
 mod remote_shard;
+mod results;
 mod run;
 mod runs;
 #[cfg(test)]
@@ -36,16 +38,14 @@ pub use run::{FailedRun, Failures, Observe, SweepProgress, Tally};
 pub use runs::Job;
 use runs::Runs;
 pub use shard::Shard;
-pub(crate) use store::unwritable;
 pub use study::Factors;
 use study::Study;
 pub use summary::{Cell, Limits, MOTOR, Named, NamedRun, Quantiles, SweepBlock, SweepSummary};
 pub use trust::{LevelCounts, RunTrust, TrustCounts};
 
-use crate::{Error, Result};
-use std::io::BufWriter;
+use crate::Error;
+use head::Origin;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A planned sweep.
 #[derive(Debug, Clone)]
@@ -92,30 +92,23 @@ impl Sweep {
         shard.index.checked_sub(1) == Some(self.owner(shard.count, id))
     }
 
+    /// Where its results files lie, and which lines belong to it.
+    fn origin(&self) -> Origin<'_> {
+        Origin { folder: &self.folder, manifest: &self.digest, is_of: Box::new(|line| self.is_of(line)) }
+    }
+
+    /// Returns whether a line is of one of its runs: all of its factors must be those of the run with its number.
+    fn is_of(&self, line: &line::Line) -> bool {
+        if line.id >= self.manifest.runs {
+            return false;
+        }
+        let job = self.runs.job(line.id);
+        let own = line::Line::of(self.study(), &job, &self.manifest.motors[job.motor].motor, line.outcome.clone());
+        own == *line
+    }
+
     fn failed(&self, error: &Error) -> Outcome {
         let root = format!("{}{}", self.manifest.folder, std::path::MAIN_SEPARATOR);
         Outcome::failed(error, &crate::text::printable(&root))
     }
-}
-
-/// A name beside a file, of its own for all who write that file at once.
-fn beside(path: &Path) -> PathBuf {
-    static WRITTEN: AtomicU64 = AtomicU64::new(0);
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!(".{name}.{}.{}", std::process::id(), WRITTEN.fetch_add(1, Ordering::Relaxed)))
-}
-
-/// A file that is replaced as a whole: beside, synced, renamed.
-pub(crate) fn replace(path: &Path, write: impl FnOnce(&mut BufWriter<std::fs::File>) -> Result<()>) -> Result<()> {
-    let beside = beside(path);
-    let failed = |error: std::io::Error| unwritable(path, &error);
-    let all = || {
-        let mut file = BufWriter::with_capacity(1 << 18, std::fs::File::create(&beside).map_err(failed)?);
-        write(&mut file)?;
-        let file = file.into_inner().map_err(|error| failed(error.into_error()))?;
-        file.sync_all().map_err(failed)?;
-        drop(file);
-        std::fs::rename(&beside, path).map_err(failed)
-    };
-    all().inspect_err(|_| drop(std::fs::remove_file(&beside)))
 }

@@ -1,16 +1,19 @@
 //! From a study to a folder with its manifest.
 
+use super::Sweep;
+use super::head::Origin;
 use super::manifest::{Manifest, PinnedDevice};
+use super::results::{files, unreadable};
 use super::runs::Runs;
-use super::store::{unreadable, unwritable};
 use super::study::Study;
-use super::{Sweep, replace};
 use crate::device::{BatchSearchEvaluator, DeviceSpec, PrecisionSpec, ThroughputProfile};
+use crate::file::{create, remove_leftovers, replace, unwritable};
 use crate::identify::{IdentifySpec, Polish, PreparedSearch};
 use crate::setting::text;
 use crate::text::{hexadecimal, printable};
 use crate::{Error, ErrorKind, Result};
 use sha2::{Digest as _, Sha256};
+use std::collections::BTreeSet;
 use std::io::Write as _;
 use std::path::Path;
 
@@ -30,10 +33,16 @@ impl Sweep {
         let text = read(path, BYTES_MAX)?;
         let study = Study::parse(&text, path)?;
         let mut manifest = Manifest::of(&study, &text, path)?;
-        let known = folder.join(NAME).exists().then(|| Self::open(folder)).transpose()?;
-        if known.is_none() {
+        remove_leftovers(&folder.join(NAME));
+        let known = if folder.join(NAME).exists() {
+            match Self::open(folder) {
+                Err(error) => return repaired(&study, &manifest, folder, paces).unwrap_or(Err(error)),
+                known => Some(known?),
+            }
+        } else {
             check_empty(folder)?;
-        }
+            None
+        };
         // A planned device is not looked for again: this machine may be another.
         manifest.device = match &known {
             Some(known) if known.manifest.study == manifest.study => known.manifest.device.clone(),
@@ -53,10 +62,7 @@ impl Sweep {
             return Err(Error::data(message, remedy).in_file(folder));
         }
         std::fs::create_dir_all(folder).map_err(|e| unwritable(folder, &e))?;
-        let failed = |e| Error::data(format!("the manifest cannot be made: {e}"), "Check the names.");
-        // The same sweep always gives the same text.
-        let text = serde_json::to_string_pretty(&manifest).map_err(failed)? + "\n";
-        place(&folder.join(NAME), &text)?;
+        place(&folder.join(NAME), &manifest.text()?)?;
         Ok((Self::open(folder)?, false))
     }
 
@@ -72,10 +78,15 @@ impl Sweep {
         }
         let text = read(&path, u64::MAX)?;
         let broken = |what: String| {
-            Error::data(what, "It must not be changed: plan the study again in a new folder.").in_file(&path)
+            let remedy =
+                "It must not be changed: plan the same study in this folder again, which mends it, or in a new one.";
+            Error::data(what, remedy).in_file(&path)
         };
-        let manifest: Manifest = serde_json::from_str(&text)
-            .map_err(|e| broken(format!("is no manifest: {}", printable(&e.to_string()))))?;
+        let (manifest, is_whole) =
+            Manifest::of_text(&text).map_err(|e| broken(format!("is no manifest: {}", printable(&e.to_string()))))?;
+        if !is_whole {
+            return Err(broken("is not as it was planned".to_owned()));
+        }
         if manifest.format != super::manifest::FORMAT {
             let remedy = "Use that version, or plan the study again in a new folder.";
             let message = format!("is of motorfit {}, which plans otherwise", printable(&manifest.motorfit));
@@ -118,21 +129,40 @@ fn read(path: &Path, most: u64) -> Result<String> {
 
 /// Puts a manifest where none is: two plans at once must not both think it theirs.
 fn place(path: &Path, text: &str) -> Result<()> {
-    let beside = super::beside(path);
-    replace(&beside, |file| file.write_all(text.as_bytes()).map_err(|error| unwritable(&beside, &error)))?;
-    let placed = match std::fs::hard_link(&beside, path) {
-        // A file system without links.
-        Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => std::fs::rename(&beside, path),
-        placed => placed,
-    };
-    let _ = std::fs::remove_file(&beside);
-    placed.map_err(|error| match error.kind() {
+    create(path, text.as_bytes())?.map_err(|error| match error.kind() {
         std::io::ErrorKind::AlreadyExists => {
             let message = "holds a sweep that was planned at the same time";
             Error::data(message, "Run the command again, or name another folder.").in_file(path)
         }
         _ => unwritable(path, &error),
     })
+}
+
+/// Replaces a damaged manifest by that of the same study: most of its lines are the same, and the results, if there are
+/// any, belong to it. `None` where it is another.
+fn repaired(
+    study: &Study,
+    manifest: &Manifest,
+    folder: &Path,
+    paces: Option<ThroughputProfile>,
+) -> Option<Result<(Sweep, bool)>> {
+    let path = folder.join(NAME);
+    let found = std::fs::read(&path).ok()?;
+    let found = String::from_utf8_lossy(&found);
+    if Manifest::of_text(&found).is_ok_and(|(_, is_whole)| is_whole) {
+        return None;
+    }
+    let device = pinned(study, manifest, paces).ok()?;
+    let text = Manifest { device, ..manifest.clone() }.text().ok()?;
+    let there: BTreeSet<&str> = found.lines().collect();
+    let (same, all) = (text.lines().filter(|line| there.contains(line)).count(), text.lines().count());
+    let digest = hexadecimal(&Sha256::digest(&text));
+    let origin = Origin { folder, manifest: &digest, is_of: Box::new(|_| false) };
+    if 2 * same < all || files(&origin).is_err() {
+        return None;
+    }
+    let written = replace(&path, |file| file.write_all(text.as_bytes()).map_err(|error| unwritable(&path, &error)));
+    Some(written.and_then(|()| Ok((Sweep::open(folder)?, true))))
 }
 
 /// A folder that is there must be empty, but for what a plan left that was killed.

@@ -1,8 +1,10 @@
 //! A shard on a machine that does not see the folder: what it needs there, and how its results come back.
 
+use super::head::Head;
 use super::manifest::{FORMAT, parts};
+use super::results::{Place, ResultsFile, files, row};
 use super::runs::Bits;
-use super::store::{Head, Log, files, row, scan, scan_lines};
+use super::store::Log;
 use super::{Shard, Sweep};
 use crate::text::printable;
 use crate::{Error, Result};
@@ -25,8 +27,8 @@ impl Sweep {
     pub fn left(&self, count: u64) -> Result<Vec<u64>> {
         Shard { index: 1, count }.checked()?;
         let mut done = Bits::new(self.manifest.runs);
-        for found in files(&self.folder, &self.digest)? {
-            mark(&found.path, &mut done)?;
+        for found in files(&self.origin())? {
+            mark(&found, &mut done)?;
         }
         let mut left = vec![0; usize::try_from(count).unwrap_or(0)];
         for id in (0..self.manifest.runs).filter(|id| !done.get(*id)) {
@@ -54,14 +56,13 @@ impl Sweep {
     /// `Data` when results cannot be read, or are of another study.
     pub fn finished(&self, shard: Shard) -> Result<Vec<(String, Vec<u8>)>> {
         let mut all = Vec::new();
-        for found in files(&self.folder, &self.digest)? {
+        for found in files(&self.origin())? {
             if found.shard.count == shard.count && found.shard != shard {
                 continue;
             }
-            let mut lines = serde_json::to_vec(&found.head).unwrap_or_default();
-            lines.push(b'\n');
+            let mut lines = found.head.line().into_bytes();
             let head = lines.len();
-            scan_lines(&found.path, |place, line| {
+            found.scan_lines(|place, line| {
                 if self.owns(shard, place.row.id) && !place.row.is_retried() {
                     lines.extend_from_slice(line);
                 }
@@ -86,15 +87,16 @@ impl Sweep {
             Error::data(message, "Run the shard again; nothing was kept of them.").in_file(&self.folder)
         };
         let mut lines = results.split_inclusive(|byte| *byte == b'\n');
-        let head = lines.next().and_then(|line| serde_json::from_slice::<Head>(line).ok());
+        let head = lines.next().and_then(Head::of_line);
         let head = head.ok_or_else(|| wrong("have no first line"))?;
         if head.manifest != self.digest || head.format != FORMAT || head.shard != [shard.index, shard.count] {
             let of = printable(&format!("{}/{}", head.shard[0], head.shard[1]));
             return Err(wrong(&format!("are of another study or shard ({of})")));
         }
-        let mut log = Log::open(&self.folder, &head)?;
+        let origin = self.origin();
+        let mut log = Log::open(&origin, &head)?;
         let mut done = Bits::new(self.manifest.runs);
-        mark(&self.folder.join(shard.file()), &mut done)?;
+        files(&origin)?.iter().filter(|found| found.shard == shard).try_for_each(|found| mark(found, &mut done))?;
         let (mut new, mut count) = (String::new(), 0);
         for line in lines {
             let is_own = |id: u64| id < self.manifest.runs && self.owns(shard, id);
@@ -109,16 +111,16 @@ impl Sweep {
             }
         }
         log.add(&new);
-        log.close().1.map_or(Ok(count), Err)
+        log.close().fault.map_or(Ok(count), Err)
     }
 }
 
 /// Marks the runs of a results file that need not be done again.
-fn mark(path: &Path, done: &mut Bits) -> Result<()> {
-    scan(path, |place| {
+fn mark(found: &ResultsFile<'_>, done: &mut Bits) -> Result<()> {
+    let mark = |place: Place| {
         if !place.row.is_retried() {
             done.set(place.row.id, true);
         }
-    })
-    .map(drop)
+    };
+    found.scan(mark).map(drop)
 }

@@ -1,13 +1,13 @@
 //! Running a shard: what is left of it, in pieces whose memory does not depend on how many there are.
 
 use super::Sweep;
+use super::head::Head;
 use super::line::{Outcome, line};
-use super::manifest::FORMAT;
+use super::results::files;
 use super::runs::{Bits, Job, TrustLevels};
 use super::shard::Shard;
-use super::store::{Head, Log, files, scan};
+use super::store::{Closed, Log};
 use super::trust::LevelCounts;
-use crate::evaluate::Level;
 use crate::identify::TrustLevel;
 use crate::numeric::count_u64;
 use crate::warning::Warning;
@@ -155,20 +155,14 @@ impl Sweep {
     /// when the device is not there or is lost for good. What was finished until then is kept.
     pub fn run<'a>(&'a self, shard: Shard, observe: &'a mut Observe<'a>) -> Result<Tally> {
         let shard = shard.checked()?;
-        let head = Head {
-            motorfit: env!("CARGO_PKG_VERSION").to_owned(),
-            format: FORMAT,
-            manifest: self.digest.clone(),
-            shard: [shard.index, shard.count],
-            instructions: Level::best().name().to_owned(),
-        };
-        let log = Log::open(&self.folder, &head)?;
+        let (origin, head) = (self.origin(), Head::new(&self.digest, shard));
+        let log = Log::open(&origin, &head)?;
         let (mut done, mut failed) = (Bits::new(self.manifest.runs), Bits::new(self.manifest.runs));
         let mut levels = TrustLevels::new(self.manifest.runs);
         let mut tally = Tally::default();
         let mut damaged = 0;
-        for found in files(&self.folder, &self.digest)? {
-            damaged += scan(&found.path, |place| {
+        for found in files(&origin)? {
+            damaged += found.scan(|place| {
                 // A run that failed for its recording is tried again, unless it was done elsewhere.
                 if !place.row.is_retried() {
                     done.set(place.row.id, true);
@@ -176,7 +170,7 @@ impl Sweep {
                     levels.set(place.row.id, place.row.trust.map(|trust| trust.level));
                 }
             })?;
-            if found.head.instructions != head.instructions {
+            if !found.head.instructions.is_empty() && found.head.instructions != head.instructions {
                 let message = format!(
                     "{}: made with {} instructions, here are {}: the last digits may differ",
                     found.path.display(),
@@ -202,6 +196,17 @@ impl Sweep {
         }
         let end = running.stream(false).and_then(|()| running.stream(true)).and_then(|()| running.search());
         running.close(end)
+    }
+}
+
+impl Sweep {
+    /// The runs that a results file has a line of.
+    fn runs_written(&self) -> Result<Bits> {
+        let mut written = Bits::new(self.manifest.runs);
+        files(&self.origin())?
+            .iter()
+            .try_for_each(|found| found.scan(|place| written.set(place.row.id, true)).map(drop))?;
+        Ok(written)
     }
 }
 
@@ -246,9 +251,18 @@ impl Running<'_> {
 
     /// Ends the run: what waits is tried once more, and the error, if there is one, comes after that.
     fn close(self, end: Step) -> Result<Tally> {
-        let Self { mut tally, log, begun, .. } = self;
-        (tally.lost, tally.fault) = log.close();
-        tally.finished -= tally.lost.min(tally.finished);
+        let Self { sweep, shard, done, mut tally, log, begun, .. } = self;
+        let Closed { waiting, is_gone, fault } = log.close();
+        (tally.lost, tally.fault) = (waiting, fault);
+        if is_gone {
+            // Some of those of earlier times may be gone too.
+            let there = sweep.runs_written().unwrap_or_else(|_| Bits::new(0));
+            let is_lost = |id: &u64| sweep.owns(shard, *id) && done.get(*id) && !there.get(*id);
+            tally.lost = (0..sweep.manifest.runs).filter(is_lost).count() as u64;
+        }
+        let of_now = tally.lost.min(tally.finished);
+        tally.finished -= of_now;
+        tally.before -= (tally.lost - of_now).min(tally.before);
         tally.failed = tally.failed.min(tally.before + tally.finished);
         tally.seconds = begun.elapsed().as_secs_f64();
         tally.interrupted = matches!(end, Err(End::Interrupted));

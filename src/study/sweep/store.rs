@@ -1,31 +1,17 @@
-//! Results of a shard: a file that lines are only ever added to, under a lock; and all shards read back.
+//! Results of a shard: a file that lines are only ever added to, under a lock.
 //!
 //! A line is a finished run. The last may be torn where a machine was switched off; what is torn is cut off before
 //! anything is added, and its run is done again.
 
-use super::line::{Row, split};
-use super::manifest::FORMAT;
+use super::head::{Head, Origin};
+use super::results::{check_regular, no_results, whole_lines};
 use super::shard::Shard;
-use crate::text::printable;
+use crate::file::{is_at, sync, sync_folder, unwritable};
 use crate::{Error, Result};
-use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{BufRead as _, BufReader, Read as _, Seek as _, SeekFrom, Write as _};
+use std::io::{Read as _, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-
-/// What a results file begins with.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Head {
-    pub motorfit: String,
-    pub format: u32,
-    /// The digest of the manifest that it belongs to.
-    pub manifest: String,
-    /// Which shard, of how many.
-    pub shard: [u64; 2],
-    /// The class of instructions: another may round otherwise.
-    pub instructions: String,
-}
 
 /// Lines that wait for a disk with room, in bytes, and for how long; then the run ends.
 const WAITING_MAX: usize = 16 << 20;
@@ -47,13 +33,26 @@ pub(super) struct Log {
     fault: Option<std::io::Error>,
     since: Option<Instant>,
     synced: Instant,
+    /// Why what was written is not to be found again.
+    gone: Option<Error>,
+}
+
+/// A results file that is closed.
+#[derive(Default)]
+pub(super) struct Closed {
+    /// Lines that could not be written.
+    pub waiting: u64,
+    /// Whether lines that were written may not be there.
+    pub is_gone: bool,
+    /// Why.
+    pub fault: Option<Error>,
 }
 
 impl Log {
     /// Opens the file of a shard, made with its head where it is new.
-    pub(super) fn open(folder: &Path, head: &Head) -> Result<Self> {
+    pub(super) fn open(origin: &Origin<'_>, head: &Head) -> Result<Self> {
         let shard = Shard { index: head.shard[0], count: head.shard[1] };
-        let path = folder.join(shard.file());
+        let path = origin.folder.join(shard.file());
         let failed = |error: std::io::Error| unwritable(&path, &error);
         check_regular(&path)?;
         let file = OpenOptions::new().read(true).append(true).create(true).open(&path).map_err(failed)?;
@@ -67,20 +66,22 @@ impl Log {
             Err(TryLockError::Error(error)) if error.kind() == std::io::ErrorKind::Unsupported => {}
             Err(TryLockError::Error(error)) => return Err(failed(error)),
         }
-        let mut log =
-            Self { file, path, whole: 0, waiting: String::new(), fault: None, since: None, synced: Instant::now() };
-        log.whole = whole_lines(&log.file).map_err(|error| unwritable(&log.path, &error))?;
-        let line = serde_json::to_string(head).unwrap_or_default() + "\n";
-        if log.whole > 0 {
-            check_head(&log.path, &head.manifest)?;
-        } else if !is_beginning(&log.path, &line) {
-            return Err(no_results(&log.path));
+        let (whole, synced) = (whole_lines(&file).map_err(failed)?, Instant::now());
+        let line = head.line();
+        if whole > 0 {
+            Head::read(&path, origin, shard)?;
+        } else if !is_beginning(&path, &line) {
+            return Err(no_results(&path));
         }
-        // What is no whole line is cut off.
-        log.file.set_len(log.whole).map_err(|error| unwritable(&log.path, &error))?;
-        if log.whole == 0 && !log.add(&line) {
-            let fault = log.fault.take().unwrap_or_else(|| std::io::ErrorKind::StorageFull.into());
-            return Err(unwritable(&log.path, &fault));
+        // An incomplete last line is cut off.
+        file.set_len(whole).map_err(failed)?;
+        let mut log = Self { file, path, whole, waiting: String::new(), fault: None, since: None, synced, gone: None };
+        if whole == 0 {
+            if !log.add(&line) {
+                let fault = log.fault.take().unwrap_or_else(|| std::io::ErrorKind::StorageFull.into());
+                return Err(unwritable(&log.path, &fault));
+            }
+            sync_folder(origin.folder).map_err(|error| unwritable(&log.path, &error))?;
         }
         Ok(log)
     }
@@ -112,25 +113,62 @@ impl Log {
         }
         if self.synced.elapsed() > SYNC {
             // What a crash of the machine loses is done again.
-            let _ = self.file.sync_data();
+            self.check();
             self.synced = Instant::now();
         }
         true
     }
 
-    /// Whether so much waits that going on makes no sense.
+    /// Returns whether going on makes no sense: too much waits, or what was written is gone.
     pub(super) fn is_stuck(&self) -> bool {
-        self.waiting.len() > WAITING_MAX || self.since.is_some_and(|since| since.elapsed() > PATIENCE)
+        self.gone.is_some()
+            || self.waiting.len() > WAITING_MAX
+            || self.since.is_some_and(|since| since.elapsed() > PATIENCE)
     }
 
-    /// The last try; returns how many lines are lost, and why.
-    pub(super) fn close(mut self) -> (u64, Option<Error>) {
-        if self.add("") {
-            let _ = self.file.sync_all();
-            return (0, None);
+    /// Has the lines written to the disk, and looks whether the file at the path is the one that is open, with all of
+    /// them. One that was removed is made anew.
+    fn check(&mut self) {
+        let synced = sync(&self.file).map_err(|error| unwritable(&self.path, &error));
+        self.gone = self.gone.take().or_else(|| synced.and_then(|()| self.kept()).err());
+    }
+
+    fn kept(&mut self) -> Result<()> {
+        let was = |what: &str, why: &str| {
+            let remedy = "Run it again: runs that are missing are done once more. Leave the folder alone meanwhile.";
+            Error::data(format!("was {what} while it was being written{why}"), remedy).in_file(&self.path)
+        };
+        if self.file.metadata().is_ok_and(|facts| facts.len() < self.whole) {
+            return Err(was("shortened", ""));
         }
-        let lost = self.waiting.matches('\n').count() as u64;
-        (lost, self.fault.as_ref().map(|error| unwritable(&self.path, error)))
+        if is_at(&self.file, &self.path) {
+            return Ok(());
+        }
+        let anew = |path: &Path| {
+            let mut anew = OpenOptions::new().read(true).append(true).create_new(true).open(path)?;
+            let _ = lock(&anew);
+            (&self.file).rewind()?;
+            std::io::copy(&mut (&self.file).take(self.whole), &mut anew)?;
+            sync(&anew)?;
+            sync_folder(path.parent().unwrap_or(path))?;
+            Ok::<_, std::io::Error>(anew)
+        };
+        match anew(&self.path) {
+            Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => return Err(was("replaced", "")),
+            Err(error) => return Err(was("removed", &format!(", and cannot be made anew: {error}"))),
+            Ok(anew) => self.file = anew,
+        }
+        Ok(())
+    }
+
+    /// The last try.
+    pub(super) fn close(mut self) -> Closed {
+        let is_written = self.add("");
+        self.check();
+        let waiting = if is_written { 0 } else { self.waiting.matches('\n').count() as u64 };
+        let fault = self.gone.take();
+        let is_gone = fault.is_some();
+        Closed { waiting, is_gone, fault: fault.or_else(|| self.fault.as_ref().map(|e| unwritable(&self.path, e))) }
     }
 }
 
@@ -152,144 +190,15 @@ fn is_beginning(path: &Path, line: &str) -> bool {
     read.is_ok() && line.as_bytes().starts_with(&found)
 }
 
-/// Refuses what is there but no regular file: to open a pipe would wait for its other end.
-fn check_regular(path: &Path) -> Result<()> {
-    match std::fs::metadata(path) {
-        Ok(facts) if !facts.is_file() => {
-            let message = "is no regular file, expected one of results";
-            Err(Error::data(message, "Move it away; its runs will be done again.").in_file(path))
-        }
-        _ => Ok(()),
-    }
-}
-
-fn no_results(path: &Path) -> Error {
-    Error::data("is no results file", "Move it away; its runs will be done again.").in_file(path).at_line(1)
-}
-
-pub(crate) fn unwritable(path: &Path, error: &std::io::Error) -> Error {
-    let remedy = match error.kind() {
-        std::io::ErrorKind::StorageFull => "Make room on the disk and run it again: what is finished is kept.",
-        std::io::ErrorKind::NotFound => "Check the path.",
-        _ => "Allow writing there, and run it again: what is finished is kept.",
-    };
-    Error::data(format!("cannot be written: {}", printable(&error.to_string())), remedy).in_file(path)
-}
-
-/// Where the last whole line of a file ends.
-fn whole_lines(mut file: &File) -> std::io::Result<u64> {
-    let mut end = file.seek(SeekFrom::End(0))?;
-    let mut piece = vec![0; 64 << 10];
-    while end > 0 {
-        let start = end.saturating_sub(piece.len() as u64);
-        let length = usize::try_from(end - start).unwrap_or(0);
-        file.seek(SeekFrom::Start(start))?;
-        file.read_exact(&mut piece[..length])?;
-        if let Some(at) = memchr::memrchr(b'\n', &piece[..length]) {
-            return Ok(start + at as u64 + 1);
-        }
-        end = start;
-    }
-    Ok(0)
-}
-
-/// The head of a results file, which must belong to a manifest.
-fn check_head(path: &Path, manifest: &str) -> Result<Head> {
-    let file = File::open(path).map_err(|error| unreadable(path, &error))?;
-    let mut line = String::new();
-    let _ = BufReader::new(file).take(1 << 16).read_line(&mut line);
-    let wrong = |message: &str, remedy: &str| Err(Error::data(message, remedy).in_file(path).at_line(1));
-    match serde_json::from_str::<Head>(&line) {
-        Ok(head) if head.manifest == manifest && head.format == FORMAT => Ok(head),
-        Ok(head) if head.format != FORMAT => {
-            wrong("is of another version of this program", "Use that version, or plan the study again in a new folder.")
-        }
-        Ok(_) => wrong("holds results of another study", "Move it away, or run the study it belongs to."),
-        Err(_) => Err(no_results(path)),
-    }
-}
-
-pub(super) fn unreadable(path: &Path, error: &std::io::Error) -> Error {
-    let remedy = match error.kind() {
-        std::io::ErrorKind::NotFound => "Check the path.",
-        std::io::ErrorKind::PermissionDenied => "Allow reading it.",
-        _ => "Give the file that is meant, as text in UTF-8.",
-    };
-    Error::data(format!("cannot be read: {}", printable(&error.to_string())), remedy).in_file(path)
-}
-
-/// A results file as it was found.
-pub(super) struct ResultsFile {
-    pub path: PathBuf,
-    pub shard: Shard,
-    pub head: Head,
-}
-
-/// The results files of a folder.
-pub(super) fn files(folder: &Path, manifest: &str) -> Result<Vec<ResultsFile>> {
-    let entries = std::fs::read_dir(folder).map_err(|error| unreadable(folder, &error))?;
-    let mut found = Vec::new();
-    for entry in entries.flatten() {
-        let Some(shard) = entry.file_name().to_str().and_then(Shard::of_file) else { continue };
-        let path = entry.path();
-        check_regular(&path)?;
-        // One that was only just made has no head yet.
-        let whole = File::open(&path).and_then(|file| whole_lines(&file)).map_err(|error| unreadable(&path, &error))?;
-        if whole > 0 {
-            found.push(ResultsFile { head: check_head(&path, manifest)?, path, shard });
-        }
-    }
-    found.sort_by_key(|found| (found.shard.count, found.shard.index));
-    Ok(found)
-}
-
-/// A line of a results file: where it stands, and of which run it is.
-pub(super) struct Place {
-    pub offset: u64,
-    pub length: u32,
-    pub row: Row,
-}
-
-/// Sees every whole line of a results file; returns how many could not be read.
-pub(super) fn scan(path: &Path, mut see: impl FnMut(Place)) -> Result<u64> {
-    scan_lines(path, |place, _| see(place))
-}
-
-/// The same with the bytes of the line.
-pub(super) fn scan_lines(path: &Path, mut see: impl FnMut(Place, &[u8])) -> Result<u64> {
-    let failed = |error: std::io::Error| unreadable(path, &error);
-    let mut reader = BufReader::with_capacity(1 << 18, File::open(path).map_err(failed)?);
-    let (mut line, mut offset, mut damaged) = (Vec::new(), 0_u64, 0);
-    loop {
-        line.clear();
-        let length = reader.read_until(b'\n', &mut line).map_err(failed)?;
-        if !line.ends_with(b"\n") {
-            // The end, or a line that is being written or was torn.
-            return Ok(damaged);
-        }
-        if offset > 0 {
-            match (row(&line), u32::try_from(length)) {
-                (Some(row), Ok(length)) => see(Place { offset, length, row }, &line),
-                _ => damaged += 1,
-            }
-        }
-        offset += length as u64;
-    }
-}
-
-/// What a line says, if it is whole.
-pub(super) fn row(line: &[u8]) -> Option<Row> {
-    let (result, _) = split(std::str::from_utf8(line).ok()?.trim_end())?;
-    serde_json::from_str(&result).ok()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::sweep::results::files;
 
-    fn head(manifest: &str) -> Head {
-        let (motorfit, instructions) = ("0".to_owned(), "AVX2".to_owned());
-        Head { motorfit, format: FORMAT, manifest: manifest.to_owned(), shard: [1, 2], instructions }
+    const SECOND: Shard = Shard { index: 1, count: 2 };
+
+    fn open(folder: &Path, manifest: &str) -> Result<Log> {
+        Log::open(&Origin { folder, manifest, is_of: Box::new(|_| true) }, &Head::new(manifest, SECOND))
     }
 
     fn line(id: u64) -> String {
@@ -303,8 +212,8 @@ mod tests {
 
     fn ids(folder: &Path) -> Vec<u64> {
         let mut ids = Vec::new();
-        for found in files(folder, "m").unwrap() {
-            scan(&found.path, |place| ids.push(place.row.id)).unwrap();
+        for found in files(&Origin { folder, manifest: "m", is_of: Box::new(|_| true) }).unwrap() {
+            found.scan(|place| ids.push(place.row.id)).unwrap();
         }
         ids
     }
@@ -312,17 +221,17 @@ mod tests {
     #[test]
     fn a_torn_line_is_cut_off_and_a_second_writer_kept_out() {
         let folder = tempfile::tempdir().unwrap();
-        let mut log = Log::open(folder.path(), &head("m")).unwrap();
+        let mut log = open(folder.path(), "m").unwrap();
         assert!(log.add(&(line(0) + &line(1))));
-        let second = Log::open(folder.path(), &head("m")).err().unwrap();
+        let second = open(folder.path(), "m").err().unwrap();
         assert!(second.to_string().contains("another run of this shard"), "{second}");
-        assert_eq!(log.close().0, 0);
+        assert_eq!(log.close().waiting, 0);
         let path = folder.path().join("results-1-of-2.jsonl");
         let whole = std::fs::read(&path).unwrap();
         // Cut at every byte: whole lines stay, the rest goes.
         for cut in 1..whole.len() {
             std::fs::write(&path, &whole[..cut]).unwrap();
-            let mut log = Log::open(folder.path(), &head("m")).unwrap();
+            let mut log = open(folder.path(), "m").unwrap();
             assert!(log.add(&line(7)));
             drop(log);
             let lines = whole[..cut].iter().filter(|b| **b == b'\n').count();
@@ -330,8 +239,7 @@ mod tests {
             assert_eq!(ids(folder.path()), expected, "cut at {cut}");
         }
         std::fs::write(&path, whole).unwrap();
-        let other = Log::open(folder.path(), &head("another")).err().unwrap();
+        let other = open(folder.path(), "another").err().unwrap();
         assert!(other.to_string().contains("results of another study"), "{other}");
-        assert!(files(folder.path(), "another").is_err());
     }
 }
