@@ -180,24 +180,26 @@ fn a_full_disk_keeps_the_old_report() {
     assert!(contents(&dir) == before);
 
     let Some(mounted) = Mounted::new(&folder, "size=1m") else { return };
-    let dir = format!("{}/report", mounted.0);
-    ok(&["identify", EXAMPLE, "--out", &dir]);
+    // A report of 300 samples fits twice into a megabyte.
+    let (short, dir) = (folder.path("short.csv"), format!("{}/report", mounted.0));
+    program::simulated(&short, program::M2, "step:10.5@0.05", ["0.3", "1"]);
+    ok(&["identify", &short, "--out", &dir]);
     let before = contents(&dir);
     let filler = format!("{}/filler", mounted.0);
     let mut file = std::fs::File::create(&filler).unwrap();
     while std::io::Write::write_all(&mut file, &[1; 4096]).is_ok() {}
-    let output = run(&["identify", EXAMPLE, "--out", &dir]);
+    let output = run(&["identify", &short, "--out", &dir]);
     let (out, err) = (text(&output.stdout), text(&output.stderr));
     assert!(output.status.code() == Some(3) && err.contains("No space left"), "{err}");
     assert!(out.contains("motor constant"), "the result is not lost with the report");
     assert!(contents(&dir) == before);
     std::fs::remove_file(&filler).unwrap();
-    ok(&["identify", EXAMPLE, "--out", &dir]);
+    ok(&["identify", &short, "--out", &dir]);
     indexed(&dir);
 
     let remounted = Command::new("mount").args(["-o", "remount,ro", &mounted.0]).status().unwrap();
     assert!(remounted.success());
     let before = contents(&dir);
-    fails(&["inspect", EXAMPLE, "--out", &dir], 3, "cannot be used");
+    fails(&["inspect", &short, "--out", &dir], 3, "cannot be used");
     assert!(contents(&dir) == before && Path::new(&dir).exists());
 }
