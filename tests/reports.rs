@@ -193,6 +193,7 @@ fn a_full_disk_keeps_the_old_report() {
     assert!(output.status.code() == Some(3) && err.contains("No space left"), "{err}");
     assert!(out.contains("motor constant"), "the result is not lost with the report");
     assert!(contents(&dir) == before);
+    drop(file);
     std::fs::remove_file(&filler).unwrap();
     ok(&["identify", &short, "--out", &dir]);
     indexed(&dir);
