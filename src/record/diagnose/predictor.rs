@@ -150,28 +150,34 @@ impl Predictor {
 }
 
 impl Class {
-    /// Fits thrice: samples that are far off after a fit are left out of the next.
+    /// Fits up to thrice: samples that are far off after a fit are left out of the next.
     fn new(of: &Scaled<'_>, chosen: &[usize], row: impl Fn(usize) -> Row) -> Self {
         let mut class = Self { scale: f64::INFINITY, ..Self::default() };
         if chosen.len() < CLASS_MIN {
             return class;
         }
+        let rows: Vec<(Row, f64)> = chosen.iter().map(|m| (row(*m), of.values[*m])).collect();
+        // Values far outside would spoil the regression.
+        let is_usual = |row: &Row, value: f64| row[1].abs().max(row[2].abs()).max(value.abs()) < OUTSIDE;
+        let mut taken: Vec<bool> = rows.iter().map(|(row, value)| is_usual(row, *value)).collect();
+        let mut sizes = Vec::with_capacity(rows.len());
         for _ in 0..3 {
             let mut sums = Sums::default();
-            class.rows = 0.0;
-            for m in chosen {
-                let (row, value) = (row(*m), of.values[*m]);
-                // Values far outside would spoil the regression.
-                let is_usual = row[1].abs().max(row[2].abs()).max(value.abs()) < OUTSIDE;
-                if is_usual && (value - class.solution.predicted(&row)).abs() < 6.0 * class.scale {
-                    sums.add(&row, value);
-                    class.rows += 1.0;
-                }
-            }
+            rows.iter().zip(&taken).filter(|(_, taken)| **taken).for_each(|((row, value), _)| sums.add(row, *value));
+            class.rows = count(taken.iter().filter(|taken| **taken).count());
             class.solution = sums.solve();
-            let mut sizes: Vec<f64> =
-                chosen.iter().map(|m| (of.values[*m] - class.solution.predicted(&row(*m))).abs()).collect();
-            class.scale = (order_statistic(&mut sizes, QUANTILE[0]) / QUANTILE[1]).max(1e-9);
+            let size = |(row, value): &(Row, f64)| (value - class.solution.predicted(row)).abs();
+            sizes.clear();
+            sizes.extend(rows.iter().map(size));
+            class.scale = (order_statistic(&mut sizes.clone(), QUANTILE[0]) / QUANTILE[1]).max(1e-9);
+            let is_near =
+                |(n, (row, value)): (usize, &(Row, f64))| sizes[n] < 6.0 * class.scale && is_usual(row, *value);
+            let next: Vec<bool> = rows.iter().enumerate().map(is_near).collect();
+            // The next fit would be the same.
+            if next == taken {
+                break;
+            }
+            taken = next;
         }
         class
     }
