@@ -1,6 +1,7 @@
 //! Files that are written, and the folder of `--out`: a page, the document and tables.
 
 use super::output::Style;
+use super::signals::FileUnderWay;
 use motorfit::report::Reproduced;
 use motorfit::text::{Shortest, shell_quoted};
 use motorfit::{Error, Result};
@@ -96,6 +97,7 @@ pub(super) fn write_file(path: &Path, text: &str) -> Result<()> {
         }
         _ => {}
     }
+    let _under_way = FileUnderWay::begin();
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut beside = tempfile::Builder::new();
     #[cfg(unix)]

@@ -1,0 +1,192 @@
+//! Signals from outside: each ends each command with its code, keeps what is finished and leaves nothing behind.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, reason = "a test may stop")]
+
+#[path = "support/program.rs"]
+mod program;
+
+use program::{EXAMPLE, Folder, M2, motorfit, text};
+use std::io::{BufRead as _, Write as _};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
+
+/// Names, numbers and exit codes.
+const SIGNALS: [(&str, u32, i32); 3] = [("INT", 2, 130), ("TERM", 15, 143), ("HUP", 1, 129)];
+
+const SWEEP: &str = "[sweep]\nname = \"long\"\ngenerations = 4000\npopulation = 200\nruns = 40\npolish = \"none\"\n\
+    methods = [\"jaya\"]\n[bounds]\nR = [0.5, 1.5]\nL = [0.001, 0.02]\nK = [0.05, 0.1]\nB = [1e-5, 0.002]\n\
+    J = [1e-5, 0.001]\n";
+
+/// The program with all signals as they are by default, however the tests were started.
+fn program() -> Command {
+    let mut command = Command::new("env");
+    command.args(["--default-signal=INT,TERM,HUP", env!("CARGO_BIN_EXE_motorfit")]);
+    // That of the other tests.
+    for (name, value) in motorfit().get_envs() {
+        command.env(name, value.unwrap());
+    }
+    command
+}
+
+fn started(args: &[&str]) -> Child {
+    let mut command = program();
+    command.args(args).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = command.spawn().unwrap();
+    listens(&child);
+    child
+}
+
+/// Waits for the program to handle the last of its signals, and for the thread that does.
+fn listens(child: &Child) {
+    for _ in 0..10_000 {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+        let field = |name: &str| status.lines().find_map(|line| line.strip_prefix(name)).unwrap().trim().to_owned();
+        let caught = u64::from_str_radix(&field("SigCgt:"), 16).unwrap();
+        let threads = std::fs::read_dir(format!("/proc/{}/task", child.id())).unwrap();
+        let mut names = threads.filter_map(|task| std::fs::read_to_string(task.unwrap().path().join("comm")).ok());
+        if caught >> 24 & 1 == 1 && names.any(|name| name.trim() == "signals") {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    panic!("it does not listen");
+}
+
+fn send(child: &Child, signals: &[&str]) {
+    let script = signals.iter().map(|signal| format!("kill -{signal} {};", child.id())).collect::<String>();
+    assert!(Command::new("sh").args(["-c", &script]).status().unwrap().success());
+}
+
+/// Waits for the first line on stderr: the work is on its way.
+fn is_on_its_way(child: &mut Child) -> std::thread::JoinHandle<String> {
+    let mut stderr = std::io::BufReader::new(child.stderr.take().unwrap());
+    let mut line = String::new();
+    stderr.read_line(&mut line).unwrap();
+    std::thread::spawn(move || {
+        let rest = stderr.lines().map_while(Result::ok).map(|line| line + "\n").collect::<String>();
+        line + &rest
+    })
+}
+
+fn ended(child: Child, code: i32) -> Output {
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(code), "{}", text(&output.stderr));
+    output
+}
+
+#[test]
+fn a_search_ends_with_its_best() {
+    let budget = ["--method", "gwo", "--generations", "1000000000", "--json", "--progress", "json"];
+    for (name, _, code) in SIGNALS {
+        let mut child = started(&[&["identify", EXAMPLE][..], &budget].concat());
+        let _rest = is_on_its_way(&mut child);
+        send(&child, &[name]);
+        let document: serde_json::Value = serde_json::from_slice(&ended(child, code).stdout).unwrap();
+        assert_eq!(document["stop"], "interrupted");
+        assert!(document["parameters"]["R"]["value"].is_f64());
+    }
+}
+
+#[test]
+fn comparisons_and_benchmarks_end_with_what_they_have() {
+    let compare =
+        ["compare", EXAMPLE, "--methods", "gwo,jaya", "--generations", "1000000", "--json", "--progress", "json"];
+    let bench = ["bench", "--no-gpu", "--no-keep", "--seconds", "1000", "--json", "--progress", "json"];
+    let evaluate = ["evaluate", EXAMPLE, "--sample", "random:1000000000000", "--json", "--progress", "json"];
+    for args in [&compare[..], &bench, &evaluate] {
+        for (name, _, code) in SIGNALS {
+            let mut child = started(args);
+            // A benchmark says nothing before its first case is done.
+            let rest = (args[0] != "bench").then(|| is_on_its_way(&mut child));
+            send(&child, &[name]);
+            let output = ended(child, code);
+            drop(rest);
+            if args[0] != "bench" {
+                serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap();
+            }
+        }
+    }
+}
+
+#[test]
+fn a_sweep_keeps_what_is_finished() {
+    for (name, _, code) in SIGNALS {
+        let folder = Folder::new();
+        let study = folder.file("study.toml", format!("{SWEEP}[[recordings]]\nfile = \"{EXAMPLE}\"\n"));
+        let dir = folder.path("out");
+        let mut child = started(&["sweep", &study, "--out", &dir, "--progress", "json"]);
+        let _rest = is_on_its_way(&mut child);
+        send(&child, &[name]);
+        ended(child, code);
+        let status = program().args(["sweep", "status", &dir, "--json"]).output().unwrap();
+        assert!(status.status.success(), "{}", text(&status.stderr));
+    }
+}
+
+#[test]
+fn work_that_does_not_answer_is_given_up() {
+    // Their input never comes.
+    for args in
+        [["evaluate", EXAMPLE, "--candidates", "-"].as_slice(), &["inspect", "/dev/stdin"], &["identify", "/dev/stdin"]]
+    {
+        for (name, _, code) in SIGNALS {
+            let child = started(args);
+            send(&child, &[name]);
+            let output = ended(child, code);
+            assert_eq!(text(&output.stderr), "interrupted before there was a result\n", "{args:?}");
+            assert!(output.stdout.is_empty());
+        }
+        let child = started(&[args, &["--quiet"]].concat());
+        send(&child, &["TERM"]);
+        assert!(ended(child, 143).stderr.is_empty());
+    }
+}
+
+#[test]
+fn a_second_signal_ends_the_program_at_once() {
+    for ((first, ..), (second, _, code)) in SIGNALS.into_iter().zip(SIGNALS.into_iter().cycle().skip(1)) {
+        let child = started(&["inspect", "/dev/stdin"]);
+        send(&child, &[first, second]);
+        let output = ended(child, code);
+        assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
+    }
+}
+
+#[test]
+fn what_the_caller_ignores_stays_ignored() {
+    let head = "time_s,voltage_V,current_A,speed_rad_s\n";
+    let rows: String = (0..50).map(|n| format!("{},{},{},{}\n", f64::from(n) * 0.001, n % 3, n % 5, n % 7)).collect();
+    for (name, number, _) in SIGNALS {
+        let script = format!("trap '' {name}; exec \"$0\" inspect /dev/stdin");
+        let mut command = Command::new("env");
+        command.args(["--default-signal=INT,TERM,HUP", "sh", "-c", &script, env!("CARGO_BIN_EXE_motorfit")]);
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        listens(&child);
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+        let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).unwrap().trim().to_owned();
+        assert_eq!(u64::from_str_radix(&ignored, 16).unwrap() >> (number - 1) & 1, 1, "{name}: {ignored}");
+        send(&child, &[name, name]);
+        child.stdin.take().unwrap().write_all(format!("{head}{rows}").as_bytes()).unwrap();
+        ended(child, 0);
+    }
+}
+
+#[test]
+fn a_file_that_may_not_grow_is_an_error_of_the_file() {
+    let folder = Folder::new();
+    let motor = ["simulate", "--parameters", M2, "--input", "step:10@0.1", "--duration", "5", "--out"];
+    for out in ["recording.csv", "-"] {
+        let out = if out == "-" { out.to_owned() } else { folder.path(out) };
+        let stdout = std::fs::File::create(folder.path("stdout")).unwrap();
+        let mut command = Command::new("sh");
+        command.args(["-c", "ulimit -f 8; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_motorfit")]).args(motor);
+        let output =
+            command.arg(&out).stdout(stdout).stderr(Stdio::piped()).spawn().unwrap().wait_with_output().unwrap();
+        let err = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{err}");
+        assert!(err.contains("cannot be written: File too large"), "{err}");
+    }
+    // Neither the recording nor what was written of it.
+    let left: Vec<_> = std::fs::read_dir(folder.0.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, ["stdout"]);
+}
