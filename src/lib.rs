@@ -33,6 +33,7 @@ pub mod estimate;
 pub mod evaluate;
 pub mod experiment;
 pub mod identify;
+pub mod limit;
 pub mod motor;
 pub mod named;
 pub mod numeric;

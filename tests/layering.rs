@@ -8,8 +8,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The modules in the order of the flow. Each may use those before it, and the ground: error, named, text, setting, numeric, candidates, channels.
-const ORDER: [&str; 20] = [
+const ORDER: [&str; 21] = [
     "error",
+    "limit",
     "named",
     "text",
     "setting",
@@ -38,8 +39,8 @@ const FORBIDDEN: [(&str, &[&str]); 5] = [
     ("evaluate", &["optimize", "experiment", "warning"]),
     ("estimate", &["optimize", "experiment", "warning"]),
 ];
-const GROUND: [&str; 10] =
-    ["error", "named", "text", "setting", "numeric", "candidates", "channels", "Error", "ErrorKind", "Result"];
+const GROUND: [&str; 11] =
+    ["error", "limit", "named", "text", "setting", "numeric", "candidates", "channels", "Error", "ErrorKind", "Result"];
 
 fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());

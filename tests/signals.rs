@@ -13,9 +13,15 @@ use std::time::Duration;
 /// Names, numbers and exit codes.
 const SIGNALS: [(&str, u32, i32); 3] = [("INT", 2, 130), ("TERM", 15, 143), ("HUP", 1, 129)];
 
-const SWEEP: &str = "[sweep]\nname = \"long\"\ngenerations = 4000\npopulation = 200\nruns = 40\npolish = \"none\"\n\
-    methods = [\"jaya\"]\n[bounds]\nR = [0.5, 1.5]\nL = [0.001, 0.02]\nK = [0.05, 0.1]\nB = [1e-5, 0.002]\n\
-    J = [1e-5, 0.001]\n";
+/// Far more runs than a test has time for.
+const STUDY: &str = r#"
+methods = ["gwo"]
+population = [100]
+generations = [5000]
+seeds = "1..1000"
+bounds = "table2"
+device = "cpu"
+"#;
 
 /// The program with all signals as they are by default, however the tests were started.
 fn program() -> Command {
@@ -68,7 +74,9 @@ fn is_on_its_way(child: &mut Child) -> std::thread::JoinHandle<String> {
     })
 }
 
-fn ended(child: Child, code: i32) -> Output {
+fn ended(mut child: Child, code: i32) -> Output {
+    // Waiting would close it, and the program would read its end.
+    let _stdin = child.stdin.take();
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(code), "{}", text(&output.stderr));
     output
@@ -92,7 +100,7 @@ fn comparisons_and_benchmarks_end_with_what_they_have() {
     let compare =
         ["compare", EXAMPLE, "--methods", "gwo,jaya", "--generations", "1000000", "--json", "--progress", "json"];
     let bench = ["bench", "--no-gpu", "--no-keep", "--seconds", "1000", "--json", "--progress", "json"];
-    let evaluate = ["evaluate", EXAMPLE, "--sample", "random:1000000000000", "--json", "--progress", "json"];
+    let evaluate = ["evaluate", EXAMPLE, "--sample", "uniform:1000000000000", "--json", "--progress", "json"];
     for args in [&compare[..], &bench, &evaluate] {
         for (name, _, code) in SIGNALS {
             let mut child = started(args);
@@ -112,7 +120,7 @@ fn comparisons_and_benchmarks_end_with_what_they_have() {
 fn a_sweep_keeps_what_is_finished() {
     for (name, _, code) in SIGNALS {
         let folder = Folder::new();
-        let study = folder.file("study.toml", format!("{SWEEP}[[recordings]]\nfile = \"{EXAMPLE}\"\n"));
+        let study = folder.file("study.toml", format!("recordings = [\"{EXAMPLE}\"]\n{STUDY}"));
         let dir = folder.path("out");
         let mut child = started(&["sweep", &study, "--out", &dir, "--progress", "json"]);
         let _rest = is_on_its_way(&mut child);
@@ -130,13 +138,21 @@ fn work_that_does_not_answer_is_given_up() {
         [["evaluate", EXAMPLE, "--candidates", "-"].as_slice(), &["inspect", "/dev/stdin"], &["identify", "/dev/stdin"]]
     {
         for (name, _, code) in SIGNALS {
-            let child = started(args);
+            let mut child = started(args);
+            let mut stdin = child.stdin.take().unwrap();
+            if args[0] == "evaluate" {
+                stdin.write_all(b"R,L,K,B,J\n").unwrap();
+            }
             send(&child, &[name]);
             let output = ended(child, code);
             assert_eq!(text(&output.stderr), "interrupted before there was a result\n", "{args:?}");
             assert!(output.stdout.is_empty());
         }
-        let child = started(&[args, &["--quiet"]].concat());
+        let mut child = started(&[args, &["--quiet"]].concat());
+        let mut stdin = child.stdin.take().unwrap();
+        if args[0] == "evaluate" {
+            stdin.write_all(b"R,L,K,B,J\n").unwrap();
+        }
         send(&child, &["TERM"]);
         assert!(ended(child, 143).stderr.is_empty());
     }

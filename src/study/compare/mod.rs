@@ -213,12 +213,15 @@ pub fn compare(
     Ok(comparison)
 }
 
+/// The most runs of each method.
+pub(super) const RUNS_MAX: usize = 100_000;
+
 fn check(spec: &CompareSpec) -> Result<()> {
     if spec.settings.is_empty() || spec.runs == 0 || spec.settings.iter().any(|s| s.methods.is_empty()) {
         return Err(Error::usage("there is nothing to compare", "Give at least one method, criterion and run."));
     }
-    if spec.runs > 100_000 {
-        return Err(Error::usage(text!([Runs](" is {}", spec.runs)), "Give at most 100000."));
+    if spec.runs > RUNS_MAX {
+        return Err(Error::usage(text!([Runs](" is {}", spec.runs)), format!("Give at most {RUNS_MAX}.")));
     }
     if spec.target.is_some_and(|cost| !(cost.is_finite() && cost > 0.0)) {
         return Err(Error::usage(text!([Target] " is no cost"), "Give a positive number."));

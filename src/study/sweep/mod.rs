@@ -42,6 +42,16 @@ use study::Study;
 pub use summary::{Cell, Limits, MOTOR, Named, NamedRun, Quantiles, SweepBlock, SweepSummary};
 pub use trust::{LevelCounts, RunTrust, TrustCounts};
 
+use crate::limit::{Limit, limit, limit_of};
+
+/// The limits of studies.
+pub(super) const LIMITS: [Limit; 4] = [
+    limit("bytes of a study", plan::BYTES_MAX, "refused"),
+    limit("runs of a study", manifest::RUNS_MAX, "refused"),
+    limit("shards of a sweep", shard::SHARDS_MAX, "refused"),
+    limit_of("folders that a pattern leads into", pattern::FOLDERS_MAX, "refused"),
+];
+
 use crate::{Error, Result};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};

@@ -5,7 +5,7 @@ use crate::text::excerpt;
 use crate::{Error, Result};
 
 /// The most shards of a sweep.
-const SHARDS_MAX: u64 = 1_000_000;
+pub(super) const SHARDS_MAX: u64 = 1_000_000;
 
 /// A shard of a sweep: the first is 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
