@@ -194,8 +194,11 @@ fn limits_are_those_that_errors_name() {
     let read = |text: String| motorfit::record::read_bytes(text.as_bytes(), None, &ReadOptions::default()).map(|_| ());
     let head = "time_s,voltage_V,current_A,speed_rad_s";
     let rows: String = (0..9).map(|n| format!("0.00{n},{},{},{}\n", n % 2, n % 3, n % 4)).collect();
-    refused("bytes of a line", &|n| read(format!("{head},{}\n{rows}", "x".repeat(count(n) - head.len() - 1))));
-    refused("columns of a CSV", &|n| read(format!("{head}{}\n{rows}", ",".repeat(count(n) - 4))));
+    let wide = |more: &str| rows.replace('\n', &format!("{more}\n"));
+    let long = |n: u64| "x".repeat(count(n) - head.len() - 1);
+    refused("bytes of a line", &|n| read(format!("{head},{}\n{}", long(n), wide(",0"))));
+    let more = |n: u64, cell: &str| cell.repeat(count(n) - 4);
+    refused("columns of a CSV", &|n| read(format!("{head}{}\n{}", more(n, ",x"), wide(&more(n, ",0")))));
     refused("order of a low-pass", &|n| format!("butterworth:10:{n}").parse::<LowPass>().map(|_| ()));
     refused("points of a sample", &|n| Sample::new(Sampling::Uniform, n, vec![(0.0, 1.0)], 1).map(|_| ()));
     refused("threads", &|n| motorfit::device::check_threads(Some(count(n))));

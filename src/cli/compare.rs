@@ -25,6 +25,7 @@ pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
         let spec = CompareSpec { space: asked.space(&subject, spec.model)?, ..spec };
         compare(subject, &spec, &mut |progress| {
             show(progress);
+            signals::searching(progress.generation < progress.generations);
             signals::interrupted()
         })
     })?;

@@ -107,6 +107,8 @@ impl Evaluation<'_> {
                 let generation = usize::try_from(done.div_ceil(most as u64)).unwrap_or(generations);
                 show(&Progress { generation, generations, evaluations: done, cost: lowest });
             }
+            // The next batch of a sample does not wait for anybody.
+            signals::searching(self.args.sample.is_some());
             interrupted = signals::is_interrupted();
             std::mem::swap(&mut values, &mut next);
         }

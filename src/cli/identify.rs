@@ -36,6 +36,7 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     let mut show = progress::reporter(style, "generation");
     let found = identify_with(&records, &spec, &mut |progress| {
         show(progress);
+        signals::searching(progress.generation < progress.generations);
         signals::interrupted()
     });
     drop(show);

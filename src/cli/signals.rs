@@ -6,11 +6,13 @@ use std::io::{IsTerminal as _, Write as _};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The time that work has to answer a signal.
 const GRACE: Duration = Duration::from_millis(200);
-/// The time between two looks at files under way.
+/// The time that a search has, whose best so far would be lost: one that asks after each piece of a generation.
+const SEARCH_GRACE: Duration = Duration::from_secs(2);
+/// The time between two looks at work under way.
 const LOOK: Duration = Duration::from_millis(5);
 /// The signal of Ctrl-C.
 const INTERRUPT: usize = 2;
@@ -19,6 +21,8 @@ const INTERRUPT: usize = 2;
 static SIGNAL: LazyLock<Arc<AtomicUsize>> = LazyLock::new(Arc::default);
 /// True once the work has seen the signal, and ends by itself.
 static ANSWERED: AtomicBool = AtomicBool::new(false);
+/// True while a search is on its way that has a best so far.
+static SEARCHING: AtomicBool = AtomicBool::new(false);
 /// The number of files that are being written.
 static FILES: Mutex<usize> = Mutex::new(0);
 /// The remark on work that is given up.
@@ -43,6 +47,11 @@ pub(crate) fn is_interrupted() -> bool {
         ANSWERED.store(true, Ordering::Relaxed);
     }
     is
+}
+
+/// Marks the beginning or the end of a search that has a best so far.
+pub(crate) fn searching(is: bool) {
+    SEARCHING.store(is, Ordering::Relaxed);
 }
 
 /// Replaces the remark on work that is given up.
@@ -75,10 +84,15 @@ fn number() -> usize {
 
 /// Ends a program whose work does not answer a signal.
 fn give_up(is_quiet: bool, end: impl FnOnce(i32)) {
-    std::thread::sleep(GRACE);
+    let begun = Instant::now();
     loop {
+        std::thread::sleep(LOOK);
         if ANSWERED.load(Ordering::Relaxed) {
             return;
+        }
+        let grace = if SEARCHING.load(Ordering::Relaxed) { SEARCH_GRACE } else { GRACE };
+        if begun.elapsed() < grace {
+            continue;
         }
         // Held to the end: no file is begun any more.
         let files = FILES.lock().unwrap_or_else(PoisonError::into_inner);
@@ -92,8 +106,6 @@ fn give_up(is_quiet: bool, end: impl FnOnce(i32)) {
             }
             return end(exit_code().into());
         }
-        drop(files);
-        std::thread::sleep(LOOK);
     }
 }
 
