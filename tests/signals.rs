@@ -203,6 +203,38 @@ fn what_the_caller_ignores_stays_ignored() {
     }
 }
 
+const LONG: [&str; 8] = ["simulate", "--parameters", M2, "--input", "step:10@1", "--noise", "40dB", "--duration"];
+
+#[test]
+fn a_simulation_that_is_interrupted_leaves_no_file() {
+    for (name, _, code) in SIGNALS {
+        let folder = Folder::new();
+        let child = started(&[&LONG[..], &["99999", "--out", &folder.path("recording.csv")]].concat());
+        // In the second pass, which writes.
+        while std::fs::read_dir(folder.0.path()).unwrap().count() == 0 {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        send(&child, &[name]);
+        let output = ended(child, code);
+        assert_eq!(text(&output.stderr), "interrupted before there was a result\n");
+        assert_eq!(std::fs::read_dir(folder.0.path()).unwrap().count(), 0);
+    }
+}
+
+/// The text of 3,000,001 samples is 150 MB.
+#[test]
+fn a_simulation_needs_little_memory() {
+    let mut child = started(&[&LONG[..], &["3000", "--out", "-"]].concat());
+    let mut stdout = child.stdout.take().unwrap();
+    let read = std::io::copy(&mut std::io::Read::take(&mut stdout, 120_000_000), &mut std::io::sink()).unwrap();
+    assert_eq!(read, 120_000_000);
+    let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap().trim().trim_end_matches(" kB");
+    assert!(peak.parse::<u64>().unwrap() < 60_000, "{peak} kB");
+    std::io::copy(&mut stdout, &mut std::io::sink()).unwrap();
+    ended(child, 0);
+}
+
 #[test]
 fn a_file_that_may_not_grow_is_an_error_of_the_file() {
     let folder = Folder::new();

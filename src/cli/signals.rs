@@ -82,13 +82,23 @@ fn number() -> usize {
     }
 }
 
+/// Writes a line on stderr; a line of progress is cleared.
+fn say(is_quiet: bool, text: &str) {
+    if !is_quiet {
+        let mut stderr = std::io::stderr();
+        let clear = if stderr.is_terminal() { "\r\x1b[K" } else { "" };
+        let _ = writeln!(stderr, "{clear}{text}");
+    }
+}
+
 /// Ends a program whose work does not answer a signal.
 fn give_up(is_quiet: bool, end: impl FnOnce(i32)) {
     let begun = Instant::now();
     loop {
         std::thread::sleep(LOOK);
         if ANSWERED.load(Ordering::Relaxed) {
-            return;
+            std::thread::sleep(GRACE.saturating_sub(begun.elapsed()));
+            return say(is_quiet, "interrupted: completing what was found; a second signal ends the program at once");
         }
         let grace = if SEARCHING.load(Ordering::Relaxed) { SEARCH_GRACE } else { GRACE };
         if begun.elapsed() < grace {
@@ -97,13 +107,7 @@ fn give_up(is_quiet: bool, end: impl FnOnce(i32)) {
         // Held to the end: no file is begun any more.
         let files = FILES.lock().unwrap_or_else(PoisonError::into_inner);
         if *files == 0 {
-            if !is_quiet {
-                let text = REMARK.lock().unwrap_or_else(PoisonError::into_inner);
-                let mut stderr = std::io::stderr();
-                // A line of progress is cleared.
-                let clear = if stderr.is_terminal() { "\r\x1b[K" } else { "" };
-                let _ = writeln!(stderr, "{clear}{text}");
-            }
+            say(is_quiet, &REMARK.lock().unwrap_or_else(PoisonError::into_inner));
             return end(exit_code().into());
         }
     }

@@ -58,7 +58,10 @@ impl std::str::FromStr for Shard {
         };
         shard.ok_or_else(|| {
             let message = text!([Shard](": \"{}\" is no shard", excerpt(text)));
-            Error::usage(message, text!("Write I/N with I from 1 to N and N at most {SHARDS_MAX}, as in " [Shard = "2/7"] "."))
+            Error::usage(
+                message,
+                text!("Write I/N with I from 1 to N and N at most {SHARDS_MAX}, as in " [Shard = "2/7"] "."),
+            )
         })
     }
 }
