@@ -64,11 +64,21 @@ pub fn sync(file: &File) -> io::Result<()> {
 /// # Errors
 /// `Data` when the file cannot be written, and those of `write`; the old file is as it was then.
 pub fn replace(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
+    replace_if(path, |file| write(file).map(Some)).map(|_: Option<()>| ())
+}
+
+/// Replaces a file as [`replace`] does if `write` returns something; else leaves it as it is.
+///
+/// # Errors
+/// Those of [`replace`].
+pub fn replace_if<T>(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<Option<T>>) -> Result<Option<T>> {
     remove_leftovers(path);
-    let beside = Beside::new(path).map_err(|error| unwritable(path, &error))?;
-    beside.write(path, write)?;
-    std::fs::rename(&beside.path, path).map_err(|error| unwritable(path, &error))?;
-    sync_folder(path.parent().unwrap_or(path)).map_err(|error| unwritable(path, &error))
+    let failed = |error: io::Error| unwritable(path, &error);
+    let beside = Beside::new(path).map_err(failed)?;
+    let Some(written) = beside.write(path, write)? else { return Ok(None) };
+    std::fs::rename(&beside.path, path).map_err(failed)?;
+    sync_folder(path.parent().unwrap_or(path)).map_err(failed)?;
+    Ok(Some(written))
 }
 
 /// Makes a file where none is: of two writers at once, one gets an error of the kind `AlreadyExists`.
@@ -78,7 +88,7 @@ pub fn replace(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<(
 pub fn create(path: &Path, bytes: &[u8]) -> Result<io::Result<()>> {
     use std::io::Write as _;
     let beside = Beside::new(path).map_err(|error| unwritable(path, &error))?;
-    beside.write(path, |file| file.write_all(bytes).map_err(|error| unwritable(path, &error)))?;
+    beside.write(path, |file| file.write_all(bytes).map(Some).map_err(|error| unwritable(path, &error)))?;
     let placed = match std::fs::hard_link(&beside.path, path) {
         // A file system without links.
         Err(error) if error.kind() != io::ErrorKind::AlreadyExists => std::fs::rename(&beside.path, path),
@@ -124,12 +134,14 @@ impl Beside {
         }
     }
 
-    fn write(&self, of: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
+    /// Writes and syncs it, unless `write` returns `None`.
+    fn write<T>(&self, of: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<Option<T>>) -> Result<Option<T>> {
         let failed = |error: io::Error| unwritable(of, &error);
         let mut buffer = BufWriter::with_capacity(1 << 18, self.file.try_clone().map_err(failed)?);
-        write(&mut buffer)?;
+        let Some(written) = write(&mut buffer)? else { return Ok(None) };
         let file = buffer.into_inner().map_err(|error| failed(error.into_error()))?;
-        file.sync_all().map_err(failed)
+        file.sync_all().map_err(failed)?;
+        Ok(Some(written))
     }
 }
 

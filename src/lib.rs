@@ -34,6 +34,7 @@ pub mod evaluate;
 pub mod experiment;
 pub mod file;
 pub mod identify;
+pub mod limit;
 pub mod motor;
 pub mod named;
 pub mod numeric;

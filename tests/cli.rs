@@ -610,7 +610,7 @@ fn an_interrupt_ends_a_generation_too() {
     assert!((1..5_000_000).contains(&evaluations), "{evaluations}");
 }
 
-/// The document of a search that gets Ctrl-C as soon as its first line of progress says that it is on its way.
+/// The document of a search that gets SIGTERM, which is never ignored in the background, as soon as its first line of progress says that it is on its way.
 #[cfg(unix)]
 fn interrupted(args: &[&str]) -> Value {
     let mut command = motorfit();
@@ -618,10 +618,10 @@ fn interrupted(args: &[&str]) -> Value {
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let mut stderr = std::io::BufReader::new(child.stderr.take().unwrap());
     std::io::BufRead::read_line(&mut stderr, &mut String::new()).unwrap();
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
     std::io::copy(&mut stderr, &mut std::io::sink()).unwrap();
     let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(130));
+    assert_eq!(output.status.code(), Some(143));
     serde_json::from_slice(&output.stdout).unwrap()
 }
 

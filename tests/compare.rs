@@ -6,7 +6,8 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 
 use motorfit::criterion::Scale;
-use motorfit::motor::Parameter;
+use motorfit::experiment::{Excitation, simulated};
+use motorfit::motor::{Discretization, Parameter, Parameters};
 use motorfit::study::compare::{CompareSpec, Comparison, Setting, Subject, compare};
 use serde_json::Value;
 use std::ops::ControlFlow;
@@ -109,6 +110,21 @@ fn runs_start_alike_and_depend_on_nothing_else() {
     assert!(
         ended.blocks[0].results.iter().all(|c| c.runs.iter().all(|run| run.cost.is_finite() && run.history.len() == 4))
     );
+}
+
+#[test]
+fn an_interrupted_comparison_of_a_long_recording_leaves_out_what_takes_long() {
+    let step = Excitation::step(10.5, 1.0, 250.0, 0.001).unwrap();
+    let records = vec![simulated(&Parameters::M2, &step, Discretization::Zoh).unwrap()];
+    let subject = Subject { records, truth: None };
+    let small = Setting { population: 4, generations: 50, ..Setting::paper(Scale::Std) };
+    let spec = CompareSpec { settings: vec![small], runs: 1, ..CompareSpec::default() };
+    let ended = compare(subject, &spec, &mut |_| ControlFlow::Break(())).unwrap();
+    assert!(ended.interrupted && ended.steiglitz.is_none());
+    assert_eq!(ended.reference.as_ref().unwrap_err().to_string(), "interrupted before it was run");
+    assert!(ended.blocks[0].results.iter().all(|result| result.runs[0].cost.is_finite()));
+    let how = motorfit::report::Reproduced { command: String::new(), options: Vec::new() };
+    assert!(!motorfit::report::compare_page(&ended, false, &how).html().contains("NaN"));
 }
 
 /// A document without what depends on the clock and the machine's threads.

@@ -7,10 +7,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// The modules in the order of the flow. Each may use those before it, and the ground: error, named, text, setting, file, numeric,
+/// The modules in the order of the flow. Each may use those before it, and the ground: error, limit, named, text, setting, file, numeric,
 /// candidates, channels.
-const ORDER: [&str; 21] = [
+const ORDER: [&str; 22] = [
     "error",
+    "limit",
     "named",
     "text",
     "setting",
@@ -40,8 +41,20 @@ const FORBIDDEN: [(&str, &[&str]); 5] = [
     ("evaluate", &["optimize", "experiment", "warning"]),
     ("estimate", &["optimize", "experiment", "warning"]),
 ];
-const GROUND: [&str; 11] =
-    ["error", "named", "text", "setting", "file", "numeric", "candidates", "channels", "Error", "ErrorKind", "Result"];
+const GROUND: [&str; 12] = [
+    "error",
+    "limit",
+    "named",
+    "text",
+    "setting",
+    "file",
+    "numeric",
+    "candidates",
+    "channels",
+    "Error",
+    "ErrorKind",
+    "Result",
+];
 
 fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());

@@ -7,13 +7,16 @@ use motorfit::criterion::{Norm, Scale};
 use motorfit::device::PrecisionSpec;
 use motorfit::evaluate::Initial;
 use motorfit::identify::{IdentifySpec, Method, Polish, REASONS, TrustLevel};
+use motorfit::limit::Limit;
 use motorfit::motor::Extension;
 use motorfit::motor::{Discretization, Parameter, UsualBounds};
 use motorfit::named::Named;
-use motorfit::optimize::{Range, SEARCHES, Tuned};
-use motorfit::record::{BadRows, FINDINGS, FORMATS, Gaps, Reading};
+use motorfit::optimize::{Range, SEARCHES, Sample, Sampling, SearchSettings, Tuned};
+use motorfit::record::{BadRows, FINDINGS, FORMATS, Gaps, LowPass, ReadOptions, Reading};
 use motorfit::setting::Setting;
 use motorfit::settings::{self, DEVICE, Given, Kind, PROBLEM, READING, SEARCH, Value, row};
+use motorfit::study::ThroughputSpec;
+use motorfit::study::sweep::Shard;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -162,7 +165,61 @@ fn the_reference_is_that_of_the_tables() {
     text += &named::<TrustLevel>("Levels of trust").replace(" (default)", "");
     let reasons = REASONS.iter().map(|(code, text)| [format!("`{code}`"), (*text).to_owned()]);
     text += &table("Reasons of a level of trust", ["code", "meaning"], reasons);
+    let rows =
+        limits().into_iter().map(|limit| [limit.of.to_owned(), limit.most.to_string(), format!("{}.", limit.beyond)]);
+    text += &table("Limits", ["size", "at most", "beyond"], rows);
     hold("docs/reference.md", &text);
+}
+
+fn limits() -> Vec<Limit> {
+    let records = motorfit::record::limits();
+    [records, motorfit::optimize::LIMITS.to_vec(), motorfit::device::LIMITS.to_vec(), motorfit::study::limits()]
+        .concat()
+}
+
+/// The numbers of the table are those that errors name, just beyond and not before.
+#[test]
+fn limits_are_those_that_errors_name() {
+    let most = |of: &str| limits().into_iter().find(|limit| limit.of.starts_with(of)).unwrap().most;
+    let mut seen = 0;
+    let mut refused = |of: &str, try_it: &dyn Fn(u64) -> motorfit::Result<()>| {
+        let most = most(of);
+        try_it(most).unwrap_or_else(|error| panic!("{of} of {most}: {error}"));
+        let error = try_it(most + 1).expect_err(of);
+        let said = format!("{error} {}", error.hint());
+        assert!(said.contains(&most.to_string()), "{of}: {said}");
+        seen += 1;
+    };
+    let count = |n: u64| usize::try_from(n).unwrap();
+    let read = |text: String| motorfit::record::read_bytes(text.as_bytes(), None, &ReadOptions::default()).map(|_| ());
+    let head = "time_s,voltage_V,current_A,speed_rad_s";
+    let rows: String = (0..9).map(|n| format!("0.00{n},{},{},{}\n", n % 2, n % 3, n % 4)).collect();
+    let wide = |more: &str| rows.replace('\n', &format!("{more}\n"));
+    let long = |n: u64| "x".repeat(count(n) - head.len() - 1);
+    refused("bytes of a line", &|n| read(format!("{head},{}\n{}", long(n), wide(",0"))));
+    let more = |n: u64, cell: &str| cell.repeat(count(n) - 4);
+    refused("columns of a CSV", &|n| read(format!("{head}{}\n{}", more(n, ",x"), wide(&more(n, ",0")))));
+    refused("order of a low-pass", &|n| format!("butterworth:10:{n}").parse::<LowPass>().map(|_| ()));
+    refused("points of a sample", &|n| Sample::new(Sampling::Uniform, n, vec![(0.0, 1.0)], 1).map(|_| ()));
+    refused("threads", &|n| motorfit::device::check_threads(Some(count(n))));
+    refused("shards", &|n| format!("1/{n}").parse::<Shard>().map(|_| ()));
+    refused("samples of a benchmark", &|n| {
+        ThroughputSpec { populations: vec![1], samples: vec![count(n)], budget_s: 1.0 }.checked().map(|_| ())
+    });
+    refused("candidates of a population of a benchmark", &|n| {
+        ThroughputSpec { populations: vec![count(n)], samples: vec![2], budget_s: 1.0 }.checked().map(|_| ())
+    });
+    refused("numbers of a population", &|n| {
+        let search = SearchSettings { bounds: vec![(0.0, 1.0)], population: count(n), generations: 1, seed: 1, run: 0 };
+        search.check()
+    });
+    assert_eq!(seen, 9);
+    // All others have a number and a sentence, and none is there twice.
+    let mut names: Vec<_> = limits().iter().map(|limit| limit.of).collect();
+    assert!(limits().iter().all(|limit| limit.most > 0 && !limit.beyond.is_empty()));
+    names.sort_unstable();
+    assert!(names.windows(2).all(|pair| pair[0] != pair[1]));
+    assert!(names.len() > 25, "{}", names.len());
 }
 
 /// Names in quotes, the default first.

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 #[derive(Parser)]
 #[command(name = "motorfit", version, propagate_version = true, max_term_width = 100)]
 #[command(
-    after_help = "Exit codes: 0 done, 2 wrong usage, 3 bad data, 4 not identified (or some runs of a sweep\nfailed), 5 device not there, 130 interrupted."
+    after_help = "Exit codes: 0 done, 2 wrong usage, 3 bad data, 4 not identified (or some runs of a sweep\nfailed), 5 device not there, 130 interrupted (129 by SIGHUP, 143 by SIGTERM)."
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]

@@ -15,12 +15,11 @@ pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
     let spec =
         ThroughputSpec { populations: args.populations.clone(), samples: args.samples.clone(), budget_s: args.seconds }
             .checked()?;
-    progress::listen()?;
     let contenders = contenders(threads, !args.no_gpu, args.plain)?;
     let mut show = progress::reporter(style, "case");
     let result = throughput(&spec, contenders, &mut |done, all| {
         show(&Progress { generation: done, generations: all, evaluations: done as u64, cost: f64::NAN });
-        progress::interrupted()
+        signals::interrupted()
     });
     drop(show);
     let result = result?;

@@ -20,13 +20,13 @@ pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     let (subject, asked) = (subject(args)?, asked(args));
     let spec = spec(args, &asked, device)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
-    progress::listen()?;
     let mut show = progress::reporter(style, "generation");
     let comparison = with_threads(threads, || {
         let spec = CompareSpec { space: asked.space(&subject, spec.model)?, ..spec };
         compare(subject, &spec, &mut |progress| {
             show(progress);
-            progress::interrupted()
+            signals::searching(progress.generation < progress.generations);
+            signals::interrupted()
         })
     })?;
     drop(show);

@@ -38,7 +38,6 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     let expected = usize::try_from(expected).unwrap_or(usize::MAX);
     spec.population = batch(records.iter().map(Record::len).sum()).min(expected);
     spec.generations = expected.div_ceil(spec.population);
-    progress::listen()?;
     with_threads(spec.threads, || {
         let costs = BatchCosts::new(&records, &spec)?;
         style.warnings(costs.warnings());
@@ -84,6 +83,7 @@ impl Evaluation<'_> {
         let mut interrupted = false;
         self.source.next(most, width, &mut values)?;
         if top.is_none() {
+            signals::remark("interrupted: this is what was evaluated until then");
             data(&format!("{},cost\n", self.names().join(",")))?;
         }
         self.costs.begin(&values)?;
@@ -107,7 +107,9 @@ impl Evaluation<'_> {
                 let generation = usize::try_from(done.div_ceil(most as u64)).unwrap_or(generations);
                 show(&Progress { generation, generations, evaluations: done, cost: lowest });
             }
-            interrupted = progress::is_interrupted();
+            // The next batch of a sample does not wait for anybody.
+            signals::searching(self.args.sample.is_some());
+            interrupted = signals::is_interrupted();
             std::mem::swap(&mut values, &mut next);
         }
         drop(show);

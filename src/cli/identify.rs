@@ -33,11 +33,11 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
         }
     };
     let out = args.out.as_deref().map(Out::take).transpose()?;
-    progress::listen()?;
     let mut show = progress::reporter(style, "generation");
     let found = identify_with(&records, &spec, &mut |progress| {
         show(progress);
-        progress::interrupted()
+        signals::searching(progress.generation < progress.generations);
+        signals::interrupted()
     });
     drop(show);
     let mut found = found.inspect_err(|_| style.warnings(&suspicions(&records, spec.model.discretization)))?;

@@ -17,6 +17,7 @@ mod out;
 mod output;
 mod progress;
 mod shell;
+mod signals;
 mod simulate;
 mod slice;
 mod sweep;
@@ -25,7 +26,7 @@ mod sweep;
 mod prelude {
     pub(super) use super::out::{self, Out};
     pub(super) use super::output::{DIM, STRONG, Style, data};
-    pub(super) use super::{Outcome, cache, inputs, progress};
+    pub(super) use super::{Outcome, cache, inputs, progress, signals};
     pub(super) use motorfit::device::with_threads;
     pub(super) use motorfit::report::json;
     pub(super) use motorfit::setting::Setting;
@@ -45,7 +46,7 @@ use std::process::ExitCode;
 /// How a command ended when it did not fail.
 pub(crate) enum Outcome {
     Done,
-    /// Ctrl-C: what was finished is printed.
+    /// A signal ended the work: what was finished is printed.
     Interrupted,
     /// Some runs of a sweep have no result.
     Incomplete,
@@ -61,9 +62,9 @@ pub(crate) fn main() -> ExitCode {
         Err(error) => return refuse(&error),
     };
     let style = Style::new(&cli.common);
-    match run(&cli, &style) {
+    match signals::listen(style.quiet).and_then(|()| run(&cli, &style)) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Interrupted) => ExitCode::from(130),
+        Ok(Outcome::Interrupted) => ExitCode::from(signals::exit_code()),
         Ok(Outcome::Incomplete | Outcome::Untrusted) => ExitCode::from(4),
         Err(error) => {
             style.error(&error);

@@ -2,7 +2,8 @@
 
 use super::folder;
 use super::output::Style;
-use motorfit::file::replace;
+use super::signals::FileUnderWay;
+use motorfit::file::replace_if;
 use motorfit::report::Reproduced;
 use motorfit::text::{Shortest, shell_quoted};
 use motorfit::{Error, Result};
@@ -58,6 +59,7 @@ impl Out {
         let target = beside.as_ref().unwrap_or(&self.folder);
         std::fs::create_dir_all(target)
             .map_err(|e| Error::data(format!("cannot be made: {e}"), "Name another folder.").in_file(target))?;
+        let _under_way = FileUnderWay::begin();
         folder::replace_all(target, list)?;
         style.note(&format!("wrote {}", target.join("report.html").display()));
         Ok(())
@@ -71,12 +73,26 @@ impl Out {
     }
 }
 
-/// Beside, synced, renamed: the file is whole or not there.
+fn unwritable(path: &Path, error: &std::io::Error) -> Error {
+    let remedy = "Choose a folder that exists and may be written to.";
+    Error::data(format!("cannot be written: {error}"), remedy).in_file(path)
+}
+
+/// Writes a text to a file that is whole or not there.
 pub(super) fn write_file(path: &Path, text: &str) -> Result<()> {
-    let failed = |error: std::io::Error| {
-        Error::data(format!("cannot be written: {error}"), "Choose a folder that exists and may be written to.")
-            .in_file(path)
-    };
+    write_parts(path, &mut |write| write(text).map(Some)).map(|_: Option<()>| ())
+}
+
+/// Takes a part of the text of a file.
+pub(super) type WritePart<'a> = dyn FnMut(&str) -> Result<()> + 'a;
+
+/// Writes what `fill` hands on, part by part: beside the file, synced, renamed, so that the file is whole or not there. Where
+/// `fill` returns `None` there is none.
+pub(super) fn write_parts<T>(
+    path: &Path,
+    fill: &mut dyn FnMut(&mut WritePart<'_>) -> Result<Option<T>>,
+) -> Result<Option<T>> {
+    let failed = |error: std::io::Error| unwritable(path, &error);
     if path.is_dir() {
         return Err(Error::data("is a folder, expected a file to write", "Name a file in it.").in_file(path));
     }
@@ -84,7 +100,10 @@ pub(super) fn write_file(path: &Path, text: &str) -> Result<()> {
     let resolved = path.canonicalize();
     let path = resolved.as_deref().unwrap_or(path);
     match path.metadata() {
-        Ok(metadata) if !metadata.is_file() => return std::fs::write(path, text).map_err(failed),
+        Ok(metadata) if !metadata.is_file() => {
+            let mut device = std::fs::File::create(path).map_err(failed)?;
+            return fill(&mut |text| device.write_all(text.as_bytes()).map_err(failed));
+        }
         Ok(metadata) if metadata.permissions().readonly() => {
             return Err(
                 Error::data("is protected against writing", "Choose another file, or allow writing it.").in_file(path)
@@ -92,7 +111,8 @@ pub(super) fn write_file(path: &Path, text: &str) -> Result<()> {
         }
         _ => {}
     }
-    replace(path, |file| file.write_all(text.as_bytes()).map_err(failed))
+    let _under_way = FileUnderWay::begin();
+    replace_if(path, |file| fill(&mut |text| file.write_all(text.as_bytes()).map_err(failed)))
 }
 
 /// How this run can be made again: its command line, with all options.

@@ -1,5 +1,4 @@
-//! Progress on stderr: a bar on a terminal, JSON lines on request. And Ctrl-C: the first ends the search with what it has, the
-//! second ends the program.
+//! Progress on stderr: a bar on a terminal, JSON lines on request.
 
 use super::output::{Progress as Kind, Style};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -7,11 +6,8 @@ use motorfit::numeric::whole_u64;
 use motorfit::optimize::Progress;
 use motorfit::study::sweep::SweepProgress;
 use motorfit::text::significant;
-use motorfit::{Error, Result};
 use serde_json::{Value, json};
 use std::io::Write as _;
-use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// A run shorter than this shows no bar.
@@ -111,24 +107,4 @@ fn pace(progress: &SweepProgress) -> String {
         text.push_str(&format!("  {} failed", progress.failed));
     }
     text
-}
-
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-
-pub(crate) fn listen() -> Result<()> {
-    ctrlc::set_handler(|| {
-        if INTERRUPTED.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .map_err(|error| Error::data(format!("Ctrl-C cannot be handled: {error}"), "Try again."))
-}
-
-/// Returns the answer of an observer: work ends where Ctrl-C was pressed.
-pub(crate) fn interrupted() -> ControlFlow<()> {
-    if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-}
-
-pub(crate) fn is_interrupted() -> bool {
-    INTERRUPTED.load(Ordering::Relaxed)
 }

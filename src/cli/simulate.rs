@@ -2,16 +2,27 @@
 
 use super::args::SimulateArgs;
 use super::inspect;
+use super::out::WritePart;
+use super::output::is_read;
 use super::prelude::*;
-use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
-use motorfit::motor::Discretization;
-use motorfit::record::{parse_columns, read_inputs, write_csv};
+use motorfit::criterion::Noise;
+use motorfit::experiment::{Excitation, StepExperiment, noise_of, simulated, with_noise};
+use motorfit::motor::{Discretization, Response};
+use motorfit::record::{Quantity, parse_columns, read_inputs, write_csv};
 use motorfit::report::SignalFacts;
+use std::ops::ControlFlow;
 
 pub(super) fn run(args: &SimulateArgs, style: &Style) -> Result<Outcome> {
     let motor = values::motor(&args.parameters)?;
     let band = inspect::band(args.band.settling_band)?;
     let noise = args.noise.as_deref().map(values::noise).transpose()?;
+    if let Some(step) = &args.input.strip_prefix("step:") {
+        let (volts, at) = step_of(args, step)?;
+        let step = StepExperiment::new(motor, volts, at, [args.duration, args.period])?;
+        if let Some(step) = step.filter(|_| noise != Some(Noise::Estimated)) {
+            return streamed(args, &step, (noise, band), style);
+        }
+    }
     let clean = simulated(motor, &excitation(args)?, Discretization::Zoh)?;
     let sigma = noise.map_or([0.0; 2], |noise| noise_of(&clean, noise));
     let record = with_noise(&clean, sigma, args.seed)?;
@@ -24,18 +35,58 @@ pub(super) fn run(args: &SimulateArgs, style: &Style) -> Result<Outcome> {
     }
     for facts in SignalFacts::of(&clean, band) {
         let Some(response) = facts.response else { continue };
-        let unit = facts.quantity.unit();
-        let settled = response.settling_time_s.map_or_else(
-            || "does not settle".to_owned(),
-            |t| format!("settled ({} %) from {} s on", args.band.settling_band, significant(t, 5)),
-        );
-        let [peak, steady] = [response.peak, response.steady_state].map(|value| significant(value, 7));
-        let (signal, at) = (facts.quantity, significant(response.peak_time_s, 5));
-        style.note(&format!(
-            "{signal} without noise: peak {peak} {unit} at {at} s, steady state {steady} {unit}, {settled}"
-        ));
+        describe(args, facts.quantity, &response, style);
     }
     Ok(Outcome::Done)
+}
+
+/// Simulates a step of any length, in memory that does not depend on it.
+fn streamed(
+    args: &SimulateArgs,
+    step: &StepExperiment,
+    (noise, band): (Option<Noise>, f64),
+    style: &Style,
+) -> Result<Outcome> {
+    let Some(figures) = step.figures(&mut signals::interrupted)? else { return Ok(given_up(style)) };
+    let sigma = noise.and_then(|noise| figures.sigma(noise)).unwrap_or_default();
+    let mut fill = |write: &mut WritePart<'_>| {
+        let mut part = |text: &str| {
+            write(text)?;
+            Ok(if is_read() { signals::interrupted() } else { ControlFlow::Break(()) })
+        };
+        step.write(&figures, (sigma, args.seed), band, &mut part)
+    };
+    let is_stdout = args.out == Path::new("-");
+    let responses = if is_stdout { fill(&mut |text| data(text))? } else { out::write_parts(&args.out, &mut fill)? };
+    let Some(responses) = responses else {
+        // A reader of stdout that ends has what it wanted.
+        return Ok(if is_read() { given_up(style) } else { Outcome::Done });
+    };
+    if !is_stdout {
+        style.note(&format!("wrote {}: {} samples", args.out.display(), step.samples()));
+    }
+    for (quantity, response) in [Quantity::Current, Quantity::Speed].into_iter().zip(&responses) {
+        describe(args, quantity, response, style);
+    }
+    Ok(Outcome::Done)
+}
+
+fn given_up(style: &Style) -> Outcome {
+    style.note(signals::NO_RESULT);
+    Outcome::Interrupted
+}
+
+fn describe(args: &SimulateArgs, quantity: Quantity, response: &Response, style: &Style) {
+    let unit = quantity.unit();
+    let settled = response.settling_time_s.map_or_else(
+        || "does not settle".to_owned(),
+        |t| format!("settled ({} %) from {} s on", args.band.settling_band, significant(t, 5)),
+    );
+    let [peak, steady] = [response.peak, response.steady_state].map(|value| significant(value, 7));
+    let at = significant(response.peak_time_s, 5);
+    style.note(&format!(
+        "{quantity} without noise: peak {peak} {unit} at {at} s, steady state {steady} {unit}, {settled}"
+    ));
 }
 
 fn excitation(args: &SimulateArgs) -> Result<Excitation> {
@@ -44,6 +95,12 @@ fn excitation(args: &SimulateArgs) -> Result<Excitation> {
         let samples = read_inputs(Path::new(&args.input), &columns)?;
         return Ok(Excitation { time_s: samples.time_s, voltage: samples.voltage, torque: samples.torque });
     };
+    let (volts, at) = step_of(args, step)?;
+    Excitation::step(volts, at, args.duration, args.period)
+}
+
+/// Returns the voltage of a step and its time \[s\].
+fn step_of(args: &SimulateArgs, step: &str) -> Result<(f64, f64)> {
     let Some((volts, at)) = step.split_once('@') else {
         let message = format!("--input: \"{}\" is not step:VOLTS@SECONDS", excerpt(&args.input));
         return Err(Error::usage(message, "Write --input step:10.5@1."));
@@ -53,5 +110,5 @@ fn excitation(args: &SimulateArgs) -> Result<Excitation> {
         let message = format!("the step at {at} s is after the end at {} s", args.duration);
         return Err(Error::usage(message, "Lengthen --duration or step earlier."));
     }
-    Excitation::step(volts, at, args.duration, args.period)
+    Ok((volts, at))
 }

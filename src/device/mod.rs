@@ -8,11 +8,15 @@ pub use batch_search::BatchSearchEvaluator;
 pub use select::{DeviceSettings, DeviceSpec, OnLoss, PrecisionSpec};
 pub use throughput_profile::{AdapterThroughput, ThroughputCurve, ThroughputProfile, Work};
 
+use crate::limit::{Limit, limit_of};
 use crate::setting::text;
 use crate::{Error, Result};
 
 /// The most threads that may be asked for; more than any machine has cores help nobody.
 pub const THREADS_MAX: usize = 1024;
+
+/// The limits of devices.
+pub const LIMITS: [Limit; 1] = [limit_of("threads", THREADS_MAX, "refused")];
 
 /// Checks how many threads are asked for.
 ///

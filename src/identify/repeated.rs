@@ -4,19 +4,23 @@ use crate::record::Record;
 use crate::setting::text;
 use crate::warning::{Warning, name_of};
 use crate::{Error, Result};
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 /// Checks that no recording is given twice, under whichever name.
 ///
 /// # Errors
 /// `Data` that names both.
 pub(super) fn check_repeated(records: &[Record]) -> Result<()> {
-    let pairs =
-        records.iter().enumerate().flat_map(|(n, one)| records[..n].iter().enumerate().map(move |o| (o, (n, one))));
-    let Some(((first, one), (second, other))) = pairs.into_iter().find(|((_, a), (_, b))| is_same(a, b)) else {
-        return Ok(());
-    };
-    let [one, other] = [(first, one), (second, other)].map(|(n, record)| match &record.source().path {
-        Some(_) => name_of(record),
+    let mut known = Known::default();
+    let repeated = records.iter().enumerate().find_map(|(n, record)| {
+        let first = known.first_same(record);
+        known.insert(n, record);
+        Some([first?, n])
+    });
+    let Some(repeated) = repeated else { return Ok(()) };
+    let [one, other] = repeated.map(|n| match &records[n].source().path {
+        Some(_) => name_of(&records[n]),
         None => format!("recording {}", n + 1),
     });
     let what = if one == other {
@@ -30,13 +34,59 @@ pub(super) fn check_repeated(records: &[Record]) -> Result<()> {
 
 /// Returns the warning for recordings that are fitted and held out.
 pub(super) fn validation_repeats(records: &[Record], held_out: &[Record]) -> Option<Warning> {
-    let repeated: Vec<String> =
-        held_out.iter().filter(|held| records.iter().any(|record| is_same(record, held))).map(name_of).collect();
+    let mut known = Known::default();
+    records.iter().enumerate().for_each(|(n, record)| known.insert(n, record));
+    let repeated: Vec<String> = held_out.iter().filter(|held| known.first_same(held).is_some()).map(name_of).collect();
     let message = format!(
         "{} is fitted and held out: the fit of what was fitted shows nothing about other recordings",
         repeated.join(", ")
     );
     (!repeated.is_empty()).then(|| Warning::new("validation_repeats", message))
+}
+
+/// Recordings by the digests of their inputs and of each output that moves: only those of equal digests are compared.
+#[derive(Default)]
+struct Known<'a> {
+    buckets: BTreeMap<(usize, u64), Vec<(usize, &'a Record)>>,
+}
+
+impl<'a> Known<'a> {
+    fn insert(&mut self, n: usize, record: &'a Record) {
+        for key in digests(record) {
+            self.buckets.entry(key).or_default().push((n, record));
+        }
+    }
+
+    /// Returns the number of the first recording that is the same as this one.
+    fn first_same(&self, record: &Record) -> Option<usize> {
+        let alike = digests(record).filter_map(|key| self.buckets.get(&key)).flatten();
+        alike.filter(|(_, other)| is_same(other, record)).map(|(n, _)| *n).min()
+    }
+}
+
+/// Samples of a signal that its digest is made of.
+const DIGEST_SAMPLES: usize = 64;
+
+/// Returns the digest of each output that moves, with its channel.
+fn digests(record: &Record) -> impl Iterator<Item = (usize, u64)> {
+    let outputs = record.measured().into_iter().enumerate();
+    outputs.filter_map(|(channel, signal)| signal.filter(|signal| moves(signal)).map(|signal| (channel, signal))).map(
+        |(channel, signal)| {
+            let mut digest = DefaultHasher::new();
+            signal.len().hash(&mut digest);
+            for part in 0..DIGEST_SAMPLES {
+                let at = signal.len() * part / DIGEST_SAMPLES;
+                // Zeros of both signs are equal.
+                [record.input()[at], signal[at]].iter().for_each(|value| (value + 0.0).to_bits().hash(&mut digest));
+            }
+            (channel, digest.finish())
+        },
+    )
+}
+
+/// Returns whether a signal moves: one that stands still is the same in all recordings at rest.
+fn moves(signal: &[f64]) -> bool {
+    signal.windows(2).any(|w| w[0].to_bits() != w[1].to_bits())
 }
 
 /// Returns whether two recordings have the same input, and an output with the same noise.
@@ -45,8 +95,63 @@ fn is_same(one: &Record, other: &Record) -> bool {
         return false;
     }
     let mut common = one.measured().into_iter().zip(other.measured()).filter_map(|(a, b)| Some((a?, b?))).peekable();
-    // A signal that stands still is the same in all recordings at rest.
-    let moves = |signal: &[f64]| signal.windows(2).any(|w| w[0].to_bits() != w[1].to_bits());
     let is_moving = common.peek().is_some_and(|(a, _)| moves(a));
     is_moving && common.all(|(a, b)| a == b) && one.input() == other.input()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::Samples;
+
+    /// A recording of a few samples; a channel of zeros does not move.
+    fn record(current: Option<f64>, speed: Option<f64>, volts: f64) -> Record {
+        let signal = |size: f64| (0..70).map(|n| size * f64::from(n % 7)).collect::<Vec<_>>();
+        let time_s = (0..70).map(|n| 0.001 * f64::from(n)).collect();
+        let samples = Samples {
+            time_s,
+            voltage: signal(volts),
+            torque: None,
+            current: current.map(signal),
+            speed: speed.map(signal),
+        };
+        Record::new(samples).unwrap()
+    }
+
+    /// By digests as by comparing each with each.
+    #[test]
+    fn the_first_pair_is_that_of_all_pairs() {
+        let kinds = [
+            record(Some(1.0), Some(1.0), 1.0),
+            record(Some(1.0), None, 1.0),
+            record(None, Some(1.0), 1.0),
+            record(Some(0.0), Some(1.0), 1.0),
+            record(Some(-0.0), Some(1.0), 1.0),
+            record(Some(0.0), Some(2.0), 1.0),
+            record(Some(1.0), Some(2.0), 1.0),
+            record(Some(1.0), Some(1.0), 2.0),
+            record(Some(2.0), Some(3.0), 1.0),
+        ];
+        let mut repeated = 0;
+        for a in &kinds {
+            for b in &kinds {
+                for c in &kinds {
+                    let records = [a.clone(), b.clone(), c.clone()];
+                    let pairs = [[0, 1], [0, 2], [1, 2]];
+                    let first = pairs.into_iter().find(|[a, b]| is_same(&records[*a], &records[*b]));
+                    let said = check_repeated(&records).err().map(|error| error.to_string());
+                    let named = first.map(|pair| pair.map(|n| format!("recording {}", n + 1)));
+                    assert_eq!(said.is_some(), named.is_some(), "{named:?}");
+                    if let (Some(said), Some([one, other])) = (said, named) {
+                        assert!(
+                            said.contains(&format!("{one} and {other} are the same")),
+                            "{said}, not {one}, {other}"
+                        );
+                        repeated += 1;
+                    }
+                }
+            }
+        }
+        assert!((100..700).contains(&repeated), "{repeated}");
+    }
 }

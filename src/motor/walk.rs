@@ -31,6 +31,12 @@ pub struct ExtendedWalk<'a, T> {
     known: Option<((usize, u64), [T; 2])>,
 }
 
+/// The state of a walk between two drives.
+pub(crate) struct PausedWalk<T> {
+    sensors: [Option<Sensor<T>>; 2],
+    x: [T; 2],
+}
+
 impl<'a, T: Number> ExtendedWalk<'a, T> {
     /// Begins at the state `initial` = `[i, ω]`.
     ///
@@ -64,6 +70,21 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
             steps.push(Step::of(&one, map, settings));
         }
         Self::with_steps(motor, drive, settings, (initial, steps))
+    }
+
+    /// Returns the state after the last sample that was asked for.
+    pub(crate) fn paused(self) -> PausedWalk<T> {
+        PausedWalk { sensors: self.sensors, x: self.x }
+    }
+
+    /// Goes on with the samples of another drive, of a motor whose voltage is not delayed.
+    pub(crate) fn resumed(
+        motor: &Extended<T>,
+        drive: &Drive<'a>,
+        settings: SimulationSettings,
+        paused: PausedWalk<T>,
+    ) -> Self {
+        Self { sensors: paused.sensors, ..Self::new(motor, drive, settings, paused.x) }
     }
 
     fn with_steps(

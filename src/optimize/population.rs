@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// The most values (agents × axes) of one population: 1 GiB of them.
-const VALUES_MAX: usize = 1 << 27;
+pub(super) const VALUES_MAX: usize = 1 << 27;
 
 /// What every search is given.
 #[derive(Debug, Clone, PartialEq)]

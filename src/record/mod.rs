@@ -4,6 +4,7 @@ mod diagnose;
 mod head;
 mod heading;
 mod import;
+mod limits;
 mod lines;
 mod prepare;
 mod reading;
@@ -17,10 +18,12 @@ pub use import::{
     BadRows, FORMATS, Format, ReadOptions, parse_number, read, read_bytes, read_csv, read_inputs, read_joined,
     write_csv,
 };
+pub use limits::limits;
 pub use lines::Lines;
 pub use prepare::{FilterKind, LowPass, Mask, Offset, Preparation, parse_masks};
 pub use reading::{Reading, parse_crop, parse_offset};
 pub use samples::Samples;
+pub(crate) use time::rounded;
 pub use time::{Gaps, Steps, TIME_JITTER_UNIFORM};
 
 use crate::numeric::{count, whole};

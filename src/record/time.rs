@@ -181,7 +181,7 @@ pub(super) fn is_of_left_out(periods: f64, rows: usize) -> bool {
 }
 
 /// `value` to so many significant digits.
-pub(super) fn rounded(value: f64, digits: usize) -> f64 {
+pub(crate) fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 

@@ -2,6 +2,7 @@
 
 pub mod compare;
 mod contender;
+mod limits;
 mod measurement;
 mod slice;
 mod statistics;
@@ -9,6 +10,7 @@ pub mod sweep;
 mod throughput;
 
 pub use contender::{Contender, Contenders, contenders};
+pub use limits::limits;
 pub use measurement::{Control, Crossover, Measurement, Throughput};
 pub use slice::{CostMap, cost_map};
 pub use throughput::{ThroughputSpec, throughput};

@@ -42,7 +42,7 @@ const REPEATS: f64 = 3000.0;
 /// Evaluations whose kernel time is taken.
 const TIMED: usize = 5;
 /// The most candidates: 1 GiB of them.
-const POPULATION_MAX: usize = (1 << 27) / 5;
+pub(super) const POPULATION_MAX: usize = (1 << 27) / 5;
 
 impl ThroughputSpec {
     /// Whether it can be measured; the same size twice is one.

@@ -81,10 +81,10 @@ fn an_interruption_keeps_what_is_finished() {
         }
         std::thread::sleep(Duration::from_millis(5));
     }
-    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    let kill = std::process::Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap();
     assert!(kill.success());
     let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(130));
+    assert_eq!(output.status.code(), Some(143));
     let kept = ids(&dir).len();
     assert!(kept > 0);
     let status: Value = serde_json::from_str(&done(&["status", &dir, "--json"])).unwrap();

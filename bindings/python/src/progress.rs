@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 /// How often signals are looked for.
 const LOOK: Duration = Duration::from_millis(20);
 /// How long work may take to stop once it was interrupted; after that it is left to end by itself.
-const PATIENCE: Duration = Duration::from_secs(2);
+const PATIENCE: Duration = Duration::from_millis(200);
 
 /// How often work that waits for an answer looks for other work.
 const PAUSE: Duration = Duration::from_millis(1);

@@ -73,15 +73,16 @@ fn planned(sweep: &Sweep, folder: &Path, again: bool) -> String {
 
 fn shard_run(sweep: &Sweep, shard: Shard, threads: Option<usize>, style: &Style) -> Result<Tally> {
     motorfit::device::check_threads(threads)?;
-    progress::listen()?;
+    signals::remark("interrupted: what is finished is kept; run it again to go on");
     let mut show = progress::sweep_reporter(style);
     let tally = with_threads(threads, || {
         sweep.run(shard, &mut |progress| {
             show(progress);
-            progress::interrupted()
+            signals::interrupted()
         })
     });
     drop(show);
+    signals::remark(signals::NO_RESULT);
     let tally = tally?;
     style.warnings(&tally.warnings);
     for failed in &tally.failures.named {

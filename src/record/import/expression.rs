@@ -10,7 +10,7 @@ use crate::text::{alternatives, quoted};
 /// The longest expression, in bytes.
 pub(super) const LENGTH_MAX: usize = 400;
 /// The most levels of parentheses, signs and powers.
-const DEPTH_MAX: usize = 32;
+pub(super) const DEPTH_MAX: usize = 32;
 
 named! {
     /// A function of one argument.

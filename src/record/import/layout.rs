@@ -13,7 +13,7 @@ use std::collections::VecDeque;
 /// Lines that are looked at to find the heading.
 const AHEAD_MAX: usize = 100;
 /// Columns that a table may have.
-const COLUMNS_MAX: usize = 10_000;
+pub(super) const COLUMNS_MAX: usize = 10_000;
 
 /// A table's heading and what was read to find it.
 pub(super) struct Layout {

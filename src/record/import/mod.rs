@@ -14,6 +14,7 @@ mod formats;
 mod formula;
 mod lacking;
 mod layout;
+mod limits;
 mod parse;
 mod quick;
 mod request;
@@ -24,6 +25,7 @@ mod text;
 mod write;
 
 pub use bad_rows::BadRows;
+pub(super) use limits::limits;
 pub use parse::parse_number;
 pub use write::write_csv;
 

@@ -35,7 +35,7 @@ pub enum FilterKind {
 }
 
 /// Highest order.
-const ORDER_MAX: usize = 12;
+pub(super) const ORDER_MAX: usize = 12;
 /// Largest ripple of a Chebyshev filter \[dB\].
 const RIPPLE_MAX_DB: f64 = 6.0;
 /// Ripple of a Chebyshev filter that does not name it \[dB\].

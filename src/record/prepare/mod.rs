@@ -13,6 +13,7 @@ pub use filter::{FilterKind, LowPass};
 pub use mask::{Mask, parse_masks};
 
 use super::{Excluded, Quantity, Record, SAMPLES_MAX, Samples, Source, time};
+use crate::limit::{Limit, limit, limit_of};
 use crate::numeric::{count, mean, noise_sigma, peak, whole};
 use crate::setting::text;
 use crate::text::{engineering, significant};
@@ -21,7 +22,12 @@ use resample::{Resampled, decimated, lines, regular};
 use std::ops::Range;
 
 /// The most samples that a higher rate makes of each that was measured: what lies between is interpolated and tells nothing.
-const FINER_MAX: f64 = 100.0;
+const FINER_MAX: u32 = 100;
+
+pub(super) const LIMITS: [Limit; 2] = [
+    limit("samples that a rate makes of each", FINER_MAX as u64, "refused, with the highest rate"),
+    limit_of("order of a low-pass", filter::ORDER_MAX, "refused"),
+];
 
 /// What is done to a recording, in this order.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -119,11 +125,11 @@ impl Preparation {
         let every = whole((ratio - 0.01).ceil().clamp(1.0, 1e9));
         let fine = 1.0 / (rate * count(every));
         // As many digits as the hint has.
-        if record.period_s() / fine > FINER_MAX * (1.0 + 1e-3) {
+        if record.period_s() / fine > f64::from(FINER_MAX) * (1.0 + 1e-3) {
             let period = engineering(record.period_s(), "s", 4);
             let message =
                 text!([Rate = "{rate}"] " makes more than {FINER_MAX} samples of each of a recording every {period}");
-            let highest = time::rounded(FINER_MAX / record.period_s(), 4);
+            let highest = time::rounded(f64::from(FINER_MAX) / record.period_s(), 4);
             return Err(Error::usage(message, format!("Give at most {highest} Hz.")));
         }
         if record.steps().step_index.is_empty() && (fine / record.period_s() - 1.0).abs() < 1e-6 {

@@ -141,6 +141,11 @@ struct Entry {
     run: u64,
 }
 
+/// Samples that an interrupted comparison still computes estimates of.
+const INTERRUPTED_MAX: usize = 4_000_000;
+/// Samples that the refined estimate takes as much time for as an estimate of noise records for one.
+const REFERENCE: usize = 20;
+
 /// Compares methods. `observe` sees every generation and may end it; what was found until then is kept.
 ///
 /// # Errors
@@ -190,10 +195,15 @@ pub fn compare(
         interrupted = comparison_run.alone(&mut blocks, &mut || observe(&last))?.is_break();
     }
     let ComparisonRun { problems, searches, .. } = comparison_run;
-    let reference = reference(&subject, spec);
-    let steiglitz = spec.steiglitz_mcbride.then(|| Steiglitz::of(&subject, spec, reference.as_deref().ok()));
+    let samples: usize = subject.records.iter().map(crate::record::Record::len).sum();
+    // An interrupted comparison has what takes no more than some tenths of a second.
+    let has = |more: usize| !interrupted || samples.saturating_mul(more) <= INTERRUPTED_MAX;
+    let reference =
+        if has(REFERENCE) { reference(&subject, spec) } else { Err("interrupted before it was run".into()) };
+    let steiglitz = (spec.steiglitz_mcbride && has(spec.noise_records.saturating_add(REFERENCE)))
+        .then(|| Steiglitz::of(&subject, spec, reference.as_deref().ok()));
     let mut warnings = searches.warnings().to_vec();
-    if subject.truth.is_none() {
+    if subject.truth.is_none() && has(REFERENCE) {
         warnings.extend(warnings_of_records(&subject.records));
     }
     let mut comparison = Comparison {
@@ -213,12 +223,15 @@ pub fn compare(
     Ok(comparison)
 }
 
+/// The most runs of each method.
+pub(super) const RUNS_MAX: usize = 100_000;
+
 fn check(spec: &CompareSpec) -> Result<()> {
     if spec.settings.is_empty() || spec.runs == 0 || spec.settings.iter().any(|s| s.methods.is_empty()) {
         return Err(Error::usage("there is nothing to compare", "Give at least one method, criterion and run."));
     }
-    if spec.runs > 100_000 {
-        return Err(Error::usage(text!([Runs](" is {}", spec.runs)), "Give at most 100000."));
+    if spec.runs > RUNS_MAX {
+        return Err(Error::usage(text!([Runs](" is {}", spec.runs)), format!("Give at most {RUNS_MAX}.")));
     }
     if spec.target.is_some_and(|cost| !(cost.is_finite() && cost > 0.0)) {
         return Err(Error::usage(text!([Target] " is no cost"), "Give a positive number."));

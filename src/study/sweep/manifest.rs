@@ -18,7 +18,7 @@ pub(super) const FORMAT: u32 = 1;
 /// What is read of a file at once.
 const PIECE: u64 = 64 << 10;
 /// The most runs of a sweep.
-const RUNS_MAX: u64 = 100_000_000;
+pub(super) const RUNS_MAX: u64 = 100_000_000;
 
 /// A file of a motor.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

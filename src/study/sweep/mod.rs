@@ -44,8 +44,17 @@ pub use summary::{Cell, Limits, MOTOR, Named, NamedRun, Quantiles, SweepBlock, S
 pub use trust::{LevelCounts, RunTrust, TrustCounts};
 
 use crate::Error;
+use crate::limit::{Limit, limit, limit_of};
 use head::Origin;
 use std::path::{Path, PathBuf};
+
+/// The limits of studies.
+pub(super) const LIMITS: [Limit; 4] = [
+    limit("bytes of a study", plan::BYTES_MAX, "refused"),
+    limit("runs of a study", manifest::RUNS_MAX, "refused"),
+    limit("shards of a sweep", shard::SHARDS_MAX, "refused"),
+    limit_of("folders that a pattern leads into", pattern::FOLDERS_MAX, "refused"),
+];
 
 /// A planned sweep.
 #[derive(Debug, Clone)]

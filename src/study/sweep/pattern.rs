@@ -8,7 +8,7 @@ use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf, is_separator};
 
 /// The most folders that a pattern looks into: links may lead to a folder along more paths than can be listed.
-const FOLDERS_MAX: usize = 100_000;
+pub(super) const FOLDERS_MAX: usize = 100_000;
 
 /// A part of a pattern, between separators.
 enum Part {

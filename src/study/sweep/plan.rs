@@ -20,7 +20,7 @@ use std::path::Path;
 /// The name of the manifest.
 const NAME: &str = "manifest.json";
 /// A study of more bytes is none.
-const BYTES_MAX: u64 = 16 << 20;
+pub(super) const BYTES_MAX: u64 = 16 << 20;
 
 impl Sweep {
     /// Plans a study in a folder: a new or empty one, or one that the same study was planned in. Tells whether it was

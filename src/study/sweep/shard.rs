@@ -5,7 +5,7 @@ use crate::text::excerpt;
 use crate::{Error, Result};
 
 /// The most shards of a sweep.
-const SHARDS_MAX: u64 = 1_000_000;
+pub(super) const SHARDS_MAX: u64 = 1_000_000;
 
 /// A shard of a sweep: the first is 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -58,7 +58,10 @@ impl std::str::FromStr for Shard {
         };
         shard.ok_or_else(|| {
             let message = text!([Shard](": \"{}\" is no shard", excerpt(text)));
-            Error::usage(message, text!("Write I/N with I from 1 to N, as in " [Shard = "2/7"] "."))
+            Error::usage(
+                message,
+                text!("Write I/N with I from 1 to N and N at most {SHARDS_MAX}, as in " [Shard = "2/7"] "."),
+            )
         })
     }
 }

@@ -12,7 +12,7 @@ use std::io::{BufReader, Cursor, Read};
 use zip::ZipArchive;
 
 /// The most files of an archive.
-const ENTRIES_MAX: usize = 10_000;
+pub(super) const ENTRIES_MAX: usize = 10_000;
 /// The longest tag, and the most bytes between two `<`, also of a file that is no XML.
 const RUN_MAX: usize = 16 << 20;
 /// The most bytes that copying names for styles and sheets may take.
@@ -56,7 +56,8 @@ pub(super) fn check(bytes: &[u8], unpacked_max: u64) -> Result<()> {
         let in_part = |what: &str| broken(format!("{} {what}", excerpt(&name)));
         left = match (counted.left, checked, drained) {
             (None, ..) => {
-                let message = format!("the workbook unpacks to more than {unpacked_max} bytes");
+                let message =
+                    format!("the workbook, of {} bytes, unpacks to more than {unpacked_max} bytes", bytes.len());
                 return Err(Error::data(message, "Cut the recording, or save its sheet alone as .xlsx or CSV."));
             }
             (_, Err(what), _) => return Err(in_part(&what)),

@@ -17,13 +17,31 @@ pub struct Cells {
 
 /// The most cells of a table.
 #[cfg(feature = "formats")]
-pub(super) const CELLS_MAX: usize = 20_000_000;
+pub(crate) const CELLS_MAX: usize = 20_000_000;
 /// The most columns of a table.
 #[cfg(feature = "formats")]
-pub(super) const COLUMNS_MAX: usize = 1000;
+pub(crate) const COLUMNS_MAX: usize = 1000;
 /// The most bytes that a compressed file may unpack to.
 #[cfg(feature = "formats")]
-pub(super) const UNPACKED_MAX: u64 = 1 << 30;
+pub(crate) const UNPACKED_MAX: u64 = 1 << 30;
+/// How many times its own size a compressed file may unpack to, where that is more than [`UNPACKED_FREE`]: recordings unpack to
+/// some five to ten times their size.
+#[cfg(feature = "formats")]
+pub(crate) const UNPACKED_RATIO: u64 = 50;
+/// The bytes that any compressed file may unpack to.
+#[cfg(feature = "formats")]
+pub(crate) const UNPACKED_FREE: u64 = 32 << 20;
+/// The cells that a table of any compressed file may have, and bytes of a larger file for each more.
+#[cfg(feature = "formats")]
+pub(crate) const CELLS_FREE: usize = 4_000_000;
+
+/// Returns the most bytes that a compressed file may unpack to, and the most cells of its table.
+#[cfg(feature = "formats")]
+pub(super) fn unpacked_limits(bytes: &[u8]) -> (u64, usize) {
+    let size = bytes.len();
+    let unpacked = (size as u64).saturating_mul(UNPACKED_RATIO).clamp(UNPACKED_FREE, UNPACKED_MAX);
+    (unpacked, size.clamp(CELLS_FREE, CELLS_MAX))
+}
 
 /// A number as the shortest text that gives the same number again; with an exponent where that avoids many zeros.
 pub(super) fn number(value: f64) -> String {

@@ -1,6 +1,6 @@
 //! MATLAB's MAT-files of level 5, as `save` writes them with `-v6` and `-v7`.
 
-use super::cells::{CELLS_MAX, COLUMNS_MAX, Cells, UNPACKED_MAX, number, shortened};
+use super::cells::{COLUMNS_MAX, Cells, number, shortened, unpacked_limits};
 use super::mat_element::Elements;
 use super::mat_file::{Contents, Variable, contents};
 use crate::text::{excerpt, printable};
@@ -20,12 +20,13 @@ const NOTES_MAX: usize = 20;
 /// # Errors
 /// `Data` when the file is damaged, of another level or holds no vectors.
 pub fn mat(bytes: &[u8]) -> Result<Cells> {
-    read(bytes, UNPACKED_MAX)
+    let (unpacked_max, cells_max) = unpacked_limits(bytes);
+    read(bytes, unpacked_max, cells_max)
 }
 
-fn read(bytes: &[u8], unpacked_max: u64) -> Result<Cells> {
+fn read(bytes: &[u8], unpacked_max: u64, cells_max: usize) -> Result<Cells> {
     let big_endian = big_endian(bytes)?;
-    let contents = contents(bytes.get(128..).unwrap_or_default(), big_endian, unpacked_max)?;
+    let contents = contents(bytes.get(128..).unwrap_or_default(), big_endian, (unpacked_max, cells_max))?;
     let mut counts = BTreeMap::new();
     for variable in contents.variables.iter().filter(|v| v.len() >= 2) {
         *counts.entry(variable.len()).or_insert(0) += variable.columns.len();
@@ -34,9 +35,9 @@ fn read(bytes: &[u8], unpacked_max: u64) -> Result<Cells> {
     let Some((&length, &width)) = counts.iter().max_by_key(|(_, columns)| **columns) else {
         return Err(no_vectors(&contents));
     };
-    if width > COLUMNS_MAX || width.saturating_mul(length) > CELLS_MAX {
+    if width > COLUMNS_MAX || width.saturating_mul(length) > cells_max {
         let message = format!(
-            "found {width} columns of {length} values, expected at most {COLUMNS_MAX} columns and {CELLS_MAX} values"
+            "found {width} columns of {length} values, expected at most {COLUMNS_MAX} columns and {cells_max} values"
         );
         return Err(Error::data(message, "Save the vectors of one recording alone."));
     }
@@ -134,8 +135,8 @@ mod tests {
             bomb.extend(u32::try_from(packed.len()).unwrap().to_le_bytes());
             bomb.extend(&packed);
         }
-        let message = read(&bomb, (3 << 20) - 1).unwrap_err().to_string();
+        let message = read(&bomb, (3 << 20) - 1, 1 << 20).unwrap_err().to_string();
         assert_eq!(message, "the variables unpack to more than 3145727 bytes");
-        assert!(read(&bomb, 3 << 20).unwrap_err().to_string().contains("no vector"));
+        assert!(read(&bomb, 3 << 20, 1 << 20).unwrap_err().to_string().contains("no vector"));
     }
 }

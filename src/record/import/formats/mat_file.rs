@@ -2,19 +2,18 @@
 //!
 //! An array is an element that holds others: flags, dimensions, name, data.
 
-use super::cells::CELLS_MAX;
 use super::mat_element::{COMPRESSED, Elements, MATRIX, damaged, text, unpacked};
 use crate::text::excerpt;
 use crate::{Error, Result};
 use std::fmt::Display;
 
 /// Structures inside each other.
-const DEPTH_MAX: usize = 4;
+pub(super) const DEPTH_MAX: usize = 4;
 /// Columns of a matrix that are columns of a table.
-const MATRIX_MAX: usize = 64;
+pub(super) const MATRIX_MAX: usize = 64;
 
 /// Arrays of a file, fields of structures among them.
-const ARRAYS_MAX: usize = 200_000;
+pub(super) const ARRAYS_MAX: usize = 200_000;
 /// Bytes of the name of a variable or of a field; MATLAB's own limit is 63.
 const NAME_MAX: usize = 255;
 
@@ -27,6 +26,7 @@ pub(super) struct Contents {
     /// Whether objects were among it.
     pub objects: bool,
     cells: usize,
+    cells_max: usize,
     arrays: usize,
 }
 
@@ -42,9 +42,9 @@ impl Variable {
     }
 }
 
-/// Reads all variables; compressed ones may unpack to `unpacked_max` bytes in total.
-pub(super) fn contents(bytes: &[u8], big_endian: bool, unpacked_max: u64) -> Result<Contents> {
-    let mut contents = Contents::default();
+/// Reads all variables; compressed ones may unpack to `unpacked_max` bytes in total, and all hold `cells_max` numbers.
+pub(super) fn contents(bytes: &[u8], big_endian: bool, (unpacked_max, cells_max): (u64, usize)) -> Result<Contents> {
+    let mut contents = Contents { cells_max, ..Contents::default() };
     let mut left = unpacked_max;
     let mut file = Elements { bytes, big_endian };
     while let Some((kind, data)) = file.next()? {
@@ -165,8 +165,8 @@ impl Contents {
             _ => return self.skip(name, format!("{shape} values, expected a vector or a matrix")),
         };
         self.cells = self.cells.saturating_add(data.len().min(count));
-        if self.cells > CELLS_MAX {
-            let message = format!("more than {CELLS_MAX} numbers");
+        if self.cells > self.cells_max {
+            let message = format!("more than {} numbers", self.cells_max);
             return Err(Error::data(message, "Save fewer variables, or cut the recording.").in_column(name));
         }
         let values = parts.numbers(kind, data, count).ok_or_else(|| {

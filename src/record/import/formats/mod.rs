@@ -4,6 +4,8 @@
 mod archive;
 mod cells;
 #[cfg(feature = "formats")]
+mod limits;
+#[cfg(feature = "formats")]
 mod mat;
 #[cfg(feature = "formats")]
 mod mat_element;
@@ -20,6 +22,10 @@ use super::parse::Separator;
 use super::text::{Line, Lines};
 use crate::Result;
 pub(super) use cells::Cells;
+#[cfg(feature = "formats")]
+pub(super) use limits::LIMITS;
+#[cfg(not(feature = "formats"))]
+pub(super) const LIMITS: [crate::limit::Limit; 0] = [];
 
 /// A format other than CSV: a row of the table.
 pub struct Format {

@@ -4,7 +4,7 @@
 //! the far end of a sheet costs nothing.
 
 use super::archive::{SAVE_AGAIN, check};
-use super::cells::{CELLS_MAX, COLUMNS_MAX, Cells, UNPACKED_MAX, number, shortened};
+use super::cells::{COLUMNS_MAX, Cells, number, shortened, unpacked_limits};
 use crate::record::time::rounded;
 use crate::text::{counted, quoted};
 use crate::{Error, Result};
@@ -24,7 +24,8 @@ type Workbook<'a> = Xlsx<Cursor<&'a [u8]>>;
 /// # Errors
 /// `Data` when the workbook is damaged, encrypted or too large, or holds no such sheet.
 pub fn xlsx(bytes: &[u8], sheet: Option<&str>) -> Result<Cells> {
-    read(bytes, sheet, UNPACKED_MAX, CELLS_MAX)
+    let (unpacked_max, cells_max) = unpacked_limits(bytes);
+    read(bytes, sheet, unpacked_max, cells_max)
 }
 
 fn read(bytes: &[u8], sheet: Option<&str>, unpacked_max: u64, cells_max: usize) -> Result<Cells> {
@@ -241,6 +242,27 @@ fn address(row: u32, column: u32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::record::import::formats::cells::{CELLS_FREE, CELLS_MAX, UNPACKED_FREE, UNPACKED_MAX};
+    use std::io::Write as _;
+
+    /// A small file that unpacks to very much is refused; a large one may unpack to more.
+    #[test]
+    fn what_is_unpacked_is_limited_by_the_size_of_the_file() {
+        let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+        zip.start_file("xl/worksheets/sheet1.xml", zip::write::SimpleFileOptions::default()).unwrap();
+        let row = "<row><c><v>1</v></c></row>".repeat(1000);
+        for _ in 0..UNPACKED_FREE / row.len() as u64 + 1 {
+            zip.write_all(row.as_bytes()).unwrap();
+        }
+        let bomb = zip.finish().unwrap().into_inner();
+        assert!(bomb.len() < 1 << 20, "{}", bomb.len());
+        let error = xlsx(&bomb, None).unwrap_err();
+        assert!(error.to_string().contains("unpacks to more than 33554432 bytes"), "{error}");
+        let of = |size: usize| unpacked_limits(&vec![0; size]);
+        assert_eq!(of(bomb.len()), (UNPACKED_FREE, CELLS_FREE));
+        assert_eq!(of(1 << 20), (50 << 20, CELLS_FREE));
+        assert_eq!(of(30 << 20), (UNPACKED_MAX, CELLS_MAX));
+    }
 
     #[test]
     fn limits() {

@@ -1,5 +1,9 @@
 //! Simulated experiments: an excitation, a motor at rest, white noise on what is measured.
 
+mod streamed;
+
+pub use streamed::{StepExperiment, StepFigures};
+
 use crate::criterion::Noise;
 use crate::motor::{Discretization, Drive, Extended, ExtendedWalk, InputHistory, SimulationSettings, walk};
 use crate::numeric::{count, whole};
@@ -27,16 +31,28 @@ impl Excitation {
     /// # Errors
     /// `Usage` when a time is not positive and finite, or there would be more than [`SAMPLES_MAX`] samples.
     pub fn step(volts: f64, at_s: f64, duration_s: f64, period_s: f64) -> Result<Self> {
-        let time_s = Self::grid(duration_s, period_s)?;
-        if !(volts.is_finite() && at_s.is_finite()) {
-            return Err(Error::usage("a step needs finite numbers", "Write step:VOLTS@SECONDS, as in step:10.5@1."));
-        }
-        // Half a period of tolerance: 1 s is sample 1000 of 1 ms, whatever the last bit of 1000 × 0.001 is.
-        let voltage = time_s.iter().map(|t| if t - at_s > -1e-6 * period_s { volts } else { 0.0 }).collect();
+        let samples = Self::samples(duration_s, period_s)?;
+        Self::check_step(volts, at_s)?;
+        let time_s: Vec<f64> = (0..samples).map(|n| count(n) * period_s).collect();
+        let voltage = time_s.iter().map(|t| Self::voltage(volts, t - at_s, period_s)).collect();
         Ok(Self { time_s, voltage, torque: None })
     }
 
-    fn grid(duration_s: f64, period_s: f64) -> Result<Vec<f64>> {
+    fn check_step(volts: f64, at_s: f64) -> Result<()> {
+        if !(volts.is_finite() && at_s.is_finite()) {
+            return Err(Error::usage("a step needs finite numbers", "Write step:VOLTS@SECONDS, as in step:10.5@1."));
+        }
+        Ok(())
+    }
+
+    /// Returns the voltage at a time after a step. A part of a period is tolerated: 1 s is sample 1000 of 1 ms, whatever the last
+    /// bit of 1000 × 0.001 is.
+    fn voltage(volts: f64, after_s: f64, period_s: f64) -> f64 {
+        if after_s > -1e-6 * period_s { volts } else { 0.0 }
+    }
+
+    /// Returns the number of samples, both ends included.
+    fn samples(duration_s: f64, period_s: f64) -> Result<usize> {
         let good = |v: f64| v.is_finite() && v > 0.0;
         if !(good(duration_s) && good(period_s)) {
             return Err(Error::usage(
@@ -51,7 +67,7 @@ impl Excitation {
                 text!("Change " [Duration] " or " [Period] "."),
             ));
         }
-        Ok((0..=whole(steps)).map(|n| count(n) * period_s).collect())
+        Ok(whole(steps) + 1)
     }
 }
 
@@ -79,12 +95,12 @@ pub fn simulated(motor: impl Into<Extended>, excitation: &Excitation, method: Di
         ExtendedWalk::new(&motor, &drive(&draft), settings, [0.0; 2]).for_each(visit);
     }
     let [current, speed] = signals.map(Some);
-    Record::new(Samples { current, speed, ..draft.samples().clone() }).map_err(|error| {
-        Error::data(
-            format!("the simulated motor diverges: {error}"),
-            "Shorten the period and check the units of the parameters.",
-        )
-    })
+    Record::new(Samples { current, speed, ..draft.samples().clone() }).map_err(|error| diverges(&error))
+}
+
+fn diverges(error: &Error) -> Error {
+    let hint = "Shorten the period and check the units of the parameters.";
+    Error::data(format!("the simulated motor diverges: {error}"), hint)
 }
 
 /// The same recording with white normal noise of standard deviation `sigma` (current \[A\], speed \[rad/s\]).

@@ -1,0 +1,15 @@
+//! Limits of recordings and of the files that they are read from.
+
+use super::{SAMPLES_MAX, import, prepare};
+use crate::limit::{Limit, limit_of};
+
+/// Returns the limits of recordings, of files that are read and of their preparation.
+#[must_use]
+pub fn limits() -> Vec<Limit> {
+    let samples = limit_of(
+        "samples of a recording, read or simulated",
+        SAMPLES_MAX,
+        "refused: cut the recording, or lengthen its period",
+    );
+    [samples].into_iter().chain(import::limits()).chain(prepare::LIMITS).collect()
+}

@@ -1,0 +1,16 @@
+//! Limits of studies, comparisons and benchmarks.
+
+use super::{compare, sweep, throughput};
+use crate::limit::{Limit, limit_of};
+use crate::record::SAMPLES_MAX;
+
+/// Returns the limits of studies, comparisons and benchmarks.
+#[must_use]
+pub fn limits() -> Vec<Limit> {
+    let own = [
+        limit_of("runs of each method of a comparison", compare::RUNS_MAX, "refused"),
+        limit_of("candidates of a population of a benchmark", throughput::POPULATION_MAX, "refused"),
+        limit_of("samples of a benchmark", SAMPLES_MAX, "refused"),
+    ];
+    sweep::LIMITS.into_iter().chain(own).collect()
+}
