@@ -86,9 +86,10 @@ pub fn significant(value: f64, digits: usize) -> String {
 /// Numbers of this size and above are written with an exponent in tables.
 const LARGE: f64 = 1e7;
 
-/// A number with so many decimals, with an exponent where it is large; 308 digits would be no cell of a table.
+/// A number with so many decimals, 767 at most, with an exponent where it is large; 308 digits would be no cell of a table.
 #[must_use]
 pub fn decimals(value: f64, places: usize) -> String {
+    let places = places.min(DIGITS_MAX);
     if value.is_finite() && value.abs() >= LARGE { significant(value, places + 1) } else { format!("{value:.places$}") }
 }
 

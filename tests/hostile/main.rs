@@ -8,6 +8,7 @@
 mod arguments;
 mod calls;
 mod covered;
+mod csv;
 mod drivers;
 mod list;
 #[path = "../support/mod.rs"]
@@ -150,6 +151,9 @@ fn filters_and_rates_that_are_none_are_refused() {
     }
     for order in [0, 13, usize::MAX] {
         refused(with(FilterKind::Butterworth, order, 50.0), "expected a whole number from 1 to 12");
+    }
+    for rate in [f64::NAN, 0.0, -1.0, 5e-324, 1e-300, 9e-7] {
+        refused(Preparation { rate_hz: Some(rate), ..Preparation::default() }.apply(&record), "rate is");
     }
     for ripple_db in [f64::NAN, 0.0, -1.0, 7.0] {
         refused(with(FilterKind::Chebyshev { ripple_db }, 4, 50.0), "ripple");

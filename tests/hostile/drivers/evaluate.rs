@@ -54,7 +54,7 @@ pub fn problems(calls: &mut Calls) {
         .collect();
     let spaces = spaces();
     for (n, record) in records().iter().enumerate() {
-        for criterion in &criteria {
+        for criterion in criteria.iter().skip(n % 4).step_by(4) {
             let model = models[n % models.len()];
             ask!(calls, (record, criterion);
                 "evaluate::Signals::new" => Signals::new(record, criterion, model.initial, model.discretization));
@@ -355,7 +355,7 @@ pub fn estimates(calls: &mut Calls) {
         drive!(calls, signal; "estimate::Whiteness::of" => NUMBERS.map(|size| Whiteness::of(signal, size)));
     }
     let spaces = spaces();
-    for (n, record) in records().iter().enumerate() {
+    for (n, record) in records().iter().enumerate().step_by(5) {
         let one = std::slice::from_ref(record);
         let two = [record.clone(), step(60)];
         let space = if n % 3 == 0 { spaces[n % spaces.len()].clone() } else { Space::table2() };
