@@ -36,6 +36,7 @@ pub const COUNTS: [usize; 10] =
 pub const WIDE: [u64; 9] = [0, 1, 2, 7, 1000, 1 << 53, u64::MAX / 2 + 1, u64::MAX - 1, u64::MAX];
 
 /// Texts that are none of what is expected, and some that nearly are.
+#[expect(clippy::too_many_lines, reason = "a list")]
 pub fn texts() -> Vec<String> {
     let short = [
         "",

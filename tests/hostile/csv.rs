@@ -196,6 +196,5 @@ fn odd_recordings_are_read_whole_or_refused() {
         }
     }
     // Neither side is empty: the generator reaches what is behind headings and numbers.
-    println!("{read} read, {with_line} refused at a line");
     assert!(read > 2000 && with_line > 10_000, "{read} read, {with_line} refused at a line");
 }

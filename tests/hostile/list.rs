@@ -229,6 +229,7 @@ fn reach(scopes: &BTreeMap<Module, Scope>, module: &[String], prefix: &str, foun
 }
 
 /// One name of a module: a function, a type with its methods, or a re-export of one.
+#[expect(clippy::too_many_arguments, reason = "what a walk carries with it")]
 fn item(scopes: &BTreeMap<Module, Scope>, home: &[String], name: &str, prefix: &str, shown: &str, found: &mut Found) {
     let Some(scope) = scopes.get(home) else { return };
     let id = |more: &[&str]| -> Module { home.iter().cloned().chain(more.iter().map(|s| (*s).to_owned())).collect() };
@@ -239,10 +240,9 @@ fn item(scopes: &BTreeMap<Module, Scope>, home: &[String], name: &str, prefix: &
         found.entry(id(&[name, method])).or_insert_with(|| (format!("{prefix}{shown}::{method}"), *panics));
     }
     for (exported, path) in scope.exports.iter().filter(|(exported, _)| exported == name) {
-        if let Some(target) = resolve(scopes, home, path).filter(|t| *t != id(&[exported])) {
-            if let Some((last, home)) = target.split_last() {
-                item(scopes, home, last, prefix, shown, found);
-            }
+        let target = resolve(scopes, home, path).filter(|t| *t != id(&[exported]));
+        if let Some((last, home)) = target.as_ref().and_then(|target| target.split_last()) {
+            item(scopes, home, last, prefix, shown, found);
         }
     }
 }

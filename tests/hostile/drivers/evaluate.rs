@@ -337,6 +337,7 @@ pub fn gpus(calls: &mut Calls) {
     }
 }
 
+#[expect(clippy::too_many_lines, reason = "a list of calls")]
 pub fn estimates(calls: &mut Calls) {
     use motorfit::estimate::{
         RefineOptions, SmFailure, Whiteness, describe, fit_problem, global_reference, initial_states, refine,

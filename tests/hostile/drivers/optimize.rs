@@ -29,9 +29,9 @@ pub fn settings(calls: &mut Calls) {
         }
         drive!(calls, tuned;
             "optimize::Tuned::from" => Tuned::from(tuned.search),
-            "optimize::Tuned::shown" => (0..tuned.search.settings.len()).map(|n| tuned.shown(n)).count(),
+            "optimize::Tuned::shown" => (0..tuned.search.settings.len()).map(|n| tuned.shown(n)).collect::<String>(),
             "optimize::Tuned::changed" => tuned.changed(),
-            "optimize::Hyperparameter::form" => tuned.search.settings.iter().map(|s| s.form()).count(),
+            "optimize::Hyperparameter::form" => tuned.search.settings.iter().map(|s| s.form()).collect::<String>(),
         );
         for word in texts() {
             for name in tuned.search.settings.iter().map(|s| s.name).chain([word.as_str()]) {
