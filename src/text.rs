@@ -86,9 +86,10 @@ pub fn significant(value: f64, digits: usize) -> String {
 /// Numbers of this size and above are written with an exponent in tables.
 const LARGE: f64 = 1e7;
 
-/// A number with so many decimals, with an exponent where it is large; 308 digits would be no cell of a table.
+/// A number with so many decimals, 767 at most, with an exponent where it is large; 308 digits would be no cell of a table.
 #[must_use]
 pub fn decimals(value: f64, places: usize) -> String {
+    let places = places.min(DIGITS_MAX);
     if value.is_finite() && value.abs() >= LARGE { significant(value, places + 1) } else { format!("{value:.places$}") }
 }
 
@@ -148,12 +149,20 @@ pub fn listed(words: &[&str], conjunction: &str) -> String {
     }
 }
 
-/// The one of some words that another was likely meant to be: two letters off at most, or a third of a long one.
+/// The longest word that is compared with others \[bytes\]: the time is the product of both lengths.
+const COMPARED_MAX: usize = 256;
+
+/// The one of some words that another was likely meant to be: two letters off at most, or a third of a long one. A word of
+/// more than 256 bytes is like no other.
 #[must_use]
 pub fn nearest<'a>(word: &str, words: &[&'a str]) -> Option<&'a str> {
+    if word.len() > COMPARED_MAX {
+        return None;
+    }
     let word = word.to_lowercase();
     let distance = |known: &&str| strsim::osa_distance(&word, known);
-    let near = words.iter().copied().min_by_key(|known| distance(known))?;
+    let short = words.iter().copied().filter(|known| known.len() <= COMPARED_MAX);
+    let near = short.min_by_key(|known| distance(known))?;
     (distance(&near) <= 2.max(near.chars().count() / 3)).then_some(near)
 }
 

@@ -1,5 +1,6 @@
 //! Proves, without a network: every dependency has a licence that deny.toml allows, comes from crates.io, and is
-//! there in one version, but for those that deny.toml skips. Cargo.lock is up to date.
+//! there in one version, but for those that deny.toml skips. Cargo.lock is up to date. docs/dependencies.md lists the crates that
+//! are used directly with their versions, and what is unmaintained where deny.toml allows it.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
 
@@ -69,5 +70,40 @@ fn one_version_of_each_from_one_registry() {
     }
     for (name, versions) in versions {
         assert!(versions.len() == 1 || skipped.contains(&name), "{name} is there in versions {versions:?}");
+    }
+}
+
+/// The crates of a table of Cargo.toml.
+fn direct(manifest: &toml::Table, table: &str) -> Vec<String> {
+    manifest[table].as_table().unwrap().keys().cloned().collect()
+}
+
+#[test]
+fn the_document_lists_what_is_used_directly() {
+    let document = include_str!("../docs/dependencies.md");
+    let manifest: toml::Table = include_str!("../Cargo.toml").parse().unwrap();
+    let lock: toml::Table = include_str!("../Cargo.lock").parse().unwrap();
+    let built: BTreeSet<(&str, &str)> = lock["package"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|package| (package["name"].as_str().unwrap(), package["version"].as_str().unwrap()))
+        .collect();
+    let mut wanted: BTreeSet<String> = direct(&manifest, "dependencies").into_iter().collect();
+    wanted.extend(direct(&manifest, "dev-dependencies"));
+    for target in manifest["target"].as_table().unwrap().values() {
+        wanted.extend(target["dependencies"].as_table().unwrap().keys().cloned());
+    }
+    let rows = document.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| crate"));
+    let rows: Vec<Vec<&str>> = rows.map(|row| row.trim_matches('|').split('|').map(str::trim).collect()).collect();
+    for row in &rows {
+        assert!(built.contains(&(row[0], row[1])), "{} {} is not what Cargo.lock has", row[0], row[1]);
+        assert!(row[2..].iter().all(|cell| !cell.is_empty()), "{} says nothing", row[0]);
+    }
+    let listed: BTreeSet<String> = rows.iter().map(|row| row[0].to_owned()).collect();
+    assert_eq!(listed, wanted);
+    for ignored in rules()["advisories"]["ignore"].as_array().unwrap() {
+        let id = ignored["id"].as_str().unwrap();
+        assert!(document.contains(id), "the document does not name {id}");
     }
 }

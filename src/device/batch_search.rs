@@ -1,12 +1,12 @@
 //! Searches in lock step on one evaluator: what [`minimize`](crate::optimize::minimize) drives.
 
 use super::select::{DeviceSettings, OnLoss, SelectedDevice, taken_over};
-use crate::Result;
 use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Evaluator, Group, Pending, Problem, Scalar};
 use crate::optimize::Evaluate;
 use crate::setting::text;
 use crate::warning::Warning;
+use crate::{Error, Result};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -125,6 +125,11 @@ impl BatchSearchEvaluator {
         references: &References,
         mut work: impl FnMut(&mut SelectedDevice, &Batch<'_>) -> Result<T>,
     ) -> Result<T> {
+        let (runs, problems) = (populations.len(), self.problems.len());
+        if runs > problems && problems != 1 {
+            let message = format!("found populations of {runs} runs, expected those of {problems} at most");
+            return Err(Error::usage(message, "Give a problem for each run, or one for all."));
+        }
         // Taken out, because the groups borrow the problems beside it.
         let mut opened = std::mem::replace(&mut self.opened, SelectedDevice::cpu(Vec::new()));
         let groups = self.groups(populations, references);

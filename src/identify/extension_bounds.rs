@@ -35,7 +35,7 @@ pub(super) fn extended_space(
     let space = Space::new(free, space.fixed().to_vec())?;
     let mut own = spec.per_recording.clone();
     own.push(Parameter::Latency);
-    Ok(if records.len() > 1 { space.per_recording(&own, records.len()) } else { space })
+    if records.len() > 1 { space.per_recording(&own, records.len()) } else { Ok(space) }
 }
 
 /// Bounds that leave room for whatever recordings can show of a parameter, by what is large in them and a motor near the right

@@ -48,5 +48,5 @@ pub(crate) use sensor::{Aligned, CHUNK, MovingAverages};
 pub(crate) use sensor::{MovingAverage, WINDOW_MAX};
 pub use settings::{InputHistory, SimulationSettings};
 pub use simulate::{Drive, simulate, walk};
-pub use space::{Axis, RECORDING_MAX, Scope, Space};
+pub use space::{Axis, PER_RECORDING_MAX, RECORDING_MAX, Scope, Space};
 pub use walk::ExtendedWalk;

@@ -4,6 +4,7 @@ use super::extended::Extended;
 use super::linear::Parameters;
 use super::parameter::Parameter;
 use crate::{Error, Result};
+use std::collections::HashSet;
 
 /// Which recordings of a joint fit a parameter belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,6 +116,9 @@ impl Axis {
 
 /// The highest index of a recording that a parameter may belong to; the next stands for those that cannot be counted.
 pub const RECORDING_MAX: u32 = u32::MAX - 1;
+
+/// The most recordings that a parameter may have values of their own for: a space has an axis for each.
+pub const PER_RECORDING_MAX: usize = 1 << 16;
 
 /// Free and held parameters: maps a candidate (one value per axis) to the parameters of each recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -265,22 +269,34 @@ impl Space {
     }
 
     /// The same with a value of its own for each of `recordings` where these parameters are free.
-    #[must_use]
-    pub fn per_recording(&self, parameters: &[Parameter], recordings: usize) -> Self {
+    ///
+    /// # Errors
+    /// `Usage` for more recordings than [`PER_RECORDING_MAX`].
+    pub fn per_recording(&self, parameters: &[Parameter], recordings: usize) -> Result<Self> {
+        if recordings > PER_RECORDING_MAX {
+            let message =
+                format!("found {recordings} recordings with values of their own, expected {PER_RECORDING_MAX} at most");
+            return Err(Error::usage(message, "Fit fewer recordings together, or share the parameters among all."));
+        }
         let own = |axis: &Axis| -> Vec<Axis> {
             if axis.scope != Scope::Shared || !parameters.contains(&axis.parameter) {
                 return vec![*axis];
             }
             (0..).take(recordings).map(|n| Axis { scope: Scope::Recording(n), ..*axis }).collect()
         };
-        Self { free: self.free.iter().flat_map(own).collect(), fixed: self.fixed.clone() }
+        Ok(Self { free: self.free.iter().flat_map(own).collect(), fixed: self.fixed.clone() })
     }
 
     fn check_once(&self, parameter: Parameter) -> Result<()> {
         let free = self.free.iter().filter(|a| a.parameter == parameter).map(|a| a.scope);
         let fixed = self.fixed.iter().filter(|f| f.0 == parameter).map(|f| f.1);
         let scopes: Vec<Scope> = free.chain(fixed).collect();
-        let twice = scopes.iter().enumerate().any(|(n, a)| scopes[..n].iter().any(|b| overlap(*a, *b)));
+        let mut recordings = HashSet::new();
+        let is_known = |scope: &Scope| match scope {
+            Scope::Shared => scopes.len() > 1,
+            Scope::Recording(n) => !recordings.insert(*n),
+        };
+        let twice = scopes.iter().any(is_known);
         let symbol = parameter.symbol();
         if scopes.is_empty() && !parameter.is_extension() {
             Err(Error::usage(format!("{symbol} has neither bounds nor a value"), format!("Bound {symbol} or hold it.")))
@@ -290,10 +306,6 @@ impl Space {
             Ok(())
         }
     }
-}
-
-fn overlap(a: Scope, b: Scope) -> bool {
-    a == b || a == Scope::Shared || b == Scope::Shared
 }
 
 fn check_bounds(axis: &Axis) -> Result<()> {

@@ -31,7 +31,7 @@ pub fn space(extensions: &[Parameter], recordings: usize) -> Space {
             axes.push(Axis { parameter, scope: Scope::Shared, min, max });
         }
     }
-    Space::new(axes, Vec::new()).unwrap().per_recording(&[Parameter::Latency], recordings)
+    Space::new(axes, Vec::new()).unwrap().per_recording(&[Parameter::Latency], recordings).unwrap()
 }
 
 /// Candidates all over the bounds of extensions, near the motor of the paper.

@@ -172,11 +172,14 @@ impl Preparation {
     }
 }
 
+/// The lowest rate \[Hz\]: no recording has a longer period.
+const RATE_MIN: f64 = 1e-6;
+
 pub(super) fn check_rate(rate_hz: f64) -> Result<()> {
-    if rate_hz.is_finite() && rate_hz > 0.0 {
+    if rate_hz.is_finite() && rate_hz >= RATE_MIN {
         return Ok(());
     }
-    Err(Error::usage(text!([Rate] " is {rate_hz}"), "Give samples per second, more than 0."))
+    Err(Error::usage(text!([Rate] " is {rate_hz}"), format!("Give samples per second, {RATE_MIN} at least.")))
 }
 
 fn every_nth(record: Record, every: usize) -> Result<Record> {

@@ -36,14 +36,14 @@ impl SweepProgress {
     /// Runs a second; `None` before there is any.
     #[must_use]
     pub fn rate(&self) -> Option<f64> {
-        let rate = (count_u64(self.done - self.before) + self.under_way) / self.seconds;
+        let rate = (count_u64(self.done.saturating_sub(self.before)) + self.under_way) / self.seconds;
         (rate.is_finite() && rate > 0.0).then_some(rate)
     }
 
     /// Seconds that are left at this rate.
     #[must_use]
     pub fn remaining(&self) -> Option<f64> {
-        Some(((count_u64(self.total - self.done) - self.under_way) / self.rate()?).max(0.0))
+        Some(((count_u64(self.total.saturating_sub(self.done)) - self.under_way) / self.rate()?).max(0.0))
     }
 }
 

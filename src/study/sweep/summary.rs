@@ -283,9 +283,9 @@ impl Limits {
     /// From pairs of bounds.
     ///
     /// # Errors
-    /// `Usage` where a lower limit is not below the upper one.
+    /// `Usage` where a lower limit is not below the upper one, or either is no number.
     pub fn new(list: Vec<(Parameter, f64, f64)>) -> Result<Self> {
-        match list.iter().find(|(_, low, high)| low >= high) {
+        match list.iter().find(|(_, low, high)| low.is_nan() || high.is_nan() || low >= high) {
             Some((parameter, low, high)) => {
                 let message = text!([Limits](": {}={low}:{high} holds nothing", excerpt(parameter.symbol())));
                 Err(Error::usage(message, text!("Write " [Limits = "R=0.8:1.0"] ", the lower limit first.")))

@@ -1,9 +1,17 @@
 //! Proves: public functions of the library answer hostile arguments with an error that names what was found, clamp them where
 //! that is their only meaning, or give values that are not finite; none panics, and none accepts them without a word.
-//! Does not prove: the same of every public function, nor of faults of indexing that their documentation names as panics.
+//! Every public function is called with hostile arguments, or is on a list with the reason why not (`covered`).
+//! Does not prove: the same of arguments that nobody thought of, nor of faults of indexing that documentation names as panics.
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 #![allow(clippy::float_cmp, reason = "exact equality is meant")]
 
+mod arguments;
+mod calls;
+mod covered;
+mod csv;
+mod drivers;
+mod list;
+#[path = "../support/mod.rs"]
 mod support;
 
 use motorfit::Error;
@@ -143,6 +151,9 @@ fn filters_and_rates_that_are_none_are_refused() {
     }
     for order in [0, 13, usize::MAX] {
         refused(with(FilterKind::Butterworth, order, 50.0), "expected a whole number from 1 to 12");
+    }
+    for rate in [f64::NAN, 0.0, -1.0, 5e-324, 1e-300, 9e-7] {
+        refused(Preparation { rate_hz: Some(rate), ..Preparation::default() }.apply(&record), "rate is");
     }
     for ripple_db in [f64::NAN, 0.0, -1.0, 7.0] {
         refused(with(FilterKind::Chebyshev { ripple_db }, 4, 50.0), "ripple");
@@ -291,4 +302,35 @@ fn rows_beyond_a_sample_end_at_once() {
         sample.fill(99, &mut [0.0]);
         sample.fill(100, &mut []);
     }
+}
+
+#[test]
+fn limits_and_progress_that_cannot_be() {
+    use motorfit::study::sweep::{Limits, SweepProgress};
+    for (low, high) in [(f64::NAN, 1.0), (0.0, f64::NAN), (1.0, 1.0), (2.0, 1.0)] {
+        refused(Limits::new(vec![(Parameter::R, low, high)]), "holds nothing");
+    }
+    // Counts of the caller's own, which need not be in order.
+    let progress = SweepProgress { done: 1, total: 0, before: 2, failed: 0, under_way: 0.5, seconds: 1.0 };
+    assert_eq!((progress.rate(), progress.remaining()), (Some(0.5), Some(0.0)));
+}
+
+#[test]
+fn long_words_are_like_no_other() {
+    let long = "a".repeat(65_536);
+    assert_eq!(motorfit::text::nearest(&long, &[&long, "a"]), None);
+    assert_eq!(motorfit::text::nearest("curent", &[&long, "current"]), Some("current"));
+}
+
+#[test]
+fn a_space_has_a_limit_of_recordings() {
+    let space = Space::table2();
+    for recordings in [65_537, u32::MAX as usize + 2, usize::MAX] {
+        refused(space.per_recording(&[Parameter::R], recordings), "expected 65536 at most");
+    }
+    let many = space.per_recording(&[Parameter::R], 65_536).unwrap();
+    // Each scope against each would be 2·10^9 comparisons.
+    assert!(Space::new(many.free().to_vec(), Vec::new()).is_ok());
+    let twice = [many.free(), &many.free()[..1]].concat();
+    refused(Space::new(twice, Vec::new()), "R is given twice");
 }

@@ -1,0 +1,248 @@
+//! The public functions, methods and constructors of the library, read from its sources: the table of `covered.rs` is
+//! compared with them.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use syn::{Attribute, ImplItem, Item, ItemImpl, TraitItem, Type, UseTree, Visibility};
+
+type Module = Vec<String>;
+/// Public functions by the place where they are defined: the path that they are called by, and whether they panic.
+type Found = BTreeMap<Module, (String, bool)>;
+
+/// The items of one module.
+#[derive(Default)]
+struct Scope {
+    /// Public functions, and which say when they panic.
+    functions: BTreeMap<String, bool>,
+    /// Public types with their public methods, public traits with theirs.
+    types: BTreeMap<String, BTreeMap<String, bool>>,
+    /// Types of the crate's own.
+    private: BTreeSet<String>,
+    /// Child modules, and which are public.
+    modules: BTreeMap<String, bool>,
+    /// Public re-exports: the name here and the path that it stands for; `*` for all of it.
+    exports: Vec<(String, Vec<String>)>,
+    /// Methods of types that may be defined elsewhere.
+    methods: Vec<(String, String, bool)>,
+}
+
+/// The functions that a user of the crate can call, by their public paths, and which have a section "# Panics".
+pub fn public_functions(source: &Path) -> BTreeMap<String, bool> {
+    let mut scopes = BTreeMap::new();
+    load(&source.join("lib.rs"), source, Vec::new(), &mut scopes);
+    attach_methods(&mut scopes);
+    let mut found = BTreeMap::new();
+    reach(&scopes, &[], "", &mut found);
+    found.into_values().collect()
+}
+
+fn is_public(visibility: &Visibility) -> bool {
+    matches!(visibility, Visibility::Public(_))
+}
+
+/// Code of unit tests is no part of the library.
+fn is_test(attributes: &[Attribute]) -> bool {
+    attributes.iter().any(|attribute| {
+        let meta = &attribute.meta;
+        meta.path().is_ident("cfg") && meta.require_list().is_ok_and(|list| list.tokens.to_string() == "test")
+    })
+}
+
+fn says_when_it_panics(attributes: &[Attribute]) -> bool {
+    let is_heading = |attribute: &Attribute| {
+        attribute.meta.require_name_value().is_ok_and(|doc| {
+            let text = match &doc.value {
+                syn::Expr::Lit(syn::ExprLit { lit: syn::Lit::Str(text), .. }) => text.value(),
+                _ => String::new(),
+            };
+            text.trim() == "# Panics"
+        })
+    };
+    attributes.iter().any(is_heading)
+}
+
+fn load(file: &Path, folder: &Path, module: Module, scopes: &mut BTreeMap<Module, Scope>) {
+    let text = std::fs::read_to_string(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+    let items = syn::parse_file(&text).unwrap_or_else(|error| panic!("{}: {error}", file.display())).items;
+    let mut scope = Scope::default();
+    for item in &items {
+        gather(item, &mut scope);
+        let Item::Mod(child) = item else { continue };
+        if is_test(&child.attrs) || child.content.is_some() {
+            continue;
+        }
+        let name = child.ident.to_string();
+        let path = child.attrs.iter().find(|a| a.path().is_ident("path"));
+        assert!(path.is_none(), "{name} has a path of its own");
+        scope.modules.insert(name.clone(), is_public(&child.vis));
+        let [flat, deep] = [folder.join(format!("{name}.rs")), folder.join(&name).join("mod.rs")];
+        let next = if flat.exists() { flat } else { deep };
+        let inner = [&module[..], std::slice::from_ref(&name)].concat();
+        load(&next, &folder.join(&name), inner, scopes);
+    }
+    scopes.insert(module, scope);
+}
+
+fn gather(item: &Item, scope: &mut Scope) {
+    match item {
+        Item::Fn(f) if is_public(&f.vis) && !is_test(&f.attrs) => {
+            scope.functions.insert(f.sig.ident.to_string(), says_when_it_panics(&f.attrs));
+        }
+        Item::Struct(s) => of_type(&s.vis, &s.ident, scope),
+        Item::Enum(e) => of_type(&e.vis, &e.ident, scope),
+        Item::Trait(t) if is_public(&t.vis) => {
+            let methods = t.items.iter().filter_map(|item| match item {
+                TraitItem::Fn(f) => Some((f.sig.ident.to_string(), says_when_it_panics(&f.attrs))),
+                _ => None,
+            });
+            scope.types.entry(t.ident.to_string()).or_default().extend(methods);
+        }
+        Item::Impl(block) if !is_test(&block.attrs) => of_impl(block, scope),
+        Item::Use(u) if is_public(&u.vis) => exports(&u.tree, &mut Vec::new(), &mut scope.exports),
+        Item::Macro(m) => of_macro(m, scope),
+        _ => {}
+    }
+}
+
+fn of_type(visibility: &Visibility, name: &syn::Ident, scope: &mut Scope) {
+    if is_public(visibility) {
+        scope.types.entry(name.to_string()).or_default();
+    } else {
+        scope.private.insert(name.to_string());
+    }
+}
+
+/// Public methods of a type, and what it is made from by `FromStr`, `TryFrom` and `From`.
+fn of_impl(block: &ItemImpl, scope: &mut Scope) {
+    let Type::Path(path) = &*block.self_ty else { return };
+    let Some(name) = path.path.segments.last().map(|segment| segment.ident.to_string()) else { return };
+    let of_trait = block.trait_.as_ref().and_then(|(_, path, _)| path.segments.last());
+    let wanted = of_trait.is_none_or(|t| ["FromStr", "TryFrom", "From"].contains(&&*t.ident.to_string()));
+    for item in &block.items {
+        let ImplItem::Fn(f) = item else { continue };
+        if wanted && (of_trait.is_some() || is_public(&f.vis)) && !is_test(&f.attrs) {
+            scope.methods.push((name.clone(), f.sig.ident.to_string(), says_when_it_panics(&f.attrs)));
+        }
+    }
+}
+
+/// Enums that are tables: the macro `named!` gives each a name and reads it. Others are written out in the one macro that
+/// makes them.
+fn of_macro(item: &syn::ItemMacro, scope: &mut Scope) {
+    let tokens = item.mac.tokens.to_string();
+    let words: Vec<&str> =
+        tokens.split(|c: char| !(c.is_alphanumeric() || "_$".contains(c))).filter(|w| !w.is_empty()).collect();
+    let is_table = item.mac.path.is_ident("named");
+    if !(is_table || item.mac.path.is_ident("macro_rules")) {
+        return;
+    }
+    let mut last = None;
+    for at in 0..words.len() {
+        match (&words[at..], last) {
+            (["pub", "enum" | "struct", name, ..], _) if !name.starts_with('$') => {
+                last = Some(*name);
+                let methods = scope.types.entry((*name).to_owned()).or_default();
+                methods.extend(["name", "named"].iter().filter(|_| is_table).map(|name| ((*name).to_owned(), false)));
+            }
+            (["enum" | "struct", name, ..], _) => drop(scope.private.insert((*name).to_owned())),
+            (["pub", "fn", name, ..] | ["pub", "const", "fn", name, ..], Some(of)) if !is_table => {
+                scope.methods.push((of.to_owned(), (*name).to_owned(), false));
+            }
+            _ => {}
+        }
+    }
+}
+
+fn exports(tree: &UseTree, path: &mut Vec<String>, all: &mut Vec<(String, Vec<String>)>) {
+    match tree {
+        UseTree::Path(next) => {
+            path.push(next.ident.to_string());
+            exports(&next.tree, path, all);
+            path.pop();
+        }
+        UseTree::Name(name) if name.ident == "self" => {
+            all.push((path.last().cloned().unwrap_or_default(), path.clone()));
+        }
+        UseTree::Name(name) => {
+            all.push((name.ident.to_string(), [&path[..], &[name.ident.to_string()]].concat()));
+        }
+        UseTree::Rename(name) => {
+            all.push((name.rename.to_string(), [&path[..], &[name.ident.to_string()]].concat()));
+        }
+        UseTree::Glob(_) => all.push(("*".to_owned(), path.clone())),
+        UseTree::Group(group) => group.items.iter().for_each(|tree| exports(tree, path, all)),
+    }
+}
+
+/// Puts methods at their types: those of the same module, or else the nearest of that name.
+fn attach_methods(scopes: &mut BTreeMap<Module, Scope>) {
+    let methods = |(module, scope): (&Module, &Scope)| -> Vec<_> {
+        scope.methods.iter().map(|of| (module.clone(), of.clone())).collect()
+    };
+    let all: Vec<(Module, (String, String, bool))> = scopes.iter().flat_map(methods).collect();
+    for (module, (ty, method, panics)) in all {
+        let common = |m: &Module| m.iter().zip(&module).take_while(|(a, b)| a == b).count();
+        let near = |m: &Module| (*m == module, common(m));
+        let homes = scopes.iter().filter(|(_, scope)| scope.types.contains_key(&ty) || scope.private.contains(&ty));
+        let home = homes.map(|(m, _)| m).max_by_key(|m| near(m)).cloned();
+        let home = home.unwrap_or_else(|| panic!("{ty}, which has {method}, is defined nowhere"));
+        if let Some(methods) = scopes.get_mut(&home).and_then(|scope| scope.types.get_mut(&ty)) {
+            methods.insert(method, panics);
+        }
+    }
+}
+
+/// The module and name that a path means, seen from a module.
+fn resolve(scopes: &BTreeMap<Module, Scope>, from: &[String], path: &[String]) -> Option<Module> {
+    let absolute = match path.first()?.as_str() {
+        "crate" => path[1..].to_vec(),
+        "self" => [from, &path[1..]].concat(),
+        "super" => return resolve(scopes, &from[..from.len() - 1], &path[1..]),
+        first if scopes[from].modules.contains_key(first) => [from, path].concat(),
+        _ if from.is_empty() => path.to_vec(),
+        _ => return Some([from, path].concat()),
+    };
+    Some(absolute)
+}
+
+/// Every public function of a module, by the place where it is defined; its first path stays.
+fn reach(scopes: &BTreeMap<Module, Scope>, module: &[String], prefix: &str, found: &mut Found) {
+    let scope = &scopes[module];
+    let names = scope.functions.keys().chain(scope.types.keys());
+    names.for_each(|name| item(scopes, module, name, prefix, name, found));
+    for (name, path) in &scope.exports {
+        let Some(target) = resolve(scopes, module, path) else { continue };
+        if name == "*" {
+            if scopes.contains_key(&target) {
+                reach(scopes, &target, prefix, found);
+            }
+        } else if scopes.contains_key(&target) {
+            reach(scopes, &target, &format!("{prefix}{name}::"), found);
+        } else if let Some((last, home)) = target.split_last() {
+            item(scopes, home, last, prefix, name, found);
+        }
+    }
+    for (name, _) in scope.modules.iter().filter(|(_, public)| **public) {
+        let inner = [module, std::slice::from_ref(name)].concat();
+        reach(scopes, &inner, &format!("{prefix}{name}::"), found);
+    }
+}
+
+/// One name of a module: a function, a type with its methods, or a re-export of one.
+#[expect(clippy::too_many_arguments, reason = "what a walk carries with it")]
+fn item(scopes: &BTreeMap<Module, Scope>, home: &[String], name: &str, prefix: &str, shown: &str, found: &mut Found) {
+    let Some(scope) = scopes.get(home) else { return };
+    let id = |more: &[&str]| -> Module { home.iter().cloned().chain(more.iter().map(|s| (*s).to_owned())).collect() };
+    if let Some(panics) = scope.functions.get(name) {
+        found.entry(id(&[name])).or_insert_with(|| (format!("{prefix}{shown}"), *panics));
+    }
+    for (method, panics) in scope.types.get(name).into_iter().flatten() {
+        found.entry(id(&[name, method])).or_insert_with(|| (format!("{prefix}{shown}::{method}"), *panics));
+    }
+    for (exported, path) in scope.exports.iter().filter(|(exported, _)| exported == name) {
+        let target = resolve(scopes, home, path).filter(|t| *t != id(&[exported]));
+        if let Some((last, home)) = target.as_ref().and_then(|target| target.split_last()) {
+            item(scopes, home, last, prefix, shown, found);
+        }
+    }
+}
