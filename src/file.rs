@@ -1,6 +1,6 @@
 //! Files that are whole or not there: written beside, synced and renamed, and the folder synced.
 
-use crate::text::printable;
+use crate::text::{nearest, printable};
 use crate::{Error, Result};
 use same_file::Handle;
 use std::fs::{File, TryLockError};
@@ -21,6 +21,34 @@ pub fn unwritable(path: &Path, error: &io::Error) -> Error {
         _ => "Allow writing there, and run it again: what is finished is kept.",
     };
     Error::data(format!("cannot be written: {}", printable(&error.to_string())), remedy).in_file(path)
+}
+
+/// Returns the error of a file that cannot be read, with the file of a similar name in the same folder, if there is one.
+#[must_use]
+pub fn unreadable(path: &Path, error: &io::Error) -> Error {
+    let message = format!("cannot be read: {}", printable(&error.to_string()));
+    let near = || Some(printable(&path.with_file_name(near(path)?).display().to_string()));
+    let remedy = match error.kind() {
+        io::ErrorKind::NotFound => near().map_or_else(
+            || "Check the path; relative paths start at the current folder.".to_owned(),
+            |near| format!("Check the path: did you mean {near}?"),
+        ),
+        io::ErrorKind::PermissionDenied => "Allow reading it, or run as a user who may.".to_owned(),
+        _ => "Check the file and its disk; it must be a regular file.".to_owned(),
+    };
+    Error::data(message, remedy).in_file(path)
+}
+
+/// Names of a folder that are looked at for a similar one.
+const NAMES_MAX: usize = 10_000;
+
+/// The name in the folder of a path that is most similar to its own, if one is.
+fn near(path: &Path) -> Option<String> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let entries = std::fs::read_dir(folder).ok()?.take(NAMES_MAX).flatten();
+    let names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    let known: Vec<&str> = names.iter().map(String::as_str).collect();
+    nearest(path.file_name()?.to_str()?, &known).map(str::to_owned)
 }
 
 /// Has the entries of a folder written to the disk, where the system can: a rename then survives a loss of power.

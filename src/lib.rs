@@ -1,12 +1,23 @@
 //! Parameters of DC motors from recordings of voltage, current and speed.
 //!
-//! A [`Record`](record::Record) goes in; R, L, K, B and J of the linear motor `L di/dt = v − R i − K ω`,
-//! `J dω/dt = K i − B ω − T` come out of [`identify`](identify::identify) with their standard errors: found by
-//! Steiglitz–McBride or a population search, whose generations are simulated at once, refined to the maximum-likelihood
-//! estimate, and held against a search of the whole box.
+//! Five uses:
 //!
-//! Data flow one way: record → motor → criterion → evaluate → optimize → estimate → identify → study → report. A module uses those
-//! before it only.
+//! - **Identify a motor.** [`identify`](identify::identify) takes [`Record`](record::Record)s and returns R, L, K, B and J of the linear
+//!   motor `L di/dt = v − R i − K ω`, `J dω/dt = K i − B ω − T` (Eqs. 6 and 7), and parameters of its extensions, with standard
+//!   errors, a comparison with a search of the whole box, and a level of trust.
+//! - **Evaluate candidates.** [`evaluate::Evaluator`] computes the costs of a batch of candidate motors, shape `[candidates]`, by SIMD or
+//!   on a GPU, for an optimizer of your own.
+//! - **Optimize.** [`optimize::Optimizer`] (ask and tell) has the Grey Wolf Optimizer, Jaya, a genetic algorithm, a particle swarm and
+//!   random search, for a cost of your own.
+//! - **Estimate directly.** [`estimate`] has Steiglitz–McBride and the output-error refinement with its covariance.
+//! - **Compare and sweep.** [`study`] compares methods with statistics, and runs studies and production lines as one batch.
+//!
+//! The motor, the experiment and the methods come from D. M. Munciño, E. A. Damian-Ramírez, M. Cruz-Fernández, L. A. Montoya-Santiyanes
+//! and J. Rodríguez-Reséndiz, "Metaheuristic and Heuristic Algorithms-Based Identification Parameters of a Direct Current Motor",
+//! *Algorithms* 17(5), 209, 2024, "the paper" in these pages. Everything is in SI units.
+//!
+//! Data flow one way: record → motor → criterion → optimize → evaluate → estimate → device → analysis → identify → study → report. A
+//! module uses those before it only.
 //!
 //! ```
 //! use motorfit::identify::{IdentifySpec, identify};

@@ -559,6 +559,12 @@ fn inspect_devices_completions_man() {
         assert!(ok(&["completions", shell]).contains("identify"));
     }
     assert!(ok(&["man"]).contains(".TH motorfit"));
+    let folder = tempfile::tempdir().unwrap();
+    let man = folder.path().join("man1").to_str().unwrap().to_owned();
+    ok(&["man", &man]);
+    for page in ["motorfit.1", "motorfit-identify.1", "motorfit-sweep-run.1"] {
+        assert!(std::fs::read_to_string(format!("{man}/{page}")).unwrap().contains(".TH motorfit"), "{page}");
+    }
     assert!(ok(&["--version"]).starts_with("motorfit 0."));
     assert!(ok(&["--help"]).contains("identify") && ok(&["identify", "--help"]).contains("--criterion"));
 }
@@ -987,4 +993,42 @@ fn what_a_missing_channel_leaves_is_one_sentence() {
     // Two samples, and the file that has them.
     let two = folder.file("two.csv", "time_s,voltage_V,current_A,speed_rad_s\n0,0,0,0\n0.1,6,1,2\n");
     fails(&["identify", &two], 4, "two.csv: 2 measured values");
+}
+
+#[test]
+fn help_begins_with_examples_and_its_first_page_fits_a_screen() {
+    for command in ["identify", "evaluate", "compare", "sweep", "simulate", "inspect", "bench", "devices"] {
+        let help = ok(&[command, "--help"]);
+        let examples = help.find("Examples:").unwrap();
+        assert!(examples < help.find("Usage:").unwrap() && examples < 400, "{help}");
+        assert!(help[examples..].lines().nth(1).unwrap().starts_with(&format!("  motorfit {command}")), "{help}");
+    }
+    let [short, long] = ["-h", "--help"].map(|flag| ok(&["identify", flag]));
+    assert!(short.lines().count() <= 50, "{} lines", short.lines().count());
+    for expert in ["--time-origin", "--per-recording", "--precision"] {
+        assert!(!short.contains(expert) && long.contains(expert), "{expert}");
+    }
+}
+
+#[test]
+fn a_file_that_is_not_there_is_answered_with_a_similar_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    std::fs::copy(EXAMPLE, path("motor-step.csv")).unwrap();
+    fails(&["identify", &path("motor-stp.csv")], 3, "did you mean");
+    let err = fails(&["identify", &path("elsewhere.txt")], 3, "Check the path");
+    assert!(!err.contains("did you mean"), "{err}");
+}
+
+#[test]
+fn a_fit_is_drawn_for_light_and_dark_backgrounds() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    ok(&["identify", EXAMPLE, "--svg", &path("fit.svg"), "-q"]);
+    let svg = std::fs::read_to_string(path("fit.svg")).unwrap();
+    assert!(svg.starts_with("<svg") && svg.contains("prefers-color-scheme: dark") && svg.contains("speed [rad/s]"));
+    // The committed picture is the one that the program draws, but for the last digits of another instruction set.
+    let committed = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/figures/m2-step.svg")).unwrap();
+    let words = |svg: &str| svg.matches("<text").count();
+    assert_eq!(words(&svg), words(&committed));
 }

@@ -26,19 +26,35 @@ pub(crate) struct Cli {
 #[derive(Args)]
 pub(crate) struct Common {
     /// Print results only: no notes, no warnings, no progress
-    #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = "Output")]
+    #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = "Output", hide_short_help = true)]
     pub quiet: bool,
     /// Print details of what is done
-    #[arg(short, long, global = true, help_heading = "Output")]
+    #[arg(short, long, global = true, help_heading = "Output", hide_short_help = true)]
     pub verbose: bool,
     /// When to use colour; NO_COLOR is respected
-    #[arg(long, value_enum, default_value = "auto", global = true, value_name = "WHEN", help_heading = "Output")]
+    #[arg(
+        long,
+        value_enum,
+        default_value = "auto",
+        global = true,
+        value_name = "WHEN",
+        help_heading = "Output",
+        hide_short_help = true
+    )]
     pub color: When,
     /// Show no progress bar
-    #[arg(long, global = true, help_heading = "Output")]
+    #[arg(long, global = true, help_heading = "Output", hide_short_help = true)]
     pub no_progress: bool,
     /// How progress is shown on stderr: a bar where it is a terminal, or JSON lines
-    #[arg(long, value_enum, default_value = "auto", global = true, value_name = "HOW", help_heading = "Output")]
+    #[arg(
+        long,
+        value_enum,
+        default_value = "auto",
+        global = true,
+        value_name = "HOW",
+        help_heading = "Output",
+        hide_short_help = true
+    )]
     pub progress: ProgressKind,
 }
 
@@ -65,14 +81,17 @@ pub(crate) enum Command {
         /// The shell
         shell: clap_complete::Shell,
     },
-    /// Print the manual page (roff)
-    Man,
+    /// Print the manual (roff), or write a page for each command into a folder
+    Man {
+        /// The folder for motorfit.1, motorfit-identify.1 and so on
+        #[arg(value_name = "DIR")]
+        dir: Option<PathBuf>,
+    },
 }
 
 #[derive(Args)]
 pub(crate) struct Recordings {
-    /// Recordings: CSV, XLSX, MAT or JSON with time, voltage, current and speed; A+B makes one recording of two
-    /// files
+    /// Recordings (CSV, XLSX, MAT, JSON); A+B makes one recording of two files
     #[arg(required = true, value_name = "RECORD")]
     pub records: Vec<PathBuf>,
     #[command(flatten)]
@@ -83,19 +102,22 @@ pub(crate) struct Recordings {
 pub(crate) struct IdentifyArgs {
     #[command(flatten)]
     pub recordings: Recordings,
-    /// Recordings that are held out: simulated with what was found, without another fit; repeatable
+    /// Recordings for validation, which are simulated but not fitted; repeatable
     #[arg(long, value_name = "RECORD", help_heading = "Validation")]
     pub validate: Vec<PathBuf>,
-    /// The part of each recording that is fitted, from its start; the rest is held out
+    /// Fraction of each recording that is fitted; the rest is for validation
     #[arg(long, value_name = "FRACTION", allow_negative_numbers = true, help_heading = "Validation")]
     pub split: Option<f64>,
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
-    /// A new folder for report.html, result.json and curves.csv
+    /// A folder for report.html, result.json and curves.csv
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Exit with 4 unless the standard errors can be believed (trust: good)
+    /// A file for a plot of measured and modelled signals, one for each recording
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+    /// Exit with 4 unless the level of trust is good
     #[arg(long)]
     pub strict: bool,
     #[command(flatten)]
@@ -155,7 +177,7 @@ pub(crate) struct CompareArgs {
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
-    /// A new folder for report.html, result.json and CSV files
+    /// A folder for report.html, result.json and CSV files
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]
@@ -241,7 +263,7 @@ pub(crate) struct InspectArgs {
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
-    /// A new folder for report.html and result.json
+    /// A folder for report.html and result.json
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }

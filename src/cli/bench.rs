@@ -6,7 +6,7 @@ use motorfit::evaluate::Level;
 use motorfit::numeric::count;
 use motorfit::optimize::Progress;
 use motorfit::report::bench_document;
-use motorfit::report::plot::{Line, log_log};
+use motorfit::report::plot::{Line, log_log, themed};
 use motorfit::study::{Crossover, Measurement, Throughput, ThroughputSpec, contenders, throughput};
 
 pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
@@ -71,12 +71,8 @@ fn plots(path: &Path, spec: &ThroughputSpec, result: &Throughput, style: &Style)
             .collect();
         let title = format!("{samples} samples, end to end");
         let svg = log_log(&title, ["candidates in a batch", "candidate-steps a second [1/s]"], lines);
-        let mut file = path.to_path_buf();
-        if spec.samples.len() > 1 {
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-            file.set_file_name(format!("{stem}-{samples}.svg"));
-        }
-        out::write_file(&file, &svg)?;
+        let file = out::numbered(path, (spec.samples.len() > 1).then_some(samples));
+        out::write_file(&file, &themed(&svg))?;
         style.note(&format!("wrote {}", file.display()));
     }
     Ok(())

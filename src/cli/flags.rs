@@ -11,10 +11,30 @@ use motorfit::settings::{DEVICE, Given, Kind, PROBLEM, READING, SEARCH, Value, r
 /// Choices whose texts help lists too.
 const DESCRIBED: [Setting; 4] = [Setting::Method, Setting::Polish, Setting::BadRows, Setting::Gaps];
 
+/// Settings of the first steps with their texts in the short help; the long help has the rows' own.
+const FIRST: [(Setting, &str); 10] = [
+    (Setting::Columns, "Columns, as time=t:ms,voltage=pwm*12/255:V,speed=rpm"),
+    (Setting::Rate, "Samples per second, where there is no time column"),
+    (Setting::Gaps, "Gaps in time: an error, a long step, or recordings of their own"),
+    (Setting::Mask, "Samples that are left out: auto, or FROM:TO in seconds"),
+    (Setting::Method, "Method that finds the optimum"),
+    (Setting::Seed, "Seed of the random numbers"),
+    (Setting::Bounds, "Bounds of parameters, as R=0.1:10,L=0.001:0.1"),
+    (Setting::Fix, "Parameters that are fixed, as R=0.92"),
+    (Setting::With, "Extensions of the motor (coulomb, load, dead-time, …), or auto"),
+    (Setting::Device, "Device that evaluates: auto, cpu, gpu, gpu:INDEX or gpu:NAME"),
+];
+
 fn flag(setting: Setting) -> Option<Arg> {
     let row = row(setting)?;
     let arg = Arg::new(setting.name()).long(setting.name().replace('_', "-")).help_heading(row.topic);
-    let arg = arg.help(row.text.spelled(command_line)).action(ArgAction::Set).value_name(row.stands);
+    let text = row.text.spelled(command_line);
+    let first = FIRST.iter().find(|(first, _)| *first == setting).map(|(_, text)| *text);
+    let arg = match first {
+        Some(short) => arg.help(short).long_help(text),
+        None => arg.help(text).hide_short_help(true),
+    };
+    let arg = arg.action(ArgAction::Set).value_name(row.stands);
     let arg = row.default.iter().fold(arg, |arg, default| arg.default_value(*default));
     let arg = if setting == Setting::Decimate { arg.conflicts_with(Setting::Rate.name()) } else { arg };
     let hyphens = [Setting::Crop, Setting::Mask].contains(&setting);

@@ -9,6 +9,8 @@ use motorfit::identify::{Identification, IdentifySpec, Polish, Status, TrustLeve
 use motorfit::motor::{Discretization, Input, Scope};
 use motorfit::optimize::Stop;
 use motorfit::record::{Quantity, Record};
+use motorfit::report::figures;
+use motorfit::report::plot::themed;
 use motorfit::report::{
     characteristics_lines, command_line, identify_document, identify_page, noise_floor_text, selection_table,
     selection_text, verdicts,
@@ -55,6 +57,9 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     } else {
         data(&(trust_line(&found, next.as_deref()) + &table(&records, &spec, &found, style)))?;
     }
+    if let Some(path) = &args.svg {
+        draw(path, &records, &found, style)?;
+    }
     if let Some(out) = out {
         out.write(&report(&records, &spec, &found, document), style)?;
     }
@@ -83,6 +88,16 @@ fn report(records: &[Record], spec: &IdentifySpec, found: &Identification, docum
         ("curves.csv".to_owned(), curves(records, found)),
         ("result.json".to_owned(), document),
     ]
+}
+
+/// Draws measured and modelled signals, a file for each recording.
+fn draw(path: &Path, records: &[Record], found: &Identification, style: &Style) -> Result<()> {
+    for ((n, record), signals) in (1..).zip(records).zip(&found.modelled(records)?) {
+        let file = out::numbered(path, (records.len() > 1).then_some(n));
+        out::write_file(&file, &themed(&figures::responses("response", record, "model", signals).scaled("")))?;
+        style.note(&format!("wrote {}", file.display()));
+    }
+    Ok(())
 }
 
 /// Measured and modelled signals of all recordings, one below the other.

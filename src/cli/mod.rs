@@ -9,6 +9,7 @@ mod devices;
 mod evaluate;
 mod flags;
 mod folder;
+mod help;
 mod identify;
 mod inputs;
 mod inspect;
@@ -38,7 +39,7 @@ mod prelude {
 }
 
 use args::{Cli, Command};
-use clap::{CommandFactory as _, FromArgMatches as _};
+use clap::FromArgMatches as _;
 use motorfit::{Error, ErrorKind};
 use output::Style;
 use std::process::ExitCode;
@@ -55,7 +56,7 @@ pub(crate) enum Outcome {
 }
 
 pub(crate) fn main() -> ExitCode {
-    let mut command = Cli::command();
+    let mut command = help::command();
     let parsed = command.try_get_matches_from_mut(std::env::args_os()).and_then(|m| Cli::from_arg_matches(&m));
     let cli = match parsed {
         Ok(cli) => cli,
@@ -84,7 +85,7 @@ fn run(cli: &Cli, style: &Style) -> motorfit::Result<Outcome> {
         Command::Bench(args) => bench::run(args, style),
         Command::Devices(args) => devices::run(args),
         Command::Completions { shell } => shell::completions(*shell),
-        Command::Man => shell::man(),
+        Command::Man { dir } => shell::man(dir.as_deref(), style),
     }
 }
 

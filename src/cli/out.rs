@@ -78,6 +78,12 @@ fn unwritable(path: &Path, error: &std::io::Error) -> Error {
     Error::data(format!("cannot be written: {error}"), remedy).in_file(path)
 }
 
+/// Returns the path of one of several drawings: with a number behind the name.
+pub(super) fn numbered(path: &Path, number: Option<usize>) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    number.map_or_else(|| path.to_path_buf(), |number| path.with_file_name(format!("{stem}-{number}.svg")))
+}
+
 /// Writes a text to a file that is whole or not there.
 pub(super) fn write_file(path: &Path, text: &str) -> Result<()> {
     write_parts(path, &mut |write| write(text).map(Some)).map(|_: Option<()>| ())

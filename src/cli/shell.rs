@@ -1,28 +1,43 @@
 //! `completions` and `man`.
 
-use super::args::Cli;
-use super::{Outcome, output};
-use clap::CommandFactory as _;
+use super::output::Style;
+use super::{Outcome, help, out, output};
 use motorfit::{Error, Result};
+use std::path::Path;
 
 pub(super) fn completions(shell: clap_complete::Shell) -> Result<Outcome> {
     let mut script = Vec::new();
-    clap_complete::generate(shell, &mut Cli::command(), "motorfit", &mut script);
+    clap_complete::generate(shell, &mut help::command(), "motorfit", &mut script);
     output::data(&String::from_utf8_lossy(&script))?;
     Ok(Outcome::Done)
 }
 
-/// The page of the program, then one for each command.
-pub(super) fn man() -> Result<Outcome> {
-    let mut page = Vec::new();
-    let mut command = Cli::command();
+/// Prints the page of the program and those of its commands, or writes each into a folder.
+pub(super) fn man(folder: Option<&Path>, style: &Style) -> Result<Outcome> {
+    let mut command = help::command();
     command.build();
-    let commands = command.get_subcommands().filter(|c| c.get_name() != "help").cloned();
-    for command in std::iter::once(command.clone()).chain(commands) {
-        clap_mangen::Man::new(command)
-            .render(&mut page)
-            .map_err(|error| Error::data(format!("the manual cannot be made: {error}"), "Try again."))?;
+    let pages = pages(&command, "motorfit")?;
+    let Some(folder) = folder else {
+        output::data(&pages.iter().map(|(_, page)| page.as_str()).collect::<String>())?;
+        return Ok(Outcome::Done);
+    };
+    std::fs::create_dir_all(folder).map_err(|error| motorfit::file::unwritable(folder, &error))?;
+    for (name, page) in &pages {
+        out::write_file(&folder.join(format!("{name}.1")), page)?;
     }
-    output::data(&String::from_utf8_lossy(&page))?;
+    style.note(&format!("wrote {} pages to {}", pages.len(), folder.display()));
     Ok(Outcome::Done)
+}
+
+/// The pages of a command and of those below it, by name.
+fn pages(command: &clap::Command, name: &str) -> Result<Vec<(String, String)>> {
+    let mut page = Vec::new();
+    clap_mangen::Man::new(command.clone().name(name.to_owned()))
+        .render(&mut page)
+        .map_err(|error| Error::data(format!("the manual cannot be made: {error}"), "Try again."))?;
+    let mut all = vec![(name.to_owned(), String::from_utf8_lossy(&page).into_owned())];
+    for below in command.get_subcommands().filter(|below| below.get_name() != "help") {
+        all.extend(pages(below, &format!("{name}-{}", below.get_name()))?);
+    }
+    Ok(all)
 }

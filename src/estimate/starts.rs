@@ -1,5 +1,5 @@
-//! Where a refinement of an extended motor begins. Its cost has several optima: a dead time, a late start and a sensor
-//! that averages imitate each other. So each is tried as the first explanation: along its axis a whole grid is evaluated
+//! Starts of the refinement of an extended motor. Its cost has several optima: a dead time, a late start and an averaging
+//! sensor are hard to tell apart. The fit is therefore started once from each: along its axis a whole grid is evaluated
 //! at once (for a dead time that is the cross-correlation of the recording with what the motor would have done), then
 //! along the others, and every end is refined.
 
@@ -82,7 +82,7 @@ pub(crate) fn descended(
 /// The orders in which axes of extensions are gone along: each that is late as the first explanation.
 pub(super) fn orders(axes: &[Axis]) -> Vec<Vec<usize>> {
     let extended: Vec<usize> = (0..axes.len()).filter(|n| axes[*n].parameter.is_extension()).collect();
-    // Parameters that imitate each other: each is tried as the first explanation.
+    // Parameters that are hard to tell apart: the fit is started once from each.
     let late = Extension::ALL.into_iter().filter(|e| e.is_late()).flat_map(Extension::parameters).copied();
     let firsts: Vec<Parameter> = late.filter(|p| axes.iter().any(|a| a.parameter == *p)).collect();
     if firsts.len() < 2 {

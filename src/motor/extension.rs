@@ -11,7 +11,7 @@ use crate::{Error, Result};
 enum Kind {
     /// On the shaft.
     Mechanical,
-    /// As a delay; delays imitate each other.
+    /// As a delay; delays are hard to tell apart.
     Late,
     /// On the voltage.
     Electrical,
@@ -73,7 +73,7 @@ impl Extension {
         Self::ALL.into_iter().find(|extension| extension.parameters().contains(&parameter))
     }
 
-    /// Returns whether it delays, as others do that imitate it.
+    /// Returns whether it acts as a delay, which others are hard to tell from.
     #[must_use]
     pub fn is_late(self) -> bool {
         self.row().1 == Late

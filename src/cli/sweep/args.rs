@@ -18,7 +18,7 @@ pub(crate) struct SweepArgs {
     pub threads: Threads,
     #[command(flatten)]
     pub shown: Shown,
-    /// A new folder for report.html, result.json and CSV files
+    /// A folder for report.html, result.json and CSV files
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
     /// Print one JSON document
@@ -71,7 +71,7 @@ pub(crate) enum SweepAction {
         dir: PathBuf,
         #[command(flatten)]
         shown: Shown,
-        /// A new folder for report.html, result.json and CSV files
+        /// A folder for report.html, result.json and CSV files
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
         /// Print one JSON document

@@ -225,7 +225,7 @@ fn moving(records: Vec<Record>) -> Vec<Record> {
 }
 
 fn open(path: &Path) -> Result<File> {
-    let file = File::open(path).map_err(|e| unreadable(&e))?;
+    let file = File::open(path).map_err(|e| crate::file::unreadable(path, &e))?;
     if file.metadata().map_err(|e| unreadable(&e))?.is_dir() {
         return Err(Error::data("is a folder, expected a file", "Name the recording inside it."));
     }

@@ -4,11 +4,13 @@
 mod heat;
 mod histogram;
 mod rows;
+mod themed;
 
 pub(super) use heat::correlation;
 pub use heat::{Map, heat_map};
 pub(super) use histogram::{Histogram, histograms};
 pub(super) use rows::box_rows;
+pub use themed::themed;
 
 use kuva::backend::svg::SvgBackend;
 use kuva::plot::BoxPlot;

@@ -2,9 +2,10 @@
 
 use super::line::Line;
 use super::manifest::FORMAT;
-use super::results::{no_results, scan_lines, unreadable};
+use super::results::{no_results, scan_lines};
 use super::shard::Shard;
 use crate::evaluate::Level;
+use crate::file::unreadable;
 use crate::text::hexadecimal;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};

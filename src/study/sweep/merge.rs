@@ -2,11 +2,11 @@
 
 use super::Sweep;
 use super::line::{Outcome, split};
-use super::results::{Place, ResultsFile, files, unreadable};
+use super::results::{Place, ResultsFile, files};
 use super::runs::Bits;
 use super::shard::Shard;
 use super::summary::SweepSummary;
-use crate::file::{replace, unwritable};
+use crate::file::{replace, unreadable, unwritable};
 use crate::{Error, Result};
 use std::fs::{File, TryLockError};
 use std::io::{BufReader, Read as _, Write as _};

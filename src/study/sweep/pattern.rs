@@ -1,6 +1,6 @@
 //! Patterns of paths: the files whose names match, links followed but not in circles.
 
-use super::results::unreadable;
+use crate::file::unreadable;
 use crate::text::excerpt;
 use crate::{Error, Result};
 use glob::Pattern;

@@ -3,11 +3,11 @@
 use super::Sweep;
 use super::head::Origin;
 use super::manifest::{Manifest, PinnedDevice};
-use super::results::{files, unreadable};
+use super::results::files;
 use super::runs::Runs;
 use super::study::Study;
 use crate::device::{BatchSearchEvaluator, DeviceSpec, PrecisionSpec, ThroughputProfile};
-use crate::file::{create, remove_leftovers, replace, unwritable};
+use crate::file::{create, remove_leftovers, replace, unreadable, unwritable};
 use crate::identify::{IdentifySpec, Polish, PreparedSearch};
 use crate::setting::text;
 use crate::text::{hexadecimal, printable};

@@ -3,7 +3,7 @@
 use super::head::{Head, Origin};
 use super::line::{Row, split};
 use super::shard::Shard;
-use crate::text::printable;
+use crate::file::unreadable;
 use crate::{Error, Result};
 use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _, Seek as _, SeekFrom};
@@ -22,15 +22,6 @@ pub(super) fn check_regular(path: &Path) -> Result<()> {
 
 pub(super) fn no_results(path: &Path) -> Error {
     Error::data("is no results file", "Move it away; its runs will be done again.").in_file(path).at_line(1)
-}
-
-pub(super) fn unreadable(path: &Path, error: &std::io::Error) -> Error {
-    let remedy = match error.kind() {
-        std::io::ErrorKind::NotFound => "Check the path.",
-        std::io::ErrorKind::PermissionDenied => "Allow reading it.",
-        _ => "Give the file that is meant, as text in UTF-8.",
-    };
-    Error::data(format!("cannot be read: {}", printable(&error.to_string())), remedy).in_file(path)
 }
 
 /// Where the last whole line of a file ends.

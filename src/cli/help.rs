@@ -1,0 +1,107 @@
+//! Help that begins with examples.
+
+use super::args::Cli;
+use clap::builder::StyledStr;
+use clap::{Command, CommandFactory as _};
+
+/// The order of the parts: what the command does, examples, usage, options.
+const TEMPLATE: &str = "{about-with-newline}\n{before-help}{usage-heading} {usage}\n\n{all-args}{after-help}";
+
+/// Examples of each command.
+const EXAMPLES: [(&str, &[&str]); 15] = [
+    ("", &["identify log.csv", "identify log.csv --with auto --split 0.7", "inspect log.csv"]),
+    (
+        "identify",
+        &[
+            "identify log.csv",
+            "identify log.csv --columns 'time=t:ms,voltage=pwm*12/255:V,speed=rpm' --with auto",
+            "identify first.csv second.csv --validate third.csv --out report",
+        ],
+    ),
+    (
+        "evaluate",
+        &[
+            "evaluate log.csv --candidates motors.csv",
+            "evaluate log.csv --sample lhs:100000 --top 10",
+            "evaluate log.csv --slice R,L --svg map.svg",
+        ],
+    ),
+    (
+        "compare",
+        &[
+            "compare --preset paper",
+            "compare log.csv --methods gwo,jaya,sm --runs 20 --out report",
+            "compare log.csv --population 50,100,200",
+        ],
+    ),
+    ("sweep", &["sweep study.toml --out night --report report", "sweep status night", "sweep run night --shard 1/4"]),
+    ("sweep plan", &["sweep plan study.toml --out night"]),
+    ("sweep run", &["sweep run night", "sweep run night --shard 1/4"]),
+    ("sweep status", &["sweep status night"]),
+    ("sweep merge", &["sweep merge night", "sweep merge night --limits R=0.8:1.0 --parquet all.parquet --out report"]),
+    (
+        "simulate",
+        &[
+            "simulate --parameters m2 --input step:12@0.1 --noise 40dB --out recording.csv",
+            "simulate --parameters m2,Tc=0.01 --input voltage.csv --out recording.csv",
+        ],
+    ),
+    ("inspect", &["inspect log.csv", "inspect log.csv --out report"]),
+    ("bench", &["bench", "bench --seconds 10 --populations 100,10000 --svg rates.svg"]),
+    ("devices", &["devices", "devices --json"]),
+    ("completions", &["completions bash > ~/.local/share/bash-completion/completions/motorfit"]),
+    ("man", &["man | man -l -", "man ~/.local/share/man/man1"]),
+];
+
+/// Returns the program's commands with their examples.
+pub(super) fn command() -> Command {
+    taught(Cli::command(), "")
+}
+
+fn taught(command: Command, path: &str) -> Command {
+    let examples = EXAMPLES.iter().find(|(of, _)| *of == path).map(|(_, examples)| *examples).unwrap_or_default();
+    let command = match examples {
+        [] => command,
+        examples => command.before_help(written(examples)).help_template(TEMPLATE),
+    };
+    let names: Vec<String> = command.get_subcommands().map(|of| of.get_name().to_owned()).collect();
+    names.into_iter().fold(command, |command, name| {
+        let path = format!("{path} {name}");
+        command.mut_subcommand(&name, |of| taught(of, path.trim_start()))
+    })
+}
+
+fn written(examples: &[&str]) -> StyledStr {
+    use super::output::STRONG;
+    let lines: String = examples.iter().map(|example| format!("  motorfit {example}\n")).collect();
+    format!("{STRONG}Examples:{STRONG:#}\n{}", lines.trim_end()).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_has_examples_that_are_understood() {
+        let mut command = command();
+        command.build();
+        let mut paths = vec![String::new()];
+        for one in command.get_subcommands().filter(|of| of.get_name() != "help") {
+            paths.push(one.get_name().to_owned());
+            let below = one.get_subcommands().filter(|of| of.get_name() != "help");
+            paths.extend(below.map(|of| format!("{} {}", one.get_name(), of.get_name())));
+        }
+        assert_eq!(paths.len(), EXAMPLES.len());
+        for path in paths {
+            let (_, examples) = EXAMPLES.iter().find(|(of, _)| *of == path).unwrap();
+            for example in *examples {
+                // Behind a pipe or a redirection another program goes on.
+                let own = example.split(['|', '>']).next().unwrap();
+                let words = std::iter::once("motorfit").chain(own.split_whitespace());
+                let words = words.map(|word| word.trim_matches('\'').to_owned());
+                let understood = super::command().try_get_matches_from(words);
+                assert!(understood.is_ok() && example.starts_with(path.as_str()), "{example}: {:?}", understood.err());
+            }
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! Proves: links of the documents lead somewhere, the book lists all pages, README and ARCHITECTURE stay short, and words that
+//! the project does not use do not come back.
+#![allow(clippy::unwrap_used, reason = "a test may stop")]
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// The documents: those of the project's folder, of `docs` and of the Python package.
+fn documents() -> Vec<PathBuf> {
+    let folders = ["", "docs", "bindings/python", "benches/results"];
+    let entries = folders.iter().flat_map(|folder| std::fs::read_dir(Path::new(ROOT).join(folder)).unwrap());
+    let mut all: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    all.retain(|path| path.extension().is_some_and(|ending| ending == "md"));
+    all.sort();
+    all
+}
+
+/// A document without its blocks of code.
+fn prose(text: &str) -> String {
+    let mut inside = false;
+    let mut outside = |line: &&str| {
+        let fence = line.starts_with("```");
+        inside ^= fence;
+        !inside && !fence
+    };
+    text.lines().filter(|line| outside(line)).map(|line| line.to_owned() + "\n").collect()
+}
+
+/// The targets of the links of a text.
+fn links(text: &str) -> Vec<String> {
+    let ends = text.split("](").skip(1);
+    ends.filter_map(|rest| rest.split_once(')')).map(|(target, _)| target.split_whitespace().collect()).collect()
+}
+
+/// The anchor that forges make of a heading.
+fn anchor(heading: &str) -> String {
+    let kept = heading
+        .to_lowercase()
+        .chars()
+        .filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'))
+        .collect::<String>();
+    kept.trim().replace(' ', "-")
+}
+
+fn anchors(path: &Path) -> BTreeSet<String> {
+    prose(&read(path))
+        .lines()
+        .filter(|line| line.starts_with('#'))
+        .map(|line| anchor(line.trim_start_matches('#')))
+        .collect()
+}
+
+#[test]
+fn links_lead_somewhere() {
+    let mut broken = Vec::new();
+    let mut count = 0;
+    for document in documents() {
+        for link in links(&prose(&read(&document))) {
+            if link.starts_with("https://") {
+                continue;
+            }
+            count += 1;
+            let (file, place) = link.split_once('#').map_or((link.as_str(), None), |(file, place)| (file, Some(place)));
+            let target = if file.is_empty() { document.clone() } else { document.parent().unwrap().join(file) };
+            let is_there = target.exists() && place.is_none_or(|place| anchors(&target).contains(place));
+            if !is_there {
+                broken.push(format!("{}: {link}", document.display()));
+            }
+        }
+    }
+    assert!(broken.is_empty() && count > 60, "{count} links: {broken:#?}");
+}
+
+#[test]
+fn the_book_lists_every_page() {
+    let docs = Path::new(ROOT).join("docs");
+    let listed: BTreeSet<String> = links(&read(&docs.join("SUMMARY.md"))).into_iter().collect();
+    let pages = documents().into_iter().filter(|path| path.parent() == Some(&docs));
+    let names: BTreeSet<String> = pages.map(|path| path.file_name().unwrap().to_str().unwrap().to_owned()).collect();
+    let pages: BTreeSet<String> = names.into_iter().filter(|name| name != "SUMMARY.md").collect();
+    assert_eq!(listed, pages);
+}
+
+#[test]
+fn what_everybody_reads_is_short() {
+    for name in ["README.md", "ARCHITECTURE.md"] {
+        let lines = read(&Path::new(ROOT).join(name)).lines().count();
+        assert!(lines <= 150, "{name} has {lines} lines");
+    }
+}
+
+/// Words that the project does not use: the field has others.
+const GONE: [&str; 13] = [
+    "so-manieth",
+    "stand-in motor",
+    "below which difference nothing is said",
+    "imitate each other",
+    "nothing is half understood",
+    "unpacked once into nothing",
+    "a test that finds nothing says nothing",
+    "the last lasts on",
+    "does not spoil the rest",
+    "cannot tell a parameter",
+    "react over a step with as much",
+    "shows the ladder",
+    "as may be elsewhere",
+];
+
+fn sources(folder: &Path, all: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        if entry.is_dir() {
+            sources(&entry, all);
+        } else if entry.extension().is_some_and(|ending| ["rs", "wgsl", "py", "toml"].iter().any(|of| ending == *of)) {
+            all.push(entry);
+        }
+    }
+}
+
+#[test]
+fn words_that_are_gone_stay_gone() {
+    let mut all = documents();
+    for folder in ["src", "shaders", "examples", "benches", "bindings/python/src", "bindings/python/python"] {
+        sources(&Path::new(ROOT).join(folder), &mut all);
+    }
+    let mut found = Vec::new();
+    for path in all {
+        // Lines are joined, for sentences run over their ends.
+        let text = read(&path).to_lowercase();
+        let words: Vec<&str> =
+            text.split_whitespace().filter(|word| !["//", "///", "//!", "#"].contains(word)).collect();
+        let text = words.join(" ");
+        found.extend(GONE.iter().filter(|gone| text.contains(*gone)).map(|gone| format!("{}: {gone}", path.display())));
+    }
+    assert!(found.is_empty(), "{found:#?}");
+}
