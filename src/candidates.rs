@@ -22,7 +22,7 @@ impl<'a> Candidates<'a> {
         Self { values, width }
     }
 
-    /// How many candidates.
+    /// Returns the number of candidates.
     #[must_use]
     pub fn count(&self) -> usize {
         self.values.len().checked_div(self.width).unwrap_or(0)

@@ -1,4 +1,4 @@
-//! What there is of both channels, as results have it: an object with the keys `current` and `speed`.
+//! Pairs of values of the two channels, as objects with the keys `current` and `speed`.
 
 use serde::{Deserialize, Serialize, Serializer};
 

@@ -80,9 +80,9 @@ impl Norm {
 /// A criterion: its norm, its scale, and what these need.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Criterion {
-    /// How errors are added up.
+    /// The norm of the errors.
     pub norm: Norm,
-    /// What each channel is divided by.
+    /// The scale of each channel.
     pub scale: Scale,
     /// From when time counts in ITSE and ITAE \[s\]; `None` is the start of the recording. Samples before weigh 0.
     pub time_origin_s: Option<f64>,
@@ -138,13 +138,13 @@ impl Noise {
 pub const COST_MAX: f64 = 1e30;
 
 impl Criterion {
-    /// Whether |e| is added up rather than e².
+    /// Returns whether |e| is added up rather than e².
     #[must_use]
     pub fn is_absolute(&self) -> bool {
         self.norm.row().0
     }
 
-    /// Whether the sum approximates an integral over time.
+    /// Returns whether the sum approximates an integral over time.
     #[must_use]
     pub fn is_integral(&self) -> bool {
         matches!(self.norm.row().1, Total::Integral | Total::IntegralOverTime)
@@ -178,7 +178,7 @@ impl Criterion {
         if cost <= COST_MAX { cost } else { f64::INFINITY }
     }
 
-    /// What channel `channel` (0 current, 1 speed) is divided by; not positive when the signal does not define it.
+    /// Returns the scale of a channel (0 current, 1 speed); not positive when the signal does not define it.
     #[must_use]
     pub fn divisor(&self, channel: usize, measured: &[f64]) -> f64 {
         match self.scale {

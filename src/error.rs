@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// Result of this library.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// What sort of fault it is; each has one exit code on the command line.
+/// Kinds of errors; each has one exit code on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ErrorKind {
@@ -97,7 +97,7 @@ impl Error {
         self
     }
 
-    /// What sort of fault it is.
+    /// Returns the kind of the error.
     #[must_use]
     pub fn kind(&self) -> ErrorKind {
         self.0.kind
@@ -127,13 +127,13 @@ impl Error {
         self.0.column.as_deref()
     }
 
-    /// What happened, without its place, free of control characters.
+    /// Returns the message, without the place, free of control characters.
     #[must_use]
     pub fn message(&self) -> &Text {
         &self.0.message
     }
 
-    /// What to do about it, free of control characters.
+    /// Returns the remedy, free of control characters.
     #[must_use]
     pub fn hint(&self) -> &Text {
         &self.0.hint

@@ -124,7 +124,7 @@ pub enum Command {
     RunSweep,
 }
 
-/// What a text refers to.
+/// References in a text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Reference {
     /// A setting, with a value where one is meant.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-/// Whether a character could steer a terminal or turn the reading order around.
+/// Returns whether a character could steer a terminal or turn the reading order around.
 #[must_use]
 pub fn is_unsafe(c: char) -> bool {
     c.is_control()

@@ -11,14 +11,14 @@ use std::fmt;
 pub struct Warning {
     /// A short name that does not change.
     pub code: &'static str,
-    /// Whether parameters are likely off for it, or it is just good to know.
+    /// True if parameters are likely wrong because of it; else it is a remark.
     #[serde(skip)]
     pub severity: Severity,
     /// In words.
     pub message: Text,
     /// Where it is, of what is found in a recording.
     pub place: Option<Place>,
-    /// What to do about it, where the message does not say.
+    /// The remedy, where the message does not contain it.
     pub remedy: Option<Text>,
 }
 
@@ -99,7 +99,7 @@ impl Warning {
         Self { code, severity: Severity::Report, message: message.into(), place: None, remedy: None }
     }
 
-    /// What is found in a recording, its samples as times and lines.
+    /// Returns a finding as a warning, its samples as times and lines.
     pub(crate) fn found(record: &Record, finding: Finding) -> Self {
         let place = Some(Place::of(record, &finding));
         let Finding { code, severity, message, remedy, .. } = finding;

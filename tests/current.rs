@@ -74,7 +74,7 @@ fn lines(count: usize, seed: u64) -> Vec<f64> {
         .collect()
 }
 
-/// What the mechanical side does under such a current, by fourth-order Runge–Kutta in steps of a twentieth of a period.
+/// Simulates the mechanical side under such a current, by fourth-order Runge–Kutta in steps of a twentieth of a period.
 fn speed_of(current: &[f64], load: f64) -> Vec<f64> {
     const PARTS: u32 = 20;
     let rate = |w: f64, i: f64| (M2.k * i - M2.b * w - load) / M2.j;

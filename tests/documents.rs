@@ -139,3 +139,30 @@ fn words_that_are_gone_stay_gone() {
     }
     assert!(found.is_empty(), "{found:#?}");
 }
+
+#[test]
+fn doc_comments_are_sentences_not_riddles() {
+    let mut all = Vec::new();
+    for folder in ["src", "shaders", "examples", "benches", "tests", "bindings/python/src", "fuzz"] {
+        sources(&Path::new(ROOT).join(folder), &mut all);
+    }
+    let mut found = Vec::new();
+    for path in all {
+        let text = read(&path);
+        let mut before = "";
+        for line in text.lines().map(str::trim) {
+            let begins = |mark: &str| {
+                line.strip_prefix(mark).is_some_and(|rest| {
+                    !before.starts_with(mark.trim()) && {
+                        ["What ", "Whether ", "How "].iter().any(|word| rest.starts_with(word))
+                    }
+                })
+            };
+            if begins("/// ") || begins("//! ") {
+                found.push(format!("{}: {line}", path.display()));
+            }
+            before = if line == "///" || line == "//!" { "" } else { line };
+        }
+    }
+    assert!(found.is_empty(), "{found:#?}");
+}

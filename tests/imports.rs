@@ -45,7 +45,7 @@ fn rows(separator: &str, end: &str) -> String {
     ROWS.iter().map(row).collect()
 }
 
-/// Whether a recording holds [`ROWS`].
+/// Returns whether a recording holds [`ROWS`].
 fn is_rows(record: &Record) {
     let samples = record.samples();
     for (n, row) in ROWS.iter().enumerate() {

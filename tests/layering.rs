@@ -7,7 +7,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// The modules in the order of the flow. Each may use those before it, and the ground: error, limit, named, text, setting, file, numeric,
+/// The modules in the order of the flow. Each may use those before it, and the ground: error, limit, named, text, setting,
+/// file, numeric,
 /// candidates, channels.
 const ORDER: [&str; 22] = [
     "error",
@@ -33,7 +34,7 @@ const ORDER: [&str; 22] = [
     "settings",
     "study",
 ];
-/// What a module may not use although it stands before: the ground and the leaves know nothing of each other.
+/// Modules that a module may not use although they stand before it: the ground and the leaves are independent.
 const FORBIDDEN: [(&str, &[&str]); 5] = [
     ("motor", &["record", "warning"]),
     ("criterion", &["record", "warning", "motor"]),

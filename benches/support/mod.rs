@@ -1,4 +1,4 @@
-//! What the benches share: the M2 experiment, candidates, the FMA peak, and ratios measured in turn.
+//! Shared by benches: the M2 experiment, candidates, the FMA peak, and ratios measured in turn.
 #![allow(dead_code, reason = "each bench uses its part")]
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::needless_range_loop, reason = "a bench may stop and print")]
 

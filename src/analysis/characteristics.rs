@@ -31,10 +31,10 @@ pub struct Characteristic {
     pub std_error: Option<f64>,
 }
 
-/// What feedforward needs: a voltage, or a current where that is the input (A for V in all units).
+/// Feedforward characteristics of the voltage, or of the current where that is the input (A for V in all units).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Characteristics {
-    /// What drives the motor.
+    /// The input of the motor: its voltage, or its current.
     pub input: Input,
     /// Input that friction and brushes take \[V\]; `None` where the model has neither.
     pub ks: Option<Characteristic>,

@@ -1,4 +1,4 @@
-//! How well a simulation fits.
+//! Measures of fit of a simulation.
 
 use crate::estimate::Refined;
 use crate::evaluate::{Problem, Signals};
@@ -18,7 +18,7 @@ pub(crate) struct FitMetrics {
     measured: [Spread; 2],
 }
 
-/// How values spread about their mean.
+/// The spread of values about their mean.
 #[derive(Debug, Clone, Copy, Default)]
 struct Spread {
     count: f64,
@@ -100,7 +100,7 @@ impl FitMetrics {
     }
 }
 
-/// How much of the signals the refined motor explains, from the sums that the refinement ended with.
+/// Returns the fit of the refined motor \[%\], from the sums with which the refinement ended.
 pub(crate) fn fit_percent(records: &[Record], refined: &Refined) -> [Option<f64>; 2] {
     [0, 1].map(|channel| {
         let mut spread = Spread::default();

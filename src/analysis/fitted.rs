@@ -6,7 +6,7 @@ use crate::motor::{Input, Parameter, Parameters, Scope, Space};
 /// A motor that was fitted, with what was free and how certain it is.
 #[derive(Debug, Clone, Copy)]
 pub struct FittedMotor<'a> {
-    /// What drives the motor.
+    /// The input of the motor: its voltage, or its current.
     pub input: Input,
     /// R, L, K, B and J, fixed ones included.
     pub parameters: &'a Parameters,

@@ -1,4 +1,4 @@
-//! Whether friction differs between the recordings of a joint fit.
+//! Tests whether friction differs between the recordings of a joint fit.
 //!
 //! The fit is done again with friction free in each recording. Twice the gain in log likelihood, the fall of the weighted
 //! sum of squares, follows χ² with one degree less than there are recordings where friction is the same in all
@@ -20,10 +20,11 @@ pub(super) const FRICTION: [Parameter; 2] = [Parameter::B, Parameter::Coulomb];
 const FACTOR_MIN: f64 = 1.1;
 /// More recordings are not looked through.
 const RECORDINGS_MAX: u32 = 20;
-/// How far the bounds of one recording's friction reach from that of all.
+/// Ratio of the bounds of one recording's friction to the friction of all.
 const REACH: f64 = 1e3;
 
-/// The warnings of a joint fit whose recordings have different friction. `plain` is the problem of the fit, `shared` its refinement.
+/// The warnings of a joint fit whose recordings have different friction. `plain` is the problem of the fit, `shared` its
+/// refinement.
 pub(super) fn friction_differs(records: &[Record], plain: &Problem, shared: &Refined) -> Vec<Warning> {
     let several = u32::try_from(records.len()).is_ok_and(|count| (2..=RECORDINGS_MAX).contains(&count));
     if !several {

@@ -10,7 +10,7 @@ use crate::warning::Warning;
 /// Noise of the current makes standard errors so many times too small before it is said.
 const TOO_SMALL: f64 = 1.5;
 
-/// What noise of the current does to standard errors, which know that of the speed alone.
+/// Returns the effect of the current's noise on standard errors, which account for the noise of the speed alone.
 ///
 /// Through the motor, white noise of σ_i becomes one of the speed that is correlated over its time constant. Where
 /// parameters act as slowly as that, it counts as white noise of `gain σ_i` would.

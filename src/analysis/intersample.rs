@@ -1,4 +1,4 @@
-//! Whether a voltage is held between samples or was sampled while it went on: what the outputs say.
+//! Tests whether a voltage is held between samples or was sampled while it went on: what the outputs say.
 //!
 //! A drive that sets a new voltage at each sample holds it; a voltage that a sensor samples goes on in between. Taking
 //! the one for the other shifts the input by half a period. Both are tried, and the likelihood of the outputs tells.
@@ -20,7 +20,7 @@ use crate::warning::{Place, Warning};
 /// Between samples, the voltage goes on as this rather than as that which was assumed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Intersample {
-    /// What the outputs speak for.
+    /// The discretization that explains the outputs better.
     pub better: Discretization,
     /// The logarithm of how many times likelier they make it.
     pub log_likelihood: f64,
@@ -31,7 +31,7 @@ pub struct Intersample {
 /// Where the voltage changes at fewer samples than this part of them, a line between samples is a delay by half a period, which
 /// a dead time stands for as well.
 const LIVELY: f64 = 0.3;
-/// What must be gained before it is said: a factor of e⁵ in likelihood, of residuals that count as far as they are not
+/// The gain from which a difference is reported: a factor of e⁵ in likelihood, of residuals that count as far as they are not
 /// correlated from sample to sample.
 const LOG_LIKELIHOOD: f64 = 5.0;
 
@@ -52,7 +52,7 @@ fn other(method: Discretization) -> Option<Discretization> {
     }
 }
 
-/// What two fits of the same recordings say.
+/// Compares two fits of the same recordings.
 fn judged(here: &Refined, there: &Refined, better: Discretization, count: usize) -> Option<Intersample> {
     let count = numeric::count(count) / variance_inflation(&there.uncertainty);
     let (mut log_likelihood, mut sigma_ratio) = (0.0, f64::INFINITY);
@@ -65,7 +65,7 @@ fn judged(here: &Refined, there: &Refined, better: Discretization, count: usize)
     told.then_some(Intersample { better, log_likelihood, sigma_ratio })
 }
 
-/// Whether recordings speak for another course of the voltage between samples than `method`: by all five parameters
+/// Returns whether recordings speak for another course of the voltage between samples than `method`: by all five parameters
 /// where current and speed were measured, else by gain and time constant.
 ///
 /// # Errors
@@ -100,7 +100,8 @@ fn axis(parameter: Parameter, value: f64, [low, high]: [f64; 2]) -> Axis {
     Axis { parameter, scope: Scope::Shared, min: low * value, max: high * value }
 }
 
-/// What speed alone tells: R = 1 Ω and no friction, so that the gain is 1/K, the time constants J/K² and L/R.
+/// Returns the normalized model of speed alone: R = 1 Ω and no friction, so that the gain is 1/K, the time constants J/K² and
+/// L/R.
 fn by_speed(record: &Record) -> Result<(Space, Vec<f64>)> {
     let start = guess_by_speed(record)?;
     let [_, k, _] = start;
@@ -129,7 +130,7 @@ impl Intersample {
     }
 }
 
-/// What may be why recordings give no result: what is odd about them, and a voltage taken otherwise than it went.
+/// Returns possible reasons why recordings give no result: findings, and a voltage that was interpolated wrongly.
 #[must_use]
 pub fn suspicions(records: &[Record], method: Discretization) -> Vec<Warning> {
     let mut warnings = warnings_of_records(records);

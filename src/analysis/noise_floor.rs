@@ -1,4 +1,4 @@
-//! How far recordings with the same input repeat: what differs between them no model of the motor explains.
+//! The noise floor: differences between recordings with the same input, which no model of the motor explains.
 //!
 //! Of m recordings of one input the variance of what does not repeat is that within them,
 //! `σ² = Σ_n Σ_r (y_rn − ȳ_n)²/(N(m − 1))`, for two `mean((y_a − y_b)²)/2`. A model that knows all that repeats leaves
@@ -12,7 +12,7 @@ use crate::{Result, estimate::fit_problem, motor::Space};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-/// How far recordings with the same input repeat.
+/// Repeatability of recordings with the same input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NoiseFloor {
     /// Which recordings have the same input, by their numbers from 0 on.
@@ -47,7 +47,8 @@ const SAMPLES_MIN: usize = 20;
 /// Recordings that are looked through.
 const RECORDINGS_MAX: usize = 200;
 
-/// How far recordings repeat that begin at rest and have the same voltage, aligned where it first changes; `None` where
+/// Returns the noise floor of recordings that begin at rest and have the same voltage, aligned where it first changes; `None`
+/// where
 /// no two of them do. Recordings that are the same to the last bit are one.
 ///
 /// # Errors

@@ -4,7 +4,7 @@ use crate::record::{Finding, Quantity, Record, Severity, diagnose};
 use crate::setting::{Text, text};
 use crate::warning::{Place, Warning, name_of};
 
-/// What is suspicious about recordings, each named.
+/// Returns warnings about recordings, each named.
 #[must_use]
 pub fn warnings_of_records(records: &[Record]) -> Vec<Warning> {
     let named = |record: &Record| {
@@ -31,7 +31,7 @@ pub(crate) fn unused_columns(records: &[Record]) -> Text {
 /// milliseconds is common.
 const PERIOD_DOUBTED_S: f64 = 0.02;
 
-/// What is suspicious about a recording, whatever it is used for.
+/// Returns warnings about a recording, whatever it is used for.
 #[must_use]
 pub fn record_warnings(record: &Record) -> Vec<Warning> {
     let whole = |finding: &Finding| {

@@ -1,4 +1,4 @@
-//! Whether residuals depend on the voltage: if they do, the model misses how the voltage acts.
+//! Tests whether residuals depend on the voltage: if they do, the model misses how the voltage acts.
 //!
 //! The residuals are regressed on the voltage: as it was up to 20 samples before, and on its means over ever longer
 //! stretches before that. Residuals that are correlated among themselves are correlated with any voltage by chance
@@ -16,14 +16,14 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 /// The test of residuals against the voltage.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct ResidualInputTest {
-    /// Whether the residuals do not depend on the voltage.
+    /// True if the residuals do not depend on the voltage.
     #[serde(rename = "independent")]
     pub is_independent: bool,
     /// The statistic: about its degrees of freedom where the residuals do not depend on the voltage.
     pub statistic: f64,
-    /// What it exceeds once in ten thousand times then.
+    /// The value that it exceeds with a probability of one in ten thousand.
     pub threshold: f64,
-    /// How much of what is left the voltage explains \[%\], beyond what it explains by chance.
+    /// The part of the residuals that the voltage explains \[%\], beyond the part explained by chance.
     pub explained_percent: f64,
 }
 
@@ -45,13 +45,13 @@ const EIGENVALUE_MIN: f64 = 1e-10;
 /// Residuals with what may explain them; all of one length.
 #[derive(Debug, Clone, Copy)]
 pub struct Residuals<'a> {
-    /// What was measured less what was simulated; any value where it does not count.
+    /// Measured less simulated values; any value where a sample does not count.
     pub values: &'a [f64],
     /// The voltage.
     pub regressors: &'a Regressors,
     /// Which samples count; empty when all do.
     pub counting: &'a [bool],
-    /// How the output moves with the errors of the parameters, one signal for each independent error.
+    /// Output sensitivities to the errors of the parameters, one signal for each independent error.
     pub sensitivities: &'a [Vec<f64>],
 }
 
@@ -155,10 +155,10 @@ impl Columns {
     }
 }
 
-/// What makes the noise white.
+/// The filter that makes the noise white.
 struct Noise {
     filter: Vec<f64>,
-    /// Whether it was told apart from what the voltage explains: where not, it may take that for noise.
+    /// True if it was told apart from what the voltage explains: where not, it may take that for noise.
     is_told: bool,
 }
 
@@ -185,7 +185,7 @@ fn noise(values: &[f64], regressors: &Regressors) -> Noise {
 /// A symmetric matrix, to be solved over the directions that it has.
 #[derive(Debug, Clone)]
 struct Normal {
-    /// What makes its diagonal ones.
+    /// Factors that make its diagonal ones.
     scale: DVector<f64>,
     /// The inverse of the scaled matrix over its directions.
     inverse: DMatrix<f64>,
@@ -226,7 +226,7 @@ fn schwarz(values: &[f64]) -> Vec<f64> {
     autoregression(values, order_max, count(values.len()).ln()).coefficients
 }
 
-/// What a signal is less what the autoregression expects of it; before the start it was as at the start.
+/// Returns the innovations of a signal under the autoregression; before its start the signal has its first value.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
 fn filtered(signal: &[f64], filter: &[f64]) -> Vec<f64> {
     let mut left = signal.to_vec();

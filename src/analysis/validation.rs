@@ -30,18 +30,18 @@ pub struct HeldOut {
     /// The state `[i, ω]` at its start.
     #[serde(rename = "initial_state", serialize_with = "channels::by_name")]
     pub initial: [f64; 2],
-    /// Whether that was estimated from the recording.
+    /// True if that was estimated from the recording.
     #[serde(rename = "initial_state_estimated")]
     pub initial_is_estimated: bool,
     /// Parameters that each recording has for itself, estimated from this one: what else is, is its initial state.
     #[serde(rename = "estimated", serialize_with = "by_symbol")]
     pub own: Vec<(Parameter, f64)>,
-    /// What the motor is said to do: current and speed, one value a sample.
+    /// Simulated current and speed, one value a sample.
     #[serde(skip)]
     pub simulated: [Vec<f64>; 2],
 }
 
-/// How well parameters explain held-out recordings.
+/// The fit of parameters on held-out recordings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Validation {
     /// The fit over all of them. Where they hardly move there is little to explain, and the residuals tell more.

@@ -45,7 +45,7 @@ pub(crate) struct Common {
     /// Show no progress bar
     #[arg(long, global = true, help_heading = "Output", hide_short_help = true)]
     pub no_progress: bool,
-    /// How progress is shown on stderr: a bar where it is a terminal, or JSON lines
+    /// Progress on stderr: a bar on a terminal, or JSON lines
     #[arg(
         long,
         value_enum,
@@ -144,7 +144,7 @@ pub(crate) struct CompareArgs {
     /// Runs of each method
     #[arg(long, default_value_t = 50, value_name = "N", allow_negative_numbers = true)]
     pub runs: usize,
-    /// What is minimized, as CRITERION:SCALE,…; several are compared one by one
+    /// Criteria with scales, as CRITERION:SCALE,…; several are compared one by one
     #[arg(long, value_delimiter = ',', default_value = "nrmse:std", value_name = "LIST")]
     pub criteria: Vec<String>,
     /// Agents; several are compared one by one
@@ -223,7 +223,7 @@ pub(crate) struct SimulateArgs {
     /// extensions (see identify --with): m2,Tc=0.01,td=0.004
     #[arg(long, value_name = "VALUES")]
     pub parameters: String,
-    /// What drives it: step:VOLTS@SECONDS, or a CSV file with time and voltage (and load torque)
+    /// Input: step:VOLTS@SECONDS, or a CSV file with time and voltage (and load torque)
     #[arg(long, value_name = "INPUT")]
     pub input: String,
     /// Length in seconds, for a step

@@ -158,7 +158,7 @@ fn laid_out(spec: &ThroughputSpec, contenders: &[usize], cell: &dyn Fn(usize, us
     format!("{table}\n")
 }
 
-/// What fraction of the peak the best CPU reaches, and from where on adapters win.
+/// Writes the fraction of the peak that the best CPU contender reaches, and the population from which adapters are faster.
 fn crossovers(text: &mut String, result: &Throughput, samples: usize) {
     let Some(baseline) = result.baseline() else { return };
     let rates = |n: usize| result.of(n).filter(|m| m.samples == samples).filter_map(Measurement::rate);

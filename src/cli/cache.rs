@@ -1,4 +1,4 @@
-//! What is kept for the user between runs: what a bench measured of this machine, for `--device auto`.
+//! The user's cache: throughput that a bench measured on this machine, for `--device auto`.
 
 use super::out;
 use super::output::Style;
@@ -13,7 +13,7 @@ fn place() -> Option<PathBuf> {
     Some(strategy.cache_dir().join("motorfit").join("bench.json"))
 }
 
-/// What was measured, if it is of this processor and version. A file that cannot be read is said and left out.
+/// Returns the measured throughput of this processor and version. A file that cannot be read is reported and left out.
 pub(super) fn paces(style: &Style) -> Option<ThroughputProfile> {
     let path = place()?;
     let text = match std::fs::read_to_string(&path) {

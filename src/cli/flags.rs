@@ -54,7 +54,7 @@ fn flag(setting: Setting) -> Option<Arg> {
     })
 }
 
-/// What was given of some settings, defaults included.
+/// Returns the given values of some settings, defaults included.
 fn given(matches: &ArgMatches, settings: &[Setting]) -> Given {
     let mut given = Given::default();
     for row in settings.iter().filter_map(|setting| row(*setting)) {
@@ -100,15 +100,15 @@ macro_rules! flags {
 }
 
 flags! {
-    /// What columns hold.
+    /// Columns of recordings.
     Columns = [Setting::Columns];
-    /// How recordings are read and prepared.
+    /// Settings of reading and preparing recordings.
     Reading = READING;
-    /// How the optimum is found and refined.
+    /// Settings of the search and the refinement.
     SearchArgs = SEARCH;
-    /// What candidates are evaluated on.
+    /// Settings of the problem.
     ProblemArgs = PROBLEM;
-    /// What evaluates them.
+    /// The device that evaluates candidates.
     DeviceArgs = DEVICE;
 }
 

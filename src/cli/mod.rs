@@ -44,7 +44,7 @@ use motorfit::{Error, ErrorKind};
 use output::Style;
 use std::process::ExitCode;
 
-/// How a command ended when it did not fail.
+/// Outcomes of a command that did not fail.
 pub(crate) enum Outcome {
     Done,
     /// A signal ended the work: what was finished is printed.

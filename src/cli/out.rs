@@ -121,7 +121,7 @@ pub(super) fn write_parts<T>(
     replace_if(path, |file| fill(&mut |text| file.write_all(text.as_bytes()).map_err(failed)))
 }
 
-/// How this run can be made again: its command line, with all options.
+/// Returns the command line that reproduces this run, with all options.
 pub(super) fn reproduced(options: Vec<(&str, String)>) -> Reproduced {
     let words = std::env::args_os().skip(1).map(|word| shell_quoted(&word.to_string_lossy()));
     let command = std::iter::once("motorfit".to_owned()).chain(words).collect::<Vec<_>>().join(" ");

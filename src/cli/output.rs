@@ -89,10 +89,10 @@ impl Style {
     }
 }
 
-/// Whether somebody still reads stdout.
+/// True if somebody still reads stdout.
 static READ: AtomicBool = AtomicBool::new(true);
 
-/// Whether somebody still reads what is written to stdout, as far as is known: a stream that nobody reads can end.
+/// Returns whether somebody still reads what is written to stdout, as far as is known: a stream that nobody reads can end.
 pub(crate) fn is_read() -> bool {
     READ.load(Ordering::Relaxed)
 }
@@ -111,7 +111,7 @@ pub(crate) fn data(text: &str) -> Result<()> {
     }
 }
 
-/// What clap says about wrong arguments, free of control characters that they may hold, with the nearest value.
+/// Prints clap's message on wrong arguments, free of control characters, with the nearest value.
 pub(crate) fn usage(error: &clap::Error) {
     let mut lines: Vec<String> = error.render().to_string().lines().map(printable).collect();
     if let Some(near) = nearest(error) {

@@ -18,7 +18,7 @@ const PACE: Duration = Duration::from_millis(100);
 struct State {
     done: u64,
     of: u64,
-    /// What stands behind the bar.
+    /// The text behind the bar.
     message: String,
     /// The same as a line of JSON.
     line: Value,

@@ -10,7 +10,7 @@ use crate::{Error, Result};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// How many of the lowest costs of a call in f32 are evaluated again in f64 at least: the leaders of every search.
+/// The least number of lowest costs of a call in f32 that are evaluated again in f64: the leaders of every search.
 const LEADERS: usize = 3;
 
 /// The best of each run: what deviations are taken from.
@@ -26,7 +26,7 @@ pub struct BatchSearchEvaluator {
     problems: Vec<Arc<Problem>>,
     /// Lowest cost so far of each run, and its candidate.
     references: References,
-    /// What was begun, by which of the evaluators, with the references that it was begun with.
+    /// Batches that were begun, each with its evaluator and its references.
     pending: VecDeque<((Pending, usize), References)>,
 }
 
@@ -77,13 +77,13 @@ impl BatchSearchEvaluator {
         (self.opened.slice_steps / longest.max(1)).max(1)
     }
 
-    /// What evaluates: cpu or gpu, its name, its numbers.
+    /// Returns the device that evaluates: its kind (cpu or gpu), its name, its precision.
     #[must_use]
     pub fn device(&self) -> (&'static str, String, &'static str) {
         (self.opened.kind, self.opened.evaluator.name(), self.opened.precision())
     }
 
-    /// What the reader should know of the device.
+    /// Returns warnings about the device.
     #[must_use]
     pub fn warnings(&self) -> &[Warning] {
         &self.opened.warnings
@@ -105,7 +105,7 @@ impl BatchSearchEvaluator {
         std::mem::take(&mut self.opened.warnings)
     }
 
-    /// What a run is evaluated on.
+    /// Returns the problem of a run.
     fn problem(&self, run: usize) -> &Arc<Problem> {
         &self.problems[if self.problems.len() == 1 { 0 } else { run }]
     }

@@ -1,4 +1,4 @@
-//! What evaluates a search: the CPU, or a GPU where it is asked for or the work is large enough for one to win.
+//! Selection of the device of a search: the CPU, or a GPU where one is requested or the work is large enough for it to be faster.
 
 use super::throughput_profile::ThroughputProfile;
 #[cfg(feature = "gpu")]
@@ -15,7 +15,7 @@ use std::time::Duration;
 #[cfg(feature = "gpu")]
 use crate::evaluate::gpu::{self, Gpu, Precision};
 
-/// What evaluates.
+/// The device that evaluates.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum DeviceSpec {
     /// A GPU where the work is large enough for one to win and a real one answers, else the CPU.
@@ -64,10 +64,10 @@ named! {
     }
 }
 
-/// How a search is placed on hardware.
+/// Settings of the device of a search.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DeviceSettings {
-    /// What evaluates.
+    /// The device that evaluates.
     pub device: DeviceSpec,
     /// With which numbers.
     pub precision: PrecisionSpec,
@@ -93,7 +93,7 @@ const SLICE_STEPS: usize = 500_000_000;
 #[cfg(feature = "gpu")]
 const SLICE_STEPS_GPU: usize = 100 * SLICE_STEPS;
 
-/// What happens when a device fails on the way.
+/// Treatment of a device that fails on the way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum OnLoss {
     /// The search ends with the error.
@@ -121,7 +121,7 @@ pub(super) struct SelectedDevice {
     pub kind: &'static str,
     pub on_loss: OnLoss,
     pub reopen: Option<Reopen>,
-    /// How often the evaluator was replaced.
+    /// The number of times that the evaluator was replaced.
     pub replaced: usize,
     /// Candidate-steps that may pass before the observer is asked again.
     pub slice_steps: usize,
@@ -283,7 +283,7 @@ fn worth_opening(settings: &DeviceSettings, problem: &Problem) -> Option<usize> 
     chosen.or_else(unknown).map(|a| a.index)
 }
 
-/// Whether a search is large enough for a GPU to win where nothing was measured.
+/// Returns whether a search is large enough for a GPU to win where nothing was measured.
 #[cfg(feature = "gpu")]
 fn is_large(work: Work) -> bool {
     let generation = work.population.saturating_mul(work.samples);

@@ -1,4 +1,4 @@
-//! How long evaluators of this machine take, as a bench measured it: what `auto` chooses by.
+//! Measured times of this machine's evaluators, by which `auto` chooses.
 
 use crate::evaluate::{Level, cpu_name};
 use crate::numeric::{count, count_u64};
@@ -60,11 +60,11 @@ pub struct AdapterThroughput {
     pub precision: String,
     /// Seconds until it is open and has been checked.
     pub opening_s: f64,
-    /// What its batches took.
+    /// The time of its batches against their size.
     pub pace: ThroughputCurve,
 }
 
-/// What was measured of a machine.
+/// Throughput measured on a machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ThroughputProfile {
     /// The version that measured; another one may be faster or slower.
@@ -99,7 +99,7 @@ impl ThroughputProfile {
         format!("{}, {}", cpu_name(), Level::best().name())
     }
 
-    /// Whether they are of this processor and this version of the program.
+    /// Returns whether they are of this processor and this version of the program.
     #[must_use]
     pub fn are_current(&self) -> bool {
         self.motorfit == env!("CARGO_PKG_VERSION") && self.cpu == Self::this_cpu()

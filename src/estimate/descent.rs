@@ -194,7 +194,7 @@ impl<'a> Search<'a> {
         is_sacrificed(self.fit.problem.signals(), &self.residual_sigma(), &balanced.residual_sigma())
     }
 
-    /// What is left of one in the degrees of freedom.
+    /// Returns the degrees of freedom that are left of one.
     fn freedom(&self) -> f64 {
         1.0 - (numeric::count(self.fit.unknowns) / numeric::count(self.fit.count())).min(0.9)
     }

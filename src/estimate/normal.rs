@@ -17,7 +17,8 @@ fn squares(sums: &Products) -> f64 {
     sums[(sums.nrows() - 1, sums.nrows() - 1)]
 }
 
-/// A joint fit of the free parameters of a problem (their coordinates: logarithms of the five of the motor) and of the initial states that are free.
+/// A joint fit of the free parameters of a problem (their coordinates: logarithms of the five of the motor) and of the initial
+/// states that are free.
 pub(super) struct Fit<'a> {
     pub problem: &'a Problem,
     /// Unknowns: the free parameters, then current and speed at the start of each recording that leaves them free.
@@ -41,7 +42,7 @@ impl Normal {
         (0..self.0.len()).map(|n| [0, 1].map(|channel| self.squares(n, channel))).collect()
     }
 
-    /// Whether the motor has a trajectory at all.
+    /// Returns whether the motor has a trajectory at all.
     pub(super) fn is_finite(&self) -> bool {
         self.0.iter().flatten().all(|sums| sums.iter().all(|v| v.is_finite()))
     }

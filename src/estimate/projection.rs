@@ -17,7 +17,7 @@ use rayon::prelude::*;
 /// Points of the grid in each direction.
 const GRID: usize = 24;
 
-/// Whether a problem has this form: all five parameters free and shared, both channels, motors at rest without load,
+/// Returns whether a problem has this form: all five parameters free and shared, both channels, motors at rest without load,
 /// an exact method.
 pub(super) fn applies(problem: &Problem) -> bool {
     let exact = matches!(problem.model().discretization, Discretization::Zoh | Discretization::Foh);
@@ -56,7 +56,7 @@ pub(super) fn basins(problem: &Problem, sigma: &Sigma, most: usize) -> Vec<[f64;
     lowest.into_iter().map(|n| motor(points[n], projected[n].1, problem)).collect()
 }
 
-/// What c₁ and c₀ reach within the bounds.
+/// Returns the ranges of c₁ and c₀ within the bounds.
 fn ranges(problem: &Problem) -> [[f64; 2]; 2] {
     let [mut low, mut high] = [[0.0; 5]; 2];
     for axis in problem.space().free() {

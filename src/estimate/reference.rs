@@ -11,7 +11,7 @@ use crate::motor::Axis;
 use crate::text::counted;
 use crate::{Error, Result};
 
-/// How the reference was found.
+/// Ways to find a reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -25,7 +25,7 @@ pub enum ReferenceKind {
 /// The best fit within the bounds that a search of the whole box finds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
-    /// How.
+    /// Its settings.
     pub kind: ReferenceKind,
     /// The fit.
     pub refined: Refined,
@@ -52,7 +52,8 @@ const BASINS: usize = 4;
 /// been there often enough, or none is left.
 ///
 /// # Errors
-/// As for [`super::refine`]; `Usage` when σ or the known sum is no number that can be; `NotIdentified` when the motor diverges everywhere.
+/// As for [`super::refine`]; `Usage` when σ or the known sum is no number that can be; `NotIdentified` when the motor diverges
+/// everywhere.
 pub fn global_reference(problem: &Problem, sigma: &[[f64; 2]], known: Option<f64>) -> Result<Reference> {
     check_sigma(problem, sigma, known)?;
     let sigma = &sigma.to_vec();

@@ -1,7 +1,8 @@
 //! Refinement: output-error Levenberg–Marquardt in the logarithms of the parameters, within the bounds of the space.
 //!
-//! What is minimized is the weighted sum of squares `Σ_r Σ_c Σ_n e²/σ_rc²` over recordings and channels, the negative
-//! log likelihood of white normal noise. Where σ is not given it is that of the residuals, in rounds of reweighting until it stands; the fixed point is the
+//! The cost is the weighted sum of squares `Σ_r Σ_c Σ_n e²/σ_rc²` over recordings and channels, the negative
+//! log likelihood of white normal noise. Where σ is not given it is that of the residuals, in rounds of reweighting until it
+//! stands; the fixed point is the
 //! maximum-likelihood estimate.
 
 use super::descent::{Search, Weighting};
@@ -14,10 +15,10 @@ use crate::record::Record;
 use crate::text::counted;
 use crate::{Error, Result};
 
-/// How a refinement works.
+/// Options of a refinement.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RefineOptions {
-    /// How the motor is simulated.
+    /// The simulation model.
     pub model: Model,
     /// σ of the noise of current \[A\] and speed \[rad/s\] of each recording; `None` takes that of the residuals.
     pub sigma: Option<Vec<[f64; 2]>>,
@@ -82,7 +83,7 @@ pub(super) fn first_sigma(signals: &Signals) -> [f64; 2] {
     })
 }
 
-/// How far a refinement goes.
+/// The effort of a refinement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Effort {
     /// To a hundredth of a standard error under the weights that it begins with.

@@ -22,9 +22,9 @@ pub struct Refined {
     pub squares: Vec<[f64; 2]>,
     /// The bound, if any, that each free parameter stands at: `min` or `max`.
     pub at_bound: Vec<Option<&'static str>>,
-    /// How sure it is.
+    /// Standard errors, intervals and correlations.
     pub uncertainty: Uncertainty,
-    /// Whether the last step was far below a standard error.
+    /// True if the last step was far below a standard error.
     pub converged: bool,
     /// Simulations with derivatives.
     pub evaluations: usize,

@@ -17,14 +17,14 @@ use crate::record::Record;
 use crate::{Error, Result};
 use std::ops::Range;
 
-/// What Steiglitz–McBride found.
+/// The estimate of Steiglitz–McBride.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// The motor.
     pub parameters: Parameters,
     /// Prefilters tried.
     pub iterations: usize,
-    /// Whether the last step was far below its standard error.
+    /// True if the last step was far below its standard error.
     pub converged: bool,
     /// True for the estimate of a copy at even steps, made because the recording has an irregular clock.
     pub is_resampled: bool,
@@ -68,7 +68,7 @@ struct Columns<'a> {
     /// Σ b_k u(n−k) has its first k here: 0 with a voltage that goes on in a straight line.
     first_tap: usize,
     torque: bool,
-    /// Whether the motor may move at the start.
+    /// True if the motor may move at the start.
     moving: bool,
     sigma: [f64; 2],
 }

@@ -1,4 +1,4 @@
-//! How sure an estimate is: covariance, standard errors, intervals, correlations, what the data cannot tell, and
+//! Uncertainty of an estimate: covariance, standard errors, intervals, correlations, parameters that are not identifiable, and
 //! whether the residuals are white.
 //!
 //! The Fisher information in the logarithms of the parameters is `JᵀJ` with errors in units of σ; its inverse is the
@@ -12,7 +12,7 @@ use multiversion::multiversion;
 use multiversion::target::target_cfg_f;
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// How sure an estimate is; one entry for each free parameter of the space, in its order.
+/// Uncertainty of an estimate; one entry for each free parameter of the space, in its order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Uncertainty {
     /// Standard errors in the unit of the parameter; `None` at a bound and where the data cannot tell.
@@ -23,7 +23,7 @@ pub struct Uncertainty {
     pub correlation: Vec<Vec<Option<f64>>>,
     /// Condition number of the Fisher information in the logarithms; infinite when it is singular.
     pub condition: f64,
-    /// How many independent combinations of the free parameters the data tell.
+    /// The number of independent combinations of the free parameters that the data identify.
     pub rank: usize,
     /// Directions in the logarithms that the data cannot tell: with these steps all together, the output stays.
     pub unknown: Vec<Vec<f64>>,
@@ -37,7 +37,7 @@ pub struct Uncertainty {
 /// Ljung and Box's test of the residuals of a channel.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Whiteness {
-    /// Whether the statistic is one that white residuals have.
+    /// True if the statistic is one that white residuals have.
     #[serde(rename = "white")]
     pub is_white: bool,
     /// `N(N+2) Σ r_k²/(N−k)` over 20 lags: about 20 for white residuals, above 45.3 once in a thousand times.

@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 /// A feature level that the kernels are compiled for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
-    /// What every processor of the target has.
+    /// Instructions that every processor of the target has.
     Portable,
     /// AVX2 with FMA.
     Avx2,
@@ -21,7 +21,7 @@ impl Level {
     /// All levels, the slowest first.
     pub const ALL: [Self; 3] = [Self::Portable, Self::Avx2, Self::Avx512];
 
-    /// Whether this machine has it.
+    /// Returns whether this machine has it.
     #[must_use]
     pub fn is_available(self) -> bool {
         #[cfg(target_arch = "x86_64")]

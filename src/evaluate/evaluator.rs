@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// Candidates that are evaluated on one problem.
 #[derive(Debug, Clone, Copy)]
 pub struct Group<'a> {
-    /// What they are evaluated on.
+    /// The problem on which they are evaluated.
     pub problem: &'a Arc<Problem>,
     /// The candidates, one value per free axis of the problem's space.
     pub candidates: Candidates<'a>,
@@ -71,7 +71,7 @@ impl Pending {
         Self(Some(Box::new(state)))
     }
 
-    /// What the evaluator kept; `None` where another one began it.
+    /// Returns the evaluator's own state; `None` where another evaluator began it.
     #[must_use]
     pub fn take<T: Any>(self) -> Option<T> {
         self.0.and_then(|state| state.downcast().ok()).map(|state| *state)
@@ -107,12 +107,12 @@ pub trait Evaluator: Send {
         self.evaluate(batch, costs)
     }
 
-    /// Whether something is gained by beginning a batch before the last is finished.
+    /// Returns whether something is gained by beginning a batch before the last is finished.
     fn overlaps(&self) -> bool {
         false
     }
 
-    /// Whether costs are those of f64. Where they are not, searches evaluate their leaders again on the CPU.
+    /// Returns whether costs are those of f64. Where they are not, searches evaluate their leaders again on the CPU.
     fn is_exact(&self) -> bool {
         true
     }
@@ -125,7 +125,7 @@ pub trait Evaluator: Send {
         self.evaluate(batch, costs).map(|()| None)
     }
 
-    /// What it evaluates on, in words.
+    /// Returns a description of the device.
     fn name(&self) -> String {
         "an evaluator of the caller".to_owned()
     }

@@ -88,11 +88,11 @@ struct OnTime<'a, const L: usize> {
     load: [f64; L],
     /// Samples of a piece at most.
     most: usize,
-    /// Whether the drive's output differs from candidate to candidate.
+    /// True if the drive's output differs from candidate to candidate.
     is_bent: bool,
-    /// Whether anything but the voltage acts.
+    /// True if anything but the voltage acts.
     is_loaded: bool,
-    /// Whether steps use the voltage at their end too.
+    /// True if steps use the voltage at their end too.
     lines: bool,
 }
 

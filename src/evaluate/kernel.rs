@@ -199,7 +199,7 @@ pub(super) fn phi<const L: usize>(maps: &StepMaps<L>) -> [[f64; L]; 4] {
     phi
 }
 
-/// What inputs add to both states; of one the others are zero.
+/// Returns the contribution of the inputs to both states; of one the others are zero.
 #[inline(always)]
 fn gain<const L: usize, const CHANGING: usize>(maps: &StepMaps<L>, inputs: [f64; 3]) -> [[f64; L]; 2] {
     let mut gain = [[0.0; L]; 2];

@@ -14,7 +14,7 @@ use crate::record::{Quantity, Record, is_driven_by_current};
 use crate::setting::text;
 use std::sync::Arc;
 
-/// How the motor is simulated.
+/// The simulation model.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Model {
     /// The one-step method.
@@ -23,7 +23,7 @@ pub struct Model {
     pub initial: Initial,
 }
 
-/// What candidates are evaluated on: one motor in one or more recordings.
+/// A problem: one motor in one or more recordings, on which candidates are evaluated.
 #[derive(Debug, Clone)]
 pub struct Problem {
     signals: Vec<Arc<Signals>>,
@@ -39,7 +39,8 @@ impl Problem {
     /// Prepares the recordings.
     ///
     /// # Errors
-    /// `Usage` when there is no recording, or a parameter belongs to one that is not there; `Data` when some have a voltage and others none; `NotIdentified` when a signal is constant where the scale divides by its
+    /// `Usage` when there is no recording, or a parameter belongs to one that is not there; `Data` when some have a voltage and
+    /// others none; `NotIdentified` when a signal is constant where the scale divides by its
     /// variation.
     pub fn new(records: &[Record], model: Model, space: Space, criterion: Criterion) -> Result<Self> {
         if records.is_empty() {
@@ -112,19 +113,19 @@ impl Problem {
         &self.signals
     }
 
-    /// How the motor is simulated.
+    /// Returns the simulation model.
     #[must_use]
     pub fn model(&self) -> &Model {
         &self.model
     }
 
-    /// What is free and what is held.
+    /// Returns the space of free and fixed parameters.
     #[must_use]
     pub fn space(&self) -> &Space {
         &self.space
     }
 
-    /// What drives the motor.
+    /// Returns the input of the motor: its voltage, or its current.
     #[must_use]
     pub fn input(&self) -> Input {
         self.input
@@ -184,7 +185,7 @@ impl Problem {
         self.signals.iter().map(|s| s.len() - self.first_active(s)).sum()
     }
 
-    /// Whether any error counts: a time origin at the end of a recording leaves none.
+    /// Returns whether any error counts: a time origin at the end of a recording leaves none.
     #[must_use]
     pub fn has_weight(&self) -> bool {
         let weighs =
@@ -263,7 +264,7 @@ fn check_scopes(space: &Space, recordings: usize) -> Result<()> {
     Err(crate::Error::usage(message, "Count recordings from 0, or share the parameter among all."))
 }
 
-/// What drives the motor in all recordings.
+/// Returns the input of all recordings: the voltage, or the current.
 fn input(records: &[Record]) -> Result<Input> {
     if is_driven_by_current(records) {
         return Ok(Input::Current);

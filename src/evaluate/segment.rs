@@ -39,7 +39,7 @@ impl Run {
 pub(crate) struct Segment {
     /// With the inputs of the first sample.
     pub run: Run,
-    /// Whether the inputs stay the same.
+    /// True if the inputs stay the same.
     pub constant: bool,
 }
 

@@ -56,7 +56,7 @@ pub struct Signals {
     counting: Vec<[bool; 2]>,
     /// The part of the samples that count as independent.
     pub(crate) independent: f64,
-    /// What each channel's sum is multiplied by: its scale and, where weights are empty, the step; 0 for a channel that
+    /// The factor of each channel's sum: its scale and, where weights are empty, the step; 0 for a channel that
     /// was not measured.
     pub(crate) factor: [f64; 2],
     /// The state `[i, ω]` at the first sample.
@@ -132,7 +132,7 @@ impl Signals {
         Ok(signals)
     }
 
-    /// How many samples.
+    /// Returns the number of samples.
     #[must_use]
     pub fn len(&self) -> usize {
         self.voltage.len()
@@ -144,20 +144,20 @@ impl Signals {
         self.voltage.is_empty()
     }
 
-    /// Whether the motor is known to begin at rest.
+    /// Returns whether the motor is known to begin at rest.
     #[must_use]
     pub fn starts_at_rest(&self) -> bool {
         !self.initial_is_free && self.initial.iter().all(|v| *v == 0.0)
     }
 
-    /// Whether anything moves the motor: an input, or its own state at the start.
+    /// Returns whether anything moves the motor: an input, or its own state at the start.
     #[must_use]
     pub fn is_driven(&self) -> bool {
         let drives = |values: &[f64]| values.iter().any(|v| *v != 0.0);
         drives(&self.voltage) || drives(&self.torque) || drives(&self.initial)
     }
 
-    /// Whether a channel (0 current, 1 speed) was measured.
+    /// Returns whether a channel (0 current, 1 speed) was measured.
     #[must_use]
     pub fn has(&self, channel: usize) -> bool {
         self.factor.get(channel).is_some_and(|factor| *factor > 0.0)
@@ -201,25 +201,25 @@ impl Signals {
         self.deviation.get_or_init(|| [0, 1].map(of))[channel]
     }
 
-    /// What was measured of a channel; zeros for one that was not.
+    /// Returns the measured values of a channel; zeros for one that was not measured.
     pub fn measured(&self, channel: usize) -> impl Iterator<Item = f64> {
         self.measured.iter().map(move |y| y.get(channel).copied().unwrap_or_default())
     }
 
-    /// Whether a channel of a sample counts.
+    /// Returns whether a channel of a sample counts.
     #[must_use]
     pub fn counts(&self, channel: usize, sample: usize) -> bool {
         self.counting.get(sample).is_none_or(|counts| counts.get(channel) == Some(&true))
     }
 
-    /// How many samples of a channel count.
+    /// Returns the number of samples of a channel that count.
     #[must_use]
     pub fn count(&self, channel: usize) -> usize {
         let counting = self.counting.iter().filter(|counts| counts.get(channel) == Some(&true));
         if self.counting.is_empty() { self.len() } else { counting.count() }
     }
 
-    /// How many samples count in any channel that was measured.
+    /// Returns the number of samples that count in any measured channel.
     pub(super) fn samples(&self) -> usize {
         let any = |counts: &&[bool; 2]| (0..2).any(|channel| counts[channel] && self.has(channel));
         if self.counting.is_empty() { self.len() } else { self.counting.iter().filter(any).count() }
@@ -233,7 +233,7 @@ impl Signals {
         Drive { step_s, step_index, voltage, voltage_end: end, torque }
     }
 
-    /// Whether the voltage is a line of its own over each step.
+    /// Returns whether the voltage is a line of its own over each step.
     pub(super) fn has_own_lines(&self) -> bool {
         !self.lines[0].is_empty()
     }

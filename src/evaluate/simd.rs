@@ -12,7 +12,7 @@ use rayon::prelude::*;
 /// takes as long. With AVX-512 they are three times as many.
 const WAKING: usize = 250_000;
 const WAKING_AVX512: usize = 750_000;
-/// What a step with extensions takes, at least, in linear ones.
+/// The least time of a step with extensions, in steps of the linear motor.
 const EXTENDED: usize = 2;
 
 /// SIMD f64 on all threads of the rayon pool that calls it (one thread: no hand-over at all). Small batches from outside
@@ -42,7 +42,7 @@ impl Simd {
         Self { alone: true, ..Self::default() }
     }
 
-    /// Whether a batch of so many candidates is done by the thread that calls, where that is of no pool.
+    /// Returns whether a batch of so many candidates is done by the thread that calls, where that is of no pool.
     #[must_use]
     pub fn is_small(problem: &Problem, candidates: usize) -> bool {
         Self::default().takes_one_thread(problem, candidates)

@@ -18,7 +18,7 @@ pub(super) type Pair<const L: usize> = [[f64; L]; 2];
 pub(super) struct Step<const L: usize> {
     pub maps: StepMaps<L>,
     phi: [[f64; L]; 4],
-    /// What offset and load add to both states.
+    /// The contribution of offset and load to both states.
     bias: Pair<L>,
     reactions: Reactions<L>,
 }

@@ -14,7 +14,7 @@ use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
 
-/// What drives a simulated motor.
+/// The input of a simulated motor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Excitation {
     /// Time \[s\].
@@ -132,7 +132,7 @@ pub fn noise_of(record: &Record, noise: Noise) -> [f64; 2] {
     [0, 1].map(|channel| measured[channel].map_or(0.0, |signal| sigma(channel, signal)))
 }
 
-/// What drives the motor in a recording, as [`simulate`](crate::motor::simulate) takes it.
+/// Returns the input of a recording, as [`simulate`](crate::motor::simulate) takes it.
 #[must_use]
 pub fn drive(record: &Record) -> Drive<'_> {
     let (samples, steps) = (record.samples(), record.steps());

@@ -34,7 +34,7 @@ impl BatchCosts {
         Ok(Self { problem, evaluation })
     }
 
-    /// What is evaluated: its space says which values a candidate has.
+    /// Returns the problem, whose space lists the values of a candidate.
     #[must_use]
     pub fn problem(&self) -> &Arc<Problem> {
         &self.problem
@@ -77,13 +77,13 @@ impl BatchCosts {
         Ok(Candidates::new(values, width))
     }
 
-    /// What evaluates: cpu or gpu, its name, its numbers.
+    /// Returns the device that evaluates: its kind (cpu or gpu), its name, its precision.
     #[must_use]
     pub fn device(&self) -> (&'static str, String, &'static str) {
         self.evaluation.device()
     }
 
-    /// What the reader should know.
+    /// Returns warnings for the reader.
     #[must_use]
     pub fn warnings(&self) -> &[Warning] {
         self.evaluation.warnings()

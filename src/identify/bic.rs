@@ -26,7 +26,8 @@ pub(super) struct Fit {
     pub effective: f64,
     /// Measured values.
     pub count: f64,
-    /// Minus twice the logarithm of the likelihood of the residuals as first-order autoregressions: the sum of `N ln((1 − ρ²) σ²)`
+    /// Minus twice the logarithm of the likelihood of the residuals as first-order autoregressions: the sum of `N ln((1 − ρ²)
+    /// σ²)`
     /// over recordings and channels.
     pub deviance: f64,
 }
@@ -121,7 +122,7 @@ pub(super) fn gain(from: &Fit, to: &Fit) -> f64 {
     change + more * (by.effective * by.count).max(std::f64::consts::E).ln()
 }
 
-/// Whether what a refinement leaves is far above the noise: a better optimum may be elsewhere.
+/// Returns whether what a refinement leaves is far above the noise: a better optimum may be elsewhere.
 pub(super) fn is_far(problem: &Problem, refined: &Refined) -> bool {
     let far = |(signals, sigma): (&Arc<Signals>, &[f64; 2])| {
         (0..2).any(|channel| signals.is_above_noise(channel, sigma[channel]))

@@ -1,4 +1,4 @@
-//! What the recordings cannot give: said before the fit where the recordings show it, after it where only the fit does.
+//! Checks of identifiability: before the fit where the recordings show it, after it where only the fit does.
 
 use super::method::Method;
 use super::missing_channel::missing_channel;
@@ -14,7 +14,7 @@ use crate::text::engineering;
 use crate::warning::Warning;
 use crate::{Error, Result};
 
-/// Whether the spec, the recordings and the criterion leave anything to be found at all.
+/// Returns whether the spec, the recordings and the criterion leave anything to be found at all.
 pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem) -> Result<()> {
     if spec.method == Method::SteiglitzMcBride && !spec.space.fixed().is_empty() {
         let message = "Steiglitz–McBride estimates all five parameters and cannot hold any";
@@ -66,7 +66,7 @@ fn check_dead_time(records: &[Record], space: &Space) -> Result<()> {
     Err(Error::usage(message, format!("Give a value of {} s or more.", -longest)))
 }
 
-/// Whether the fit leaves anything that was asked for unknown.
+/// Returns whether the fit leaves anything that was asked for unknown.
 pub(super) fn after(
     records: &[Record],
     spec: &IdentifySpec,
@@ -98,7 +98,7 @@ pub(super) fn running(spec: &IdentifySpec, space: &Space, refined: &Refined) -> 
     space.free().iter().zip(&refined.at_bound).find_map(runs)
 }
 
-/// What the recordings cannot tell: directions without information, and parameters that run to a bound nobody gave.
+/// Returns what is not identifiable: directions without information, and parameters that run to a bound nobody gave.
 fn unknown(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<String> {
     let axes = space.free();
     let directions = &refined.uncertainty.unknown;
@@ -119,7 +119,7 @@ fn unknown(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<Stri
     Some(format!("the recordings cannot tell {}: the best fit takes it to {where_to}", parameter.symbol()))
 }
 
-/// Whether the result is one: a simulation that explains nothing in any channel is none.
+/// Returns whether the result is one: a simulation that explains nothing in any channel is none.
 pub(super) fn fit(records: &[Record], spec: &IdentifySpec, fit_percent: [Option<f64>; 2]) -> Result<()> {
     if !spec.is_polished() {
         return Ok(());

@@ -1,4 +1,5 @@
-//! What current and speed tell without a voltage: the mechanical side of a motor, `J dω/dt = K i − B ω − TL − Tc sgn(ω)`,
+//! Identification from current and speed without a voltage: the mechanical side of a motor, `J dω/dt = K i − B ω − TL − Tc
+//! sgn(ω)`,
 //! with the measured current as its input.
 //!
 //! All of K, B, J, TL and Tc times any number does the same, so that only their ratios are told, as characteristics; a
@@ -50,7 +51,7 @@ pub(super) fn current_driven(records: &[Record], spec: &IdentifySpec) -> Result<
     NormalizedModel::new(spec, guess(records, spec), &assumed, &unknown, warning).map(Some)
 }
 
-/// Whether everything that is asked for has a meaning.
+/// Returns whether everything that is asked for has a meaning.
 fn check(spec: &IdentifySpec) -> Result<()> {
     if spec.method == Method::SteiglitzMcBride {
         let message = "Steiglitz–McBride needs voltage, current and speed, and the recordings have no voltage";

@@ -24,9 +24,9 @@ pub struct ParameterEstimate {
     pub ci95: Option<[f64; 2]>,
     /// The bound, `min` or `max`, that it ended at.
     pub at_bound: Option<&'static str>,
-    /// Whether it was held at its value.
+    /// True if it was held at its value.
     pub fixed: bool,
-    /// What it was free within, where it was.
+    /// The bounds of a free parameter.
     pub axis: Option<Axis>,
 }
 
@@ -57,7 +57,7 @@ impl ParameterEstimate {
 pub struct Estimates {
     /// One by one.
     pub list: Vec<ParameterEstimate>,
-    /// Whether there was a polish, which gives standard errors.
+    /// True if there was a polish, which gives standard errors.
     pub polished: bool,
 }
 
@@ -200,7 +200,7 @@ impl Identification {
         self.space.features().extensions()
     }
 
-    /// What it says that recordings show: current and speed, one value a sample, of those that it was made from; not a
+    /// Returns the modelled signals of recordings: current and speed, one value a sample, of those that it was made from; not a
     /// number for a current that is the input.
     ///
     /// # Errors

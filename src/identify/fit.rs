@@ -64,20 +64,20 @@ pub fn with_cost_on(problem: &Problem, found: &Identification) -> Identification
     Identification { cost: Scalar::cost(&problem, &found.values), ..found.clone() }
 }
 
-/// Whether all recordings have a voltage, a current and a speed. Others are fitted by a model that depends on the polish.
+/// Returns whether all recordings have a voltage, a current and a speed. Others are fitted by a model that depends on the polish.
 #[must_use]
 pub fn has_all_channels(records: &[Record]) -> bool {
     records.iter().all(|record| record.measured().iter().all(Option::is_some))
 }
 
-/// What a population search found.
+/// The result of a population search.
 #[derive(Debug, Clone, Copy)]
 pub struct SearchRun<'a> {
     /// The best candidate, one value per free axis.
     pub values: &'a [f64],
     /// Candidates evaluated.
     pub evaluations: u64,
-    /// What evaluated: cpu or gpu, and its numbers.
+    /// The device that evaluated: cpu or gpu, and its precision.
     pub device: [&'static str; 2],
 }
 
@@ -137,7 +137,7 @@ impl PreparedSearch {
         Ok(Self { problem, selection: None, alternatives: Vec::new(), reference, model, masked: None })
     }
 
-    /// What candidates are evaluated on.
+    /// Returns settings of the problem.
     #[must_use]
     pub fn problem(&self) -> &Arc<Problem> {
         &self.problem

@@ -1,4 +1,4 @@
-//! What a recording is good for, as an inspection tells it.
+//! The inspection of a recording.
 
 use super::method::Method;
 use super::pipeline::identify;
@@ -19,13 +19,13 @@ use crate::warning::Warning;
 pub struct Inspection<'a> {
     /// The recording.
     pub record: &'a Record,
-    /// What is odd about it, what matters most first.
+    /// Findings, the most important first.
     pub warnings: Vec<Warning>,
-    /// What it can identify.
+    /// The parameters that it identifies.
     pub identifiability: Identifiability,
 }
 
-/// What a recording can identify.
+/// Parameters that a recording identifies.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Identifiability {
     /// All five parameters: their relative standard errors, as far as they are known.
@@ -37,7 +37,7 @@ pub enum Identifiability {
     Lacks {
         /// Why.
         message: Text,
-        /// What to do.
+        /// The remedy.
         remedy: Text,
     },
 }
@@ -98,7 +98,7 @@ fn has_resampled_estimate(record: &Record, model: Model) -> bool {
     !record.steps().step_index.is_empty() && matches!(steiglitz_mcbride_resampled(record, model), Ok(Ok(_)))
 }
 
-/// What is told where a channel is missing: characteristics with their relative standard errors.
+/// Returns the characteristics with their relative standard errors, where a channel is missing.
 fn lacking(found: &Identification) -> Identifiability {
     let warning = found.warnings.iter().find(|warning| warning.code == "channel_missing");
     let one = |(name, unit, c): (&str, &str, Option<Characteristic>)| {

@@ -1,4 +1,4 @@
-//! How the optimum is found and refined.
+//! Settings of the search and the refinement.
 
 use crate::named::{Named, named};
 use crate::optimize::{Hyperparameter, Optimizer, SEARCHES, Search, SearchOptions, SearchSettings, Tuned};
@@ -7,7 +7,7 @@ use crate::text::{alternatives, excerpt, listed};
 use crate::{Error, Result};
 use std::fmt;
 
-/// How the optimum is found.
+/// The method that finds the optimum.
 #[derive(Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub enum Method {
@@ -108,7 +108,7 @@ impl Method {
 }
 
 named! {
-    /// How what was found is refined.
+    /// Refinements.
     pub enum Polish (default LevenbergMarquardt) {
         /// Levenberg–Marquardt: maximum likelihood, with standard errors.
         LevenbergMarquardt = "lm",

@@ -1,4 +1,5 @@
-//! What recordings tell that lack a channel. Speed alone shows three combinations of R, L, K, B and J: the motor with
+//! Identification from recordings that lack a channel. Speed alone determines three combinations of R, L, K, B and J: the motor
+//! with
 //! R = 1 Ω and next to no friction that does the same under the same voltage stands for all of them, and gives kV and kA,
 //! gain and time constant. Current alone shows four: a motor with some K stands for all of them, and its R and L are
 //! right. What there is without a voltage has a file of its own, `current_driven.rs`.
@@ -15,7 +16,7 @@ use crate::{Error, Result};
 
 /// Friction of the motor that stands for others by their speed, in parts of K²/R.
 const FRICTION: f64 = 1e-6;
-/// What speed alone does not tell.
+/// Parameters that speed alone does not identify.
 const BY_SPEED: [Parameter; 7] = {
     let [r, l, k, b, j] = Parameter::ALL;
     [r, l, k, b, j, Parameter::Coulomb, Parameter::Load]
@@ -119,7 +120,7 @@ fn check_informative(records: &[Record], channel: usize) -> Result<()> {
     Err(path.into_iter().fold(error, Error::in_file))
 }
 
-/// What speed alone or current alone cannot give, and what to do.
+/// Returns warnings on parameters that speed alone or current alone does not identify, with remedies.
 pub(super) fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option<(Text, Text)> {
     if is_driven_by_current(records) {
         return None;

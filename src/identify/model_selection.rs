@@ -233,7 +233,7 @@ pub(super) fn candidates(records: &[Record], model: &Space) -> Vec<Extension> {
     Extension::ALL.into_iter().filter(|e| !features.has_any(e.parameters())).filter(can).collect()
 }
 
-/// What each recording is to have for itself must be free in the model.
+/// Checks that parameters of single recordings are free in the model.
 pub(super) fn check_per_recording(spec: &IdentifySpec, space: &Space) -> Result<()> {
     let free = |p: &Parameter| space.free().iter().any(|axis| axis.parameter == *p);
     let Some(parameter) = spec.per_recording.iter().find(|p| !free(p)) else { return Ok(()) };

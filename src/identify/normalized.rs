@@ -12,7 +12,7 @@ const SPREAD: f64 = 1e3;
 
 /// A normalized representative of all motors consistent with recordings.
 pub(super) struct NormalizedModel {
-    /// What is free of it, and what is fixed.
+    /// Its free and fixed parameters.
     pub space: Space,
     /// R, L, K, B and J of one that is near.
     pub motor: [f64; 5],

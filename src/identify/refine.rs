@@ -16,7 +16,7 @@ use crate::optimize::Progress;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// What watches a search: it sees every generation and may end it.
+/// The observer of a search: it sees every generation and may end the search.
 pub(super) type Observer<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + Send + 'a;
 
 /// A first optimum with its refinement.

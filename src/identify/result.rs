@@ -16,12 +16,12 @@ use crate::warning::Warning;
 use crate::{Error, Result};
 use serde::Serialize;
 
-/// What a method found, before the polish.
+/// The result of a method, before the refinement.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SearchOutcome {
     /// The method that found it: the one asked for, or what `auto` took.
     pub method: &'static str,
-    /// Whether it took over where Steiglitz–McBride cannot serve.
+    /// True if it took over where Steiglitz–McBride cannot serve.
     #[serde(skip)]
     pub is_fallback: bool,
     /// True where a population was searched, also where what it found was not taken.
@@ -63,12 +63,12 @@ pub(super) fn left_out(records: &[Record], used: &[Record]) -> Vec<LeftOut> {
     records.iter().zip(used).enumerate().flat_map(of).collect()
 }
 
-/// What was found.
+/// The result of an identification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification {
     /// The level of trust in the result, with its reasons.
     pub trust: Trust,
-    /// What drives the motor in the recordings.
+    /// The input of the recordings.
     pub input: Input,
     /// The method of the simulation: the spec's or, where `auto` chose, with another course of the voltage between samples.
     pub model: Model,
@@ -86,17 +86,17 @@ pub struct Identification {
     pub alternatives: Vec<Alternative>,
     /// Their cost in the chosen criterion, by the scalar oracle.
     pub cost: f64,
-    /// What the method found.
+    /// The result of the method.
     pub searched: SearchOutcome,
     /// The space, its bounds as they were used.
     pub space: Space,
     /// The state `[i, ω]` at the start of each recording.
     pub initial: Vec<[f64; 2]>,
-    /// How sure the parameters are; `None` without a polish.
+    /// The uncertainty of the parameters; `None` without a refinement.
     pub uncertainty: Option<Uncertainty>,
     /// σ of the residuals of current and speed; `None` for a channel not measured.
     pub residual_sigma: [Option<f64>; 2],
-    /// Whether the polish came to its end.
+    /// True if the polish came to its end.
     pub converged: bool,
     /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed over all recordings; `None` for a channel not measured.
     pub fit_percent: [Option<f64>; 2],
@@ -104,7 +104,7 @@ pub struct Identification {
     pub fit_percent_by_recording: Vec<[Option<f64>; 2]>,
     /// The result against the references.
     pub verification: Verification,
-    /// What the reader should know.
+    /// Warnings for the reader.
     pub warnings: Vec<Warning>,
     /// Why the search ended.
     pub stop: Stop,
@@ -112,7 +112,7 @@ pub struct Identification {
     pub evaluations: u64,
     /// Lowest cost after each generation; empty without a population.
     pub history: Vec<f64>,
-    /// What evaluated: cpu or gpu.
+    /// The device that evaluated: cpu or gpu.
     pub device_kind: &'static str,
     /// Its name.
     pub device: String,
@@ -120,13 +120,13 @@ pub struct Identification {
     pub precision: &'static str,
     /// The winner's cost by the device less that by the oracle; `None` where the CPU evaluated.
     pub cost_difference: Option<f64>,
-    /// How well the parameters explain recordings that they were not fitted to, where there are any.
+    /// The fit on held-out recordings, where there are any.
     pub validation: Option<Validation>,
     /// The residuals of each recording, tested; empty without a polish.
     pub residual_tests: Vec<ResidualTests>,
     /// Feedforward characteristics by regression, to hold against [`Characteristics::of`](crate::analysis::Characteristics::of).
     pub regressions: Vec<Regression>,
-    /// How far recordings with the same input repeat, where there are such.
+    /// The noise floor, where recordings have the same input.
     pub noise_floor: Option<NoiseFloor>,
     /// Seconds of the estimation alone.
     pub seconds: f64,

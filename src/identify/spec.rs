@@ -7,12 +7,12 @@ use crate::evaluate::Model;
 use crate::motor::{Parameter, Space, With};
 use crate::optimize::SearchSettings;
 
-/// What is to be done.
+/// Settings of an identification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentifySpec {
-    /// How the optimum is found.
+    /// The method that finds the optimum.
     pub method: Method,
-    /// How it is refined.
+    /// The refinement.
     pub polish: Polish,
     /// Agents.
     pub population: usize,
@@ -20,14 +20,14 @@ pub struct IdentifySpec {
     pub generations: usize,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// What a population search minimizes.
+    /// The criterion of a population search.
     pub criterion: Criterion,
-    /// How the motor is simulated.
+    /// The simulation model.
     pub model: Model,
     /// True where `auto` extensions may take another course of the voltage between samples than the model's: a line, or a
     /// value that is held.
     pub auto_discretization: bool,
-    /// What is free within which bounds, and what is held.
+    /// Free parameters with their bounds, and fixed ones.
     pub space: Space,
     /// Parameters whose bounds become a decade to each side of the Steiglitz–McBride estimate, where there is one.
     pub auto_bounds: Vec<Parameter>,
@@ -35,11 +35,11 @@ pub struct IdentifySpec {
     pub with: With,
     /// Parameters that each recording of a joint fit has for itself; a start latency always is one.
     pub per_recording: Vec<Parameter>,
-    /// What evaluates a population.
+    /// The device that evaluates a population.
     pub device: DeviceSpec,
     /// With which numbers.
     pub precision: PrecisionSpec,
-    /// What was measured of this machine, for `auto`; `None` takes conservative limits.
+    /// Throughput measured on this machine, for `auto`; `None` takes conservative limits.
     pub paces: Option<ThroughputProfile>,
     /// Threads; `None` takes the rayon pool of the caller.
     pub threads: Option<usize>,

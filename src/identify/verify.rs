@@ -40,25 +40,25 @@ impl Status {
     }
 }
 
-/// What was found, against the references. Costs are sums of squares weighted by the noise.
+/// The comparison of a result with references. Costs are sums of squares weighted by the noise.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Verification {
     /// The verdict.
     pub status: Status,
-    /// How the whole box was searched.
+    /// The kind of search of the whole box.
     pub reference: Option<ReferenceKind>,
     /// Starts that were refined for it.
     pub starts: usize,
     /// The number of them that ended in the lowest optimum.
     pub arrivals: usize,
-    /// What Steiglitz–McBride gives, where it serves.
+    /// The Steiglitz–McBride estimate, where there is one.
     pub steiglitz_mcbride: Option<Parameters>,
     /// The best refinement of any start.
     pub levenberg_marquardt: Option<Parameters>,
     /// The cost above the best reference's, relative to it: of the result, or where the search is stuck of what it
     /// found.
     pub cost_gap: Option<f64>,
-    /// Whether the refinement of what was found is as good as the best reference.
+    /// True if the refinement of what was found is as good as the best reference.
     #[serde(skip)]
     pub refined_agrees: bool,
 }

@@ -73,7 +73,7 @@ pub(super) fn explained(error: Error, of_recordings: &[Warning]) -> Error {
     error.hinted_first(&first.and("Otherwise:"))
 }
 
-/// What is said of a result.
+/// Returns the warnings about a result.
 pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if found.searched.is_fallback && found.input == Input::Voltage {
@@ -151,7 +151,7 @@ fn not_separated(found: &Identification) -> Option<Warning> {
     })
 }
 
-/// Whether a parameter of an extension stands at the bound at which it changes nothing.
+/// Returns whether a parameter of an extension stands at the bound at which it changes nothing.
 fn is_idle(found: &Identification, parameter: Parameter, side: &str) -> bool {
     let Some(axis) = found.space.free().iter().find(|axis| axis.parameter == parameter) else { return false };
     axis.is_idle(if side == "min" { axis.min } else { axis.max })

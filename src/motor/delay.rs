@@ -18,7 +18,7 @@ pub(crate) struct DelayedVoltage<'a, T> {
     pub drive: Drive<'a>,
     /// The drive's output for a commanded voltage.
     pub nonlinearity: DriveNonlinearity<T>,
-    /// Whether pieces are lines to the next sample; else they are constant.
+    /// True if pieces are lines to the next sample; else they are constant.
     lines: bool,
     /// The voltage commanded before the first piece.
     before: f64,

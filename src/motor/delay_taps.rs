@@ -1,7 +1,8 @@
 //! A delayed voltage on an even clock: three taps and a shift, as the kernel and the shaders take it.
 //!
 //! The taps are what a volt of each of three samples does in a step of [`DelayedVoltage`], which serves any clock; they are a
-//! third of its work. Steps that no taps give (where the start latency ends, and where lines begin) are computed by it beforehand.
+//! third of its work. Steps that no taps give (where the start latency ends, and where lines begin) are computed by it
+//! beforehand.
 //! Twin: `shaders/delay.wgsl`.
 
 use super::delay::{Acting, DelayedVoltage, sample_times};
@@ -18,7 +19,7 @@ const NEVER: usize = usize::MAX;
 /// Samples of a delay that is longer than any recording.
 const LONGER: isize = 1_000_000_000;
 
-/// How a delayed voltage enters the steps of one motor.
+/// The taps by which a delayed voltage enters the steps of one motor.
 #[derive(Clone, Copy)]
 pub(crate) struct DelayTaps {
     /// Whole samples of the dead time, rounded down: step n takes the samples from n − `whole` − 1 on.

@@ -18,7 +18,7 @@ use super::linear::Parameters;
 use crate::named::named;
 
 named! {
-    /// How the continuous motor is turned into one step.
+    /// Discretizations of the continuous motor.
     #[non_exhaustive]
     pub enum Discretization (default Zoh) {
         /// Exact for a voltage held between samples.
@@ -46,7 +46,7 @@ impl Discretization {
         matches!(self, Self::Zoh | Self::Foh)
     }
 
-    /// Whether a step uses the voltage at its end too.
+    /// Returns whether a step uses the voltage at its end too.
     #[must_use]
     pub fn uses_next_input(self) -> bool {
         self == Self::Foh
@@ -64,17 +64,17 @@ named! {
     }
 }
 
-/// How a continuous motor with some input is turned into one step.
+/// A one-step method: the discretization and the input of a continuous motor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Method {
     /// The one-step method.
     pub discretization: Discretization,
-    /// What drives the motor.
+    /// The input of the motor: its voltage, or its current.
     pub input: Input,
 }
 
 impl Method {
-    /// Whether a step uses the input at its end too.
+    /// Returns whether a step uses the input at its end too.
     #[must_use]
     pub fn uses_next_input(self) -> bool {
         self.discretization.uses_next_input()
@@ -200,7 +200,7 @@ pub fn step_maps<T: Number, const N: usize>(
     maps
 }
 
-/// How often a step must be halved for the spectral radius of `M` to be at most 1; a map without a finite radius is
+/// Returns the number of halvings of a step after which the spectral radius of `M` is at most 1; a map without a finite radius is
 /// left alone and ends as NaN.
 #[inline(always)]
 fn halvings_needed(m: [f64; 4]) -> u32 {

@@ -4,7 +4,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// What step maps are made of.
+/// Numbers of which step maps are made.
 pub trait Number:
     Copy
     + Add<Output = Self>

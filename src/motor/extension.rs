@@ -17,7 +17,7 @@ enum Kind {
     Electrical,
 }
 
-/// What recordings must hold so that an extension may be chosen for them.
+/// Signals that recordings need for an extension to be selected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Needs {
     /// Nothing more than an output.

@@ -147,7 +147,7 @@ impl Parameter {
         self.facts().name
     }
 
-    /// Whether it belongs to an extension, and not to the linear motor.
+    /// Returns whether it belongs to an extension, and not to the linear motor.
     #[must_use]
     pub fn is_extension(self) -> bool {
         self as usize >= Self::ALL.len()
@@ -159,7 +159,7 @@ impl Parameter {
         self.facts().neutral
     }
 
-    /// Whether it can have this value: positive for the five of the motor.
+    /// Returns whether it can have this value: positive for the five of the motor.
     #[must_use]
     pub fn admits(self, value: f64) -> bool {
         let (lowest, above) = self.facts().lowest;
@@ -172,7 +172,7 @@ impl Parameter {
         self.facts().lowest.0
     }
 
-    /// What it can be, in words.
+    /// Returns the domain of its values, in words.
     #[must_use]
     pub fn domain(self) -> &'static str {
         match self.facts().lowest {

@@ -5,7 +5,7 @@
 use super::discretize::{Method, StepMap};
 use super::linear::Parameters;
 
-/// What drives a simulation: samples of voltage and load torque with the steps between them.
+/// The input of a simulation: samples of voltage and load torque with the steps between them.
 #[derive(Debug, Clone, Copy)]
 pub struct Drive<'a> {
     /// The distinct steps \[s\].

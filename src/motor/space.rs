@@ -16,7 +16,7 @@ pub enum Scope {
 }
 
 impl Scope {
-    /// Whether it holds for the recording of this index.
+    /// Returns whether it holds for the recording of this index.
     #[must_use]
     pub fn covers(self, recording: u32) -> bool {
         self == Self::Shared || self == Self::Recording(recording)
@@ -59,7 +59,7 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Whether estimates move along its logarithm: the five of the motor, whose sizes are not known beforehand. Others
+    /// Returns whether estimates move along its logarithm: the five of the motor, whose sizes are not known beforehand. Others
     /// may be zero or negative and move along their range.
     fn is_logarithmic(&self) -> bool {
         !self.parameter.is_extension()
@@ -78,7 +78,7 @@ impl Axis {
         value.max(self.min).min(self.max)
     }
 
-    /// What the value changes by, per unit of the coordinate.
+    /// Returns the derivative of the value by the coordinate.
     #[must_use]
     pub fn slope(&self, value: f64) -> f64 {
         if self.is_logarithmic() { value } else { self.max - self.min }

@@ -24,7 +24,7 @@ search! {
     pub struct JayaOptions {
         /// Who shares a draw of r₁ and r₂: all agents of a generation, or the axes of one agent.
         sharing: Sharing = Sharing::Generation, "sharing" in Range::Choice(&["generation", "agent"]);
-        /// Whether a move that raises the cost is taken back (Rao's algorithm). Without it the search is not Jaya any
+        /// True if a move that raises the cost is taken back (Rao's algorithm). Without it the search is not Jaya any
         /// more; it reproduces the paper's results.
         greedy: bool = true, "greedy" in SWITCH;
     }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::ops::{ControlFlow, Range};
 
-/// What evaluates populations, one for each run (empty where a run has none in this call). A closure that writes the
+/// Evaluation of populations, one for each run (empty where a run has none in this call). A closure that writes the
 /// costs, run after run, is one.
 pub trait Evaluate {
     /// Begins populations. They are finished in the order in which they were begun.
@@ -27,7 +27,7 @@ pub trait Evaluate {
     /// Ends the search.
     fn finish(&mut self, populations: &[Candidates<'_>], costs: &mut [f64]) -> Result<()>;
 
-    /// Whether something is gained by beginning populations before others are finished.
+    /// Returns whether something is gained by beginning populations before others are finished.
     fn overlaps(&self) -> bool {
         false
     }
@@ -42,7 +42,7 @@ impl<F: FnMut(&[Candidates<'_>], &mut [f64]) -> Result<()>> Evaluate for F {
 /// Sees every finished generation and may end the search.
 pub type Observe<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + 'a;
 
-/// How far and in what pieces searches go.
+/// The budget of searches, and the pieces in which they are run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
     /// Generations, the first population included.
@@ -135,7 +135,7 @@ struct Part {
     /// Rows that have been begun and finished.
     begun: usize,
     done: usize,
-    /// Whether the generation has any piece begun: one without candidates has a piece too.
+    /// True if the generation has any piece begun: one without candidates has a piece too.
     open: bool,
 }
 

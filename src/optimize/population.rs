@@ -13,7 +13,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 /// The most values (agents × axes) of one population: 1 GiB of them.
 pub(super) const VALUES_MAX: usize = 1 << 27;
 
-/// What every search is given.
+/// Settings of every search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SearchSettings {
     /// `(min, max)` of each axis.
@@ -34,7 +34,7 @@ impl SearchSettings {
         Error::usage(message, format!("Give fewer, at most {}.", VALUES_MAX / self.bounds.len()))
     }
 
-    /// Whether a search can be set up like this.
+    /// Returns whether a search can be set up like this.
     ///
     /// # Errors
     /// `Usage` for an empty box, no agents or generations, or more than fit.

@@ -38,7 +38,7 @@ named! {
     }
 }
 
-/// What an observer sees after each generation.
+/// The state of a search after a generation, for observers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     /// Generations done.

@@ -6,7 +6,7 @@ use rand::{Rng as _, SeedableRng as _};
 use rand_xoshiro::SplitMix64;
 use rayon::prelude::*;
 
-/// How points are laid.
+/// Samples of a box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sampling {
     /// Independent, uniform in the box.
@@ -66,7 +66,7 @@ impl Sample {
         Ok(Self { sampling, bounds, count, side: number, rectangle, keys })
     }
 
-    /// How many points.
+    /// Returns the number of points.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.count

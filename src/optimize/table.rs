@@ -26,7 +26,7 @@ pub struct Search {
 pub struct Hyperparameter {
     /// Its name.
     pub name: &'static str,
-    /// What it is, a sentence.
+    /// A sentence that describes it.
     pub text: &'static str,
     /// The values that it may have.
     pub range: Range,

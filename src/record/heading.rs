@@ -5,7 +5,7 @@ use crate::text::{alternatives, quoted};
 use crate::{Error, Result};
 use std::fmt;
 
-/// What a column holds.
+/// Quantities that a column may hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Quantity {
@@ -104,7 +104,7 @@ const POSITION: Facts = Facts {
 impl Quantity {
     /// Those of a recording, in the order of the canonical file.
     pub const ALL: [Self; 5] = [Time, Voltage, Current, Speed, Torque];
-    /// What a column may hold.
+    /// Quantities that a column may hold.
     pub(super) const COLUMNS: [Self; 6] = [Time, Voltage, Current, Speed, Torque, Position];
 
     const fn facts(self) -> Facts {
@@ -135,7 +135,7 @@ impl Quantity {
         self.facts().key
     }
 
-    /// What turns a value in `unit` into SI.
+    /// Returns the factor from a unit to SI.
     pub(super) fn factor(self, unit: &str) -> Option<f64> {
         let unit = unit.trim().to_lowercase().replace(['µ', 'μ'], "u").replace(['·', '*', ' '], "");
         let known = self.facts().units.iter().find(|(_, names)| names.contains(&unit.as_str())).map(|row| row.0);
@@ -179,7 +179,7 @@ impl fmt::Display for Quantity {
 /// A column named by the user: what it holds, its heading, its unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColumnRequest {
-    /// What it holds.
+    /// The quantity that it holds.
     pub quantity: Quantity,
     /// `HEADING[*NUMBER…][:UNIT]` or `HEADING:LOW..HIGH`, as given.
     pub name: String,
@@ -251,7 +251,7 @@ fn comma(text: &str, start: usize, from: usize) -> Option<usize> {
 /// Longer headings are prose.
 const HEADING_MAX: usize = 200;
 
-/// What a heading says: its quantity and the unit it names, if any.
+/// Returns the quantity of a heading and the unit it names, if any.
 ///
 /// The unit is what stands in brackets, or the longest run of words behind the first that is a unit of the quantity
 /// that the other words mean: `Current (mA)`, `t[ms]`, `speed_rad_s`, `I/mA`, `current_mA_rms`.

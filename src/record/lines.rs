@@ -35,13 +35,13 @@ impl Lines {
         line.checked_add((sample - first) as u64)
     }
 
-    /// How many samples have a line.
+    /// Returns the number of samples that have a line.
     #[must_use]
     pub fn len(&self) -> usize {
         self.count
     }
 
-    /// Whether samples have no lines.
+    /// Returns whether samples have no lines.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.count == 0

@@ -31,7 +31,7 @@ use crate::setting::text;
 use crate::{Error, Result};
 use std::path::PathBuf;
 
-/// How many samples a recording may have.
+/// The largest number of samples of a recording.
 pub const SAMPLES_MAX: usize = 100_000_000;
 
 /// The largest |value| that a signal may have in SI units; squares of it still add up to a finite number.
@@ -52,15 +52,15 @@ pub fn driver(records: &[Record]) -> Quantity {
 /// A column as it was understood.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Column {
-    /// What it holds.
+    /// The quantity that it holds.
     pub quantity: Quantity,
     /// Its heading in the file.
     pub heading: String,
-    /// What its cells were converted by, for people; empty where they were taken as they are.
+    /// The conversion of its cells, for people; empty where there was none.
     pub conversion: String,
     /// Its unit as understood.
     pub unit: String,
-    /// Whether the unit was named or taken to be SI.
+    /// True if the unit was named or taken to be SI.
     pub unit_named: bool,
 }
 
@@ -79,9 +79,9 @@ pub struct Source {
     pub lines: Lines,
     /// Columns of the file that were not used.
     pub ignored: Vec<String>,
-    /// What was left out, put together or prepared, in words.
+    /// Notes on what was left out, joined or prepared.
     pub notes: Vec<String>,
-    /// Whether the file ends without a line end, so that its last number may be cut off.
+    /// True if the file ends without a line end, so that its last number may be cut off.
     pub last_line_open: bool,
 }
 
@@ -190,7 +190,7 @@ impl Record {
         &self.slope
     }
 
-    /// Whether values stand between samples that were measured.
+    /// Returns whether values stand between samples that were measured.
     #[must_use]
     pub fn is_interpolated(&self) -> bool {
         self.interpolated
@@ -260,7 +260,7 @@ impl Record {
         [current, self.samples.speed.as_deref()]
     }
 
-    /// What is the input: the voltage, or the current where no voltage was recorded.
+    /// Returns the quantity of the input: the voltage, or the current where no voltage was recorded.
     #[must_use]
     pub fn driver(&self) -> Quantity {
         self.samples.driver()
@@ -272,7 +272,7 @@ impl Record {
         self.samples.input()
     }
 
-    /// How many samples.
+    /// Returns the number of samples.
     #[must_use]
     pub fn len(&self) -> usize {
         self.samples.time_s.len()

@@ -7,12 +7,12 @@ use crate::text::excerpt;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 
-/// How files are read and prepared.
+/// Options of reading and preparing files.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Reading {
-    /// How they are read.
+    /// Options of reading.
     pub options: ReadOptions,
-    /// What is done to each recording.
+    /// The preparation of each recording.
     pub preparation: Preparation,
 }
 

@@ -86,7 +86,7 @@ impl Samples {
         }
     }
 
-    /// Whether there are samples, of one length, of an input and an output.
+    /// Returns whether there are samples, of one length, of an input and an output.
     pub(super) fn check_shape(&self) -> Result<()> {
         let count = self.time_s.len();
         if count < 2 {

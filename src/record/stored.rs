@@ -4,10 +4,10 @@ use super::{Excluded, Record, SAMPLES_MAX, Samples, Source};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// What the bytes begin with; another version begins otherwise.
+/// The first bytes; another version has others.
 const MAGIC: &[u8] = b"motorfit record 2\n";
 
-/// What stands before the numbers.
+/// The header before the numbers.
 #[derive(Serialize, Deserialize)]
 struct Head {
     source: Source,

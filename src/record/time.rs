@@ -7,7 +7,7 @@ use crate::setting::{Text, text};
 use crate::{Error, Result};
 
 named! {
-    /// What becomes of gaps in time.
+    /// Treatment of gaps in time.
     pub enum Gaps (default Error) {
         /// Bad data.
         Error = "error",
@@ -185,7 +185,7 @@ pub(crate) fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
-/// Whether all times lie on a regular grid.
+/// Returns whether all times lie on a regular grid.
 fn is_on_grid(time_s: &[f64], period_s: f64) -> bool {
     let on_grid = |n: usize, t: f64| ((t - time_s[0]) / period_s - count(n)).abs() <= TIME_JITTER_UNIFORM;
     time_s.iter().enumerate().all(|(n, &t)| on_grid(n, t))

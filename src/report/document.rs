@@ -91,9 +91,9 @@ pub(super) fn joined(mut first: Value, others: Value) -> Value {
 
 /// The JSON document of an evaluation.
 pub struct EvaluateDocument {
-    /// How many were evaluated.
+    /// The number of candidates evaluated.
     pub candidates: u64,
-    /// Whether the user ended it early.
+    /// True if the user ended it early.
     pub interrupted: bool,
     /// In how many seconds, all in all.
     pub seconds: f64,
@@ -127,7 +127,7 @@ impl EvaluateDocument {
     }
 }
 
-/// What a candidate means: values by symbol, lists of them where each recording has its own.
+/// Returns the values of a candidate by symbol, as lists where each recording has its own.
 fn meant(problem: &Problem, candidate: &[f64]) -> Value {
     let space = problem.space();
     let extensions = space.free().iter().map(|axis| axis.parameter).chain(space.fixed().iter().map(|(p, _, _)| *p));

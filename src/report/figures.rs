@@ -11,7 +11,7 @@ use crate::record::{Quantity, Record};
 use crate::report::compare::quartiles;
 use crate::study::compare::{Block, Comparison, MethodEstimates, MethodResult, Reached, reached};
 
-/// What a model does under the inputs of a recording: current and speed.
+/// Simulates a model under the inputs of a recording: current and speed.
 #[must_use]
 pub fn model(record: &Record, parameters: &Parameters, initial: [f64; 2], how: Discretization) -> [Vec<f64>; 2] {
     // As the fit has it: prepared recordings bring their own inputs.

@@ -1,4 +1,4 @@
-//! What an identification has beside its parameters in words: feedforward characteristics, tests of the residuals,
+//! Parts of an identification in words: feedforward characteristics, tests of the residuals,
 //! repeatability.
 
 use crate::analysis::{Characteristic, Characteristics, NoiseFloor, Regression, ResidualTest, ResidualTests};
@@ -36,7 +36,7 @@ pub(super) fn with_error(c: Characteristic) -> String {
     format!("{}{error}", significant(c.value, 5))
 }
 
-/// Whether residuals are white and independent of the voltage, over recordings: both channels, where they are tested.
+/// Returns whether residuals are white and independent of the voltage, over recordings: both channels, where they are tested.
 #[must_use]
 pub fn verdicts(tests: &[ResidualTests]) -> [String; 2] {
     let of = |verdict: &dyn Fn(&ResidualTest) -> Option<bool>| {

@@ -13,11 +13,11 @@ pub struct Figure {
     pub id: String,
     /// The drawing, as our plots make it.
     pub svg: String,
-    /// What it shows, for those who do not see it.
+    /// The alternative text, for readers who do not see it.
     pub alternative: String,
-    /// What is said below it.
+    /// The caption.
     pub caption: String,
-    /// Whether it is a map with writing on its colours: small, and on paper white also in the dark.
+    /// True if it is a map with writing on its colours: small, and on paper white also in the dark.
     pub map: bool,
 }
 
@@ -45,9 +45,9 @@ pub enum Part {
 pub struct Item {
     /// Its number and sort.
     pub name: String,
-    /// Whether it must not be overlooked.
+    /// True if it must not be overlooked.
     pub grave: bool,
-    /// What it is.
+    /// A description.
     pub text: String,
     /// Where it is, and what else there is to say.
     pub details: Vec<(String, String)>,
@@ -58,7 +58,7 @@ pub struct Item {
 pub struct Section {
     /// The heading.
     pub heading: String,
-    /// What it holds.
+    /// The quantity that it holds.
     pub parts: Vec<Part>,
 }
 
@@ -148,7 +148,7 @@ fn item(item: &Item) -> Markup {
     }
 }
 
-/// Whether a column of a table holds words rather than numbers.
+/// Returns whether a column of a table holds words rather than numbers.
 fn is_words(table: &Table, column: usize) -> bool {
     let number = |cell: &String| cell.starts_with(|c: char| c.is_ascii_digit() || "+-−±–∞<>≤≥".contains(c));
     let cells = || table.rows.iter().filter_map(|row| row.get(column)).filter(|cell| !cell.is_empty());
@@ -205,7 +205,7 @@ impl Figure {
     }
 }
 
-/// What kuva calls the places that it clips to, before a number that goes on from drawing to drawing.
+/// The beginning of kuva's names of clip paths, before a number that goes on from drawing to drawing.
 const CLIP: &str = "kuva-clip-";
 
 /// A drawing whose own names follow from what it draws: the same drawing is the same text, and two on one page do not

@@ -15,7 +15,7 @@ use crate::study::compare::{Block, Comparison};
 use crate::text::{engineering, significant};
 use crate::warning::Warning;
 
-/// How a result was made.
+/// The command and the settings that reproduce a result.
 #[derive(Debug, Clone)]
 pub struct Reproduced {
     /// The command line.
@@ -32,7 +32,7 @@ fn warnings(list: &[Warning]) -> Vec<Part> {
     list.iter().filter(|w| w.severity == Severity::Report).map(|w| Part::Warning(w.spelled(command_line))).collect()
 }
 
-/// How to make it again.
+/// Returns the section on reproducing a result.
 pub(super) fn reproduce<'a>(
     records: impl IntoIterator<Item = &'a Record>,
     how: &Reproduced,

@@ -8,13 +8,13 @@ use std::fmt::Write as _;
 pub struct Table {
     /// A short name for files and links.
     pub id: String,
-    /// What it shows, with its unit.
+    /// The title, with the unit.
     pub title: String,
     /// Headings.
     pub heads: Vec<String>,
     /// Rows of as many cells.
     pub rows: Vec<Vec<String>>,
-    /// What must be said below it.
+    /// Notes below it.
     pub notes: Vec<String>,
 }
 

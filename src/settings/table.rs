@@ -34,32 +34,32 @@ pub struct Row {
     pub setting: Setting,
     /// The form of its value.
     pub kind: Kind,
-    /// What it belongs to.
+    /// The topic.
     pub topic: &'static str,
     /// A word that stands for its value.
     pub stands: &'static str,
     /// The value that it has where none is given, as it is written.
     pub default: Option<&'static str>,
-    /// What it is, a sentence without a full stop.
+    /// A description, without a full stop.
     pub text: Text,
     /// A value, as it is written.
     pub example: &'static str,
 }
 
-/// How recordings are read and prepared.
+/// Settings of reading and preparing recordings.
 pub const READING: [Setting; 11] = {
     use Setting::{BadRows, Columns, Crop, Decimate, DropRepeats, Filter, Gaps, Mask, Offset, Rate, Sheet};
     [Columns, Rate, Sheet, BadRows, Gaps, DropRepeats, Crop, Offset, Mask, Decimate, Filter]
 };
-/// How the optimum is found and refined.
+/// Settings of the search and the refinement.
 pub const SEARCH: [Setting; 6] =
     [Setting::Method, Setting::Polish, Setting::Population, Setting::Generations, Setting::Seed, Setting::Set];
-/// What candidates are evaluated on.
+/// Settings of the problem.
 pub const PROBLEM: [Setting; 10] = {
     use Setting::{Bounds, Criterion, Discretization, Fix, Initial, Noise, PerRecording, Scale, TimeOrigin, With};
     [Bounds, Fix, Criterion, Scale, Noise, TimeOrigin, With, PerRecording, Discretization, Initial]
 };
-/// What evaluates them.
+/// The device that evaluates candidates.
 pub const DEVICE: [Setting; 3] = [Setting::Device, Setting::Precision, Setting::Threads];
 
 fn choice<T: Named>() -> Kind {

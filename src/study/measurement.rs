@@ -1,4 +1,4 @@
-//! What a bench measured, and what follows from it.
+//! Measurements of a bench, and conclusions from them.
 //!
 //! A figure is the median over rounds with its interval of 95 % by order statistics, which supposes nothing about how
 //! times are distributed. One contender is measured twice, as a control: where the two differ by more than their
@@ -88,7 +88,7 @@ pub enum Crossover {
     Unknown,
 }
 
-/// How many of `n` sorted values lie outside an interval that covers the median with 95 % on each side: as many as n
+/// Returns the number of `n` sorted values outside an interval that covers the median with 95 % on each side: as many as n
 /// coins show heads at most with a chance of 2.5 %.
 fn outside(n: usize) -> usize {
     let mut probability = 0.5_f64.powi(i32::try_from(n).unwrap_or(i32::MAX));
@@ -124,7 +124,7 @@ pub struct Throughput {
     pub measurements: Vec<Measurement>,
     /// Multiply–adds a second of one core, measured in the same run; `None` without FMA.
     pub fma_peak: Option<f64>,
-    /// Whether the observer ended it early.
+    /// True if the observer ended it early.
     pub interrupted: bool,
 }
 
@@ -167,7 +167,7 @@ impl Throughput {
         }
     }
 
-    /// How far the two measurements of the same evaluator are apart.
+    /// Returns the difference between two measurements of the same evaluator.
     #[must_use]
     pub fn control(&self) -> Option<Control> {
         let contender = self.baseline()?;
@@ -183,7 +183,7 @@ impl Throughput {
         Some(Control { contender, cases: pairs.len(), apart, difference })
     }
 
-    /// What `auto` chooses by; `None` where the CPU was not measured.
+    /// Returns the throughput by which `auto` chooses; `None` where the CPU was not measured.
     #[must_use]
     pub fn paces(&self) -> Option<ThroughputProfile> {
         let pace = |n: usize| {

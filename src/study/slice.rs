@@ -16,7 +16,7 @@ pub struct CostMap {
     pub ranges: [[f64; 2]; 2],
     /// The cost at the points of a grid that includes the ends: row by row, the first parameter along a row.
     pub costs: Vec<Vec<f64>>,
-    /// What was identified.
+    /// The identification.
     pub found: Identification,
 }
 

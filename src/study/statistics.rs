@@ -76,7 +76,8 @@ pub(super) fn holm(p_values: &[f64]) -> Vec<f64> {
     adjusted
 }
 
-/// How often a value of `a` is smaller than one of `b`, ties half (A. Vargha, H. D. Delaney 2000); NaN without values.
+/// Returns the probability that a value of `a` is smaller than one of `b`, ties half (A. Vargha, H. D. Delaney 2000); NaN
+/// without values.
 pub(super) fn superiority(a: &[f64], b: &[f64]) -> f64 {
     let pairs = a.iter().flat_map(|x| b.iter().map(move |y| (x, y)));
     let wins = pairs.map(|(x, y)| match x.total_cmp(y) {

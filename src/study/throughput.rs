@@ -1,4 +1,4 @@
-//! How many candidate-steps a second each evaluator of this machine does, end to end, over population sizes.
+//! Throughput of this machine's evaluators in candidate-steps per second, end to end, over population sizes.
 //!
 //! All contenders of a case are measured in turn, in an order drawn anew for every second round and then taken backwards,
 //! so that a machine that slows down or speeds up does so for all, and nobody always follows the same neighbour. Short
@@ -23,7 +23,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// What is measured.
+/// Settings of a bench.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ThroughputSpec {
     /// Candidates in a batch.
@@ -45,7 +45,7 @@ const TIMED: usize = 5;
 pub(super) const POPULATION_MAX: usize = (1 << 27) / 5;
 
 impl ThroughputSpec {
-    /// Whether it can be measured; the same size twice is one.
+    /// Returns whether it can be measured; the same size twice is one.
     ///
     /// # Errors
     /// `Usage` where not.

@@ -14,7 +14,7 @@ const STRENGTHS: [f64; 3] = [3.0, 10.0, 30.0];
 /// A fault of an amount, put into the recording of a bench; `None` where the excitation cannot have it.
 type Graded = fn(&mut Bench, f64) -> Option<Record>;
 
-/// What a fit is told: where the speed alone is measured, the winding and the motor constant are known.
+/// Returns the settings of a fit: where the speed alone is measured, the winding and the motor constant are known.
 fn spec(bench: &Bench, has_current: bool, with: With) -> IdentifySpec {
     let motor = bench.varied.motor;
     let known = [(Parameter::R, motor.r), (Parameter::L, motor.l), (Parameter::K, motor.k)];

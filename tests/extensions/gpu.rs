@@ -11,7 +11,7 @@ use motorfit::motor::{Axis, Parameter, Parameters, Scope, Space};
 use motorfit::record::Record;
 use std::sync::Arc;
 
-/// What each precision may be off, ten times what a software adapter is: in f64 sums are in another order; f32 keeps 6e-8
+/// The tolerance of each precision, ten times the error of a software adapter: in f64 sums are in another order; f32 keeps 6e-8
 /// of a signal, grown by thousands of steps.
 const PRECISIONS: [(Precision, f64); 2] = [(Precision::F64, 1e-12), (Precision::F32, 3e-4)];
 

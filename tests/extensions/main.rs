@@ -1,5 +1,6 @@
 //! Proves: what extensions mean (closed forms, shifted inputs, finer simulations); that every evaluator of the CPU and of
-//! GPUs means what the oracle means with any of them; that derivatives are those of differences; that extensions are recovered from
+//! GPUs means what the oracle means with any of them; that derivatives are those of differences; that extensions are recovered
+//! from
 //! recordings of known truth, with standard errors that hold.
 //! Does not prove: that real motors are like that (see real.rs).
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
@@ -25,7 +26,7 @@ fn excitation(count: u32, h: f64, volts: impl FnMut(u32) -> f64) -> Excitation {
     Excitation { time_s, voltage: (0..count).map(volts).collect(), torque: None }
 }
 
-/// What the motor of the paper does with these extensions.
+/// Simulates the motor of the paper with these extensions.
 fn driven(motor: &Extended, excitation: &Excitation) -> Record {
     simulated(*motor, excitation, Discretization::Zoh).unwrap()
 }

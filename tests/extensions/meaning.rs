@@ -1,4 +1,4 @@
-//! What the oracle means by each extension.
+//! The meaning of each extension in the oracle.
 
 use super::{driven, excitation, with};
 use motorfit::experiment::{Excitation, simulated};

@@ -13,7 +13,7 @@ use motorfit::optimize::GwoOptions;
 use motorfit::record::Record;
 use rayon::prelude::*;
 
-/// What is recovered.
+/// Parameters that are recovered.
 const TRUTH: [(Parameter, f64); 11] = [
     (Parameter::Coulomb, 0.012),
     (Parameter::Load, 0.007),

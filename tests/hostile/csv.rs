@@ -168,7 +168,7 @@ impl Maker {
     }
 }
 
-/// What every recording promises.
+/// Checks the invariants of a recording.
 fn check(record: &Record) -> bool {
     let samples = record.samples();
     let finite = |(_, signal): (_, &[f64])| signal.len() == record.len() && signal.iter().all(|v| v.is_finite());

@@ -1,4 +1,4 @@
-//! What test files share: the M2 experiment, candidates, evaluation of one group.
+//! Shared by test files: the M2 experiment, candidates, evaluation of one group.
 #![allow(dead_code, reason = "each test file uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 

@@ -85,7 +85,7 @@ pub fn mixed_records() -> Vec<motorfit::record::Record> {
     ]
 }
 
-/// What every evaluator does at the edges, `relative` being its error: recordings that lack a channel, are at rest, or
+/// Checks an evaluator at the edges, `relative` being its error: recordings that lack a channel, are at rest, or
 /// have two samples; candidates that are no motors.
 pub fn edges(evaluator: &mut dyn Evaluator, relative: f64) -> std::result::Result<(), String> {
     let record = m2_record();

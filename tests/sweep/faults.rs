@@ -1,4 +1,4 @@
-//! What goes wrong costs no more than it must, and is said.
+//! Faults cost no more than they must, and are reported.
 
 use super::*;
 use std::process::Command;

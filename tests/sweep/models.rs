@@ -14,7 +14,7 @@ fn recordings() -> Folder {
     folder
 }
 
-/// What a run finds by `identify`, as its exit code and its document.
+/// Returns the result of `identify` for a run, as its exit code and its document.
 pub(super) fn identified(folder: &Folder, line: &Value, files: &[&str], flags: &[&str]) -> (i32, Value) {
     let paths: Vec<String> = files.iter().map(|file| folder.path(file)).collect();
     let mut args: Vec<String> = vec!["identify".to_owned()];
@@ -31,7 +31,7 @@ pub(super) fn identified(folder: &Folder, line: &Value, files: &[&str], flags: &
     (output.status.code().unwrap(), serde_json::from_slice(&output.stdout).unwrap_or_default())
 }
 
-/// What `identify` says of a parameter that a line names.
+/// Returns the estimate by `identify` of a parameter that a line names.
 fn estimate<'a>(found: &'a Value, name: &str) -> &'a Value {
     let (symbol, index) = name.trim_end_matches(']').split_once('[').unwrap_or((name, ""));
     let all = &found["parameters"][symbol];

@@ -1,4 +1,4 @@
-//! What a sweep finds.
+//! Results of sweeps.
 
 use super::*;
 use std::collections::BTreeSet;

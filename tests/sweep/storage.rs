@@ -147,7 +147,7 @@ fn a_damaged_log_costs_the_lines_that_are_hit() {
     assert!(mended > 490, "{mended}");
 }
 
-/// Whether a line stands in a file as a line of its own.
+/// Returns whether a line stands in a file as a line of its own.
 fn memmem(file: &[u8], line: &[u8]) -> bool {
     file.split_inclusive(|b| *b == b'\n').any(|found| found == line)
 }

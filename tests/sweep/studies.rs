@@ -1,4 +1,4 @@
-//! What is wrong with a study is said with its line.
+//! Faults of a study are reported with their line.
 
 use super::*;
 

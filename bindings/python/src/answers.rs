@@ -7,7 +7,7 @@ use pyo3::{IntoPyObjectExt as _, prelude::*};
 /// An answer of any kind.
 pub type Answer<'py> = PyResult<Bound<'py, PyAny>>;
 
-/// What a result of type `T` answers, by name.
+/// The attributes of a result of type `T`, by name.
 pub type Table<T> = &'static [(&'static str, for<'py> fn(&T, Python<'py>) -> Answer<'py>)];
 
 /// A result that was found here, or the answers of one that was found in another process.
@@ -58,10 +58,10 @@ pub fn given<'py>(py: Python<'py>, answer: impl IntoPyObject<'py>) -> Answer<'py
     answer.into_bound_py_any(py)
 }
 
-/// What pickle makes an object of again: a function, and what it is called with.
+/// The function and arguments from which pickle restores an object.
 pub type Reduced<'py, S> = PyResult<(Bound<'py, PyAny>, (S,))>;
 
-/// How pickle makes an object again: by `_restore(state)` of its class.
+/// Returns the way to restore an object: `_restore(state)` of its class.
 pub fn reduced<'py, T, S>(of: &Bound<'py, T>, state: S) -> Reduced<'py, S> {
     Ok((of.as_any().get_type().getattr("_restore")?, (state,)))
 }

@@ -60,13 +60,13 @@ pub fn read(numbers: &Bound<'_, PyAny>, what: &str, values: &mut Vec<f64>) -> Py
     Ok(array.shape().to_vec())
 }
 
-/// Whether every number is where the processor reads it.
+/// Returns whether every number is where the processor reads it.
 fn is_aligned(array: &Bound<'_, PyArrayDyn<f64>>) -> bool {
     let size = size_of::<f64>().cast_signed();
     array.data().align_offset(align_of::<f64>()) == 0 && array.strides().iter().all(|stride| stride % size == 0)
 }
 
-/// What numpy makes of it: real numbers, aligned and in C order.
+/// Converts it by numpy to real numbers, aligned and in C order.
 fn converted<'py>(numbers: &Bound<'py, PyAny>, what: &str) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let numpy = numbers.py().import("numpy")?;
     if numpy.getattr("ma")?.call_method1("is_masked", (numbers,))?.is_truthy()? {

@@ -33,7 +33,7 @@ const COMPARE: [&str; 16] = [
     "precision",
     "threads",
 ];
-/// What the paper's set-up says already.
+/// Keywords that the paper's set-up fixes.
 const OF_PRESET: [&str; 7] = ["methods", "criteria", "population", "generations", "set", "bounds", "fix"];
 
 /// Compares methods on recordings of one motor: the same number of runs of each under every setting, paired by their first

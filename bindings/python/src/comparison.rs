@@ -1,4 +1,4 @@
-//! What a comparison of methods found.
+//! Results of a comparison of methods.
 
 use crate::answers::{Answer, Held, given, result};
 use crate::arrays::{array, rows};
@@ -30,20 +30,20 @@ result! {
     properties {
         /// A block for each setting.
         blocks = |of, py| given(py, of.blocks());
-        /// What errors are relative to, in SI units: the true parameters of the simulated motor, else the refined estimate;
+        /// Returns parameters to which errors are relative, in SI units: those of the simulated motor, else the refined estimate;
         /// `None` without either.
         expected = |of, py| motor(py, of.compared.expected().as_ref());
         /// The Steiglitz–McBride estimate beside the searches, in SI units; `None` where it was not asked for or failed.
         steiglitz_mcbride = |of, py| motor(py, of.compared.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok()));
-        /// What evaluated: cpu or gpu, its name, its numbers.
+        /// Returns the device that evaluated: its kind (cpu or gpu), its name, its precision.
         device = |of, py| given(py, of.compared.device.clone());
         /// Candidates evaluated.
         evaluations = |of, py| given(py, of.compared.evaluations);
         /// Seconds that all runs took, as one batch.
         seconds = |of, py| given(py, of.compared.batch_seconds);
-        /// Whether the callback ended it early.
+        /// Returns whether the callback ended it early.
         interrupted = |of, py| given(py, of.compared.interrupted);
-        /// What the reader should know: texts.
+        /// Returns warnings for the reader, as texts.
         warnings = |of, py| given(py, of.compared.warnings.iter().map(|warning| warning.spelled(keyword)).collect::<Vec<_>>());
     }
     methods {

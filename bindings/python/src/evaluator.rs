@@ -37,7 +37,7 @@ pub struct Evaluator {
     lock: ExclusiveLock,
     /// Room for candidates, kept from one call to the next.
     room: Mutex<Vec<f64>>,
-    /// How many threads; one is the caller's.
+    /// The number of threads; one is the caller's.
     threads: Option<usize>,
     pool: Pool,
     process: u32,
@@ -46,7 +46,7 @@ pub struct Evaluator {
     /// Candidate-steps of a candidate.
     steps: usize,
     device: (String, String, String),
-    /// What it was made of: recordings and keywords.
+    /// The recordings and keywords that it was made of.
     made_of: (Py<PyTuple>, Py<PyDict>),
 }
 
@@ -99,7 +99,7 @@ impl Evaluator {
         self.bounds.clone()
     }
 
-    /// What evaluates: cpu or gpu, its name, its numbers.
+    /// Returns the device that evaluates: its kind (cpu or gpu), its name, its precision.
     #[getter]
     fn device(&self) -> (String, String, String) {
         self.device.clone()

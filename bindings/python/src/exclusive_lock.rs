@@ -6,7 +6,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::ThreadId;
 use std::time::Duration;
 
-/// How often one that waits looks for signals.
+/// Interval between looks for signals while waiting.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// A lock that one thread of this process holds.

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 #[pyclass(frozen, module = "motorfit")]
 pub struct Svg {
     svg: String,
-    /// What it shows.
+    /// The title.
     #[pyo3(get)]
     caption: String,
 }

@@ -27,7 +27,7 @@ impl Cells {
 pub struct Frame {
     /// The text of a CSV file. Numbers are written so that they are read back as they are.
     pub text: String,
-    /// What Python holds that files do not: stamps of time, and the name of an index.
+    /// Facts that Python has and files lack: stamps of time, and the name of an index.
     hints: Vec<String>,
 }
 

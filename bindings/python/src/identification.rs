@@ -1,4 +1,4 @@
-//! What the main job found.
+//! The result of an identification.
 
 use crate::answers::{Answer, Held, given, result};
 use crate::arrays::{array, rows};
@@ -22,7 +22,7 @@ struct Found {
 }
 
 result! {
-    /// What was found. Values in SI units: R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m². It pickles.
+    /// The result. Values are in SI units: R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m². It pickles.
     Identification of Found;
     properties {
         /// Value of each parameter, by its symbol; `None` where the recordings do not tell it.
@@ -45,7 +45,7 @@ result! {
         fit_percent = Found::fit_percent;
         /// The level of trust in the standard errors: "good", "check" or "poor".
         trust = |of, py| given(py, of.found.trust.level.name());
-        /// What the reader should know: texts.
+        /// Returns warnings for the reader, as texts.
         warnings = |of, py| given(py, of.found.warnings.iter().map(|warning| warning.spelled(keyword)).collect::<Vec<_>>());
         /// The recordings that it was fitted to.
         records = |of, py| given(py, of.records.iter().cloned().map(crate::record::Record).collect::<Vec<_>>());

@@ -39,7 +39,7 @@ pub struct Optimizer {
 
 struct Search {
     optimizer: Box<dyn motorfit::optimize::Optimizer>,
-    /// Whether candidates were asked for that are not told of.
+    /// True if candidates were asked for that are not told of.
     is_asked: bool,
 }
 

@@ -1,9 +1,9 @@
-//! What `motorfit bench` measured of this machine, for the device `auto`.
+//! Throughput that `motorfit bench` measured on this machine, for the device `auto`.
 
 use etcetera::BaseStrategy as _;
 use motorfit::device::ThroughputProfile;
 
-/// What was measured, if it is there, of this processor and of this version.
+/// Returns the measured throughput of this processor and version, if it is there.
 pub fn paces() -> Option<ThroughputProfile> {
     let folder = etcetera::choose_base_strategy().ok()?.cache_dir();
     let text = std::fs::read_to_string(folder.join("motorfit").join("bench.json")).ok()?;

@@ -13,15 +13,15 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel, sync_channel}
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// How often signals are looked for.
+/// Interval between looks for signals.
 const LOOK: Duration = Duration::from_millis(20);
-/// How long work may take to stop once it was interrupted; after that it is left to end by itself.
+/// The time in which interrupted work may stop; after that it is left to end by itself.
 const PATIENCE: Duration = Duration::from_millis(200);
 
-/// How often work that waits for an answer looks for other work.
+/// Interval in which work that waits looks for other work.
 const PAUSE: Duration = Duration::from_millis(1);
 
-/// How far a search is.
+/// Progress of a search.
 #[pyclass(frozen, get_all, module = "motorfit")]
 pub struct Progress {
     /// Generations that are done.
@@ -47,13 +47,13 @@ type Told = Box<dyn FnOnce(Python<'_>) -> PyResult<Py<PyAny>> + Send>;
 /// Hands a state to the thread that called, and waits for its answer.
 type Ask = Box<dyn Fn(Told) -> ControlFlow<()> + Send + Sync>;
 
-/// What the thread that called is sent.
+/// Messages to the calling thread.
 enum Message<T> {
     Told(Told, std::sync::mpsc::SyncSender<ControlFlow<()>>),
     Done(T),
 }
 
-/// What work is watched by.
+/// The observer of work.
 pub struct Watch {
     cancelled: Arc<AtomicBool>,
     /// `None` where nobody listens.
@@ -67,7 +67,7 @@ impl Watch {
         self.tell(Progress { generation: generation as u64, generations: generations as u64, evaluations, cost })
     }
 
-    /// Whether the work may go on.
+    /// Returns whether the work may go on.
     pub fn look(&self) -> ControlFlow<()> {
         if self.cancelled.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }

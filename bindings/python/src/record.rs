@@ -137,7 +137,7 @@ impl Record {
         self.0.source().sha256.clone()
     }
 
-    /// What was left out, put together or prepared, in words.
+    /// Returns notes on what was left out, joined or prepared.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.0.source().notes.clone()
@@ -297,7 +297,7 @@ fn no_record(given: &Bound<'_, PyAny>, wanted: &str) -> PyErr {
     PyTypeError::new_err(format!("give {wanted}{how}"))
 }
 
-/// How a recording is made of a file or a frame.
+/// Returns the name of the function that made a recording of a file or a frame.
 fn made_of(given: &Bound<'_, PyAny>) -> Option<&'static str> {
     // Of the type: a property that is asked for may do work.
     let has = |name: &str| given.get_type().hasattr(name).unwrap_or(false);

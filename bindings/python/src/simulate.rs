@@ -130,7 +130,7 @@ pub fn refine<'py>(
     Ok(result)
 }
 
-/// What can evaluate here, as `motorfit devices --json` prints it.
+/// Returns the devices of this machine, as `motorfit devices --json` prints them.
 #[pyfunction]
 pub fn devices(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
     let text = py.detach(|| json(&devices_document(std::thread::available_parallelism().map_or(1, usize::from))));

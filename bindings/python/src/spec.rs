@@ -45,7 +45,7 @@ impl<'a, 'py> Keywords<'a, 'py> {
         self.get(key)?.map(|value| value.extract::<T>().map_err(wrong)).transpose()
     }
 
-    /// Whether it is given.
+    /// Returns whether it is given.
     pub fn has(&self, key: &str) -> bool {
         self.get(key).is_ok_and(|value| value.is_some())
     }
@@ -134,13 +134,13 @@ fn item(value: &Bound<'_, PyAny>) -> PyResult<String> {
     }
 }
 
-/// What Python shows of a value, in short.
+/// Returns the short representation of a value.
 fn repr(value: &Bound<'_, PyAny>) -> String {
     let text = value.repr().map_or_else(|_| String::new(), |text| text.to_string());
     motorfit::text::excerpt(&text)
 }
 
-/// What drives the motor in recordings.
+/// Returns the input of recordings: the voltage, or the current.
 pub fn input_of(records: &[Record]) -> Input {
     let by_current = records.iter().all(|record| record.driver() == Quantity::Current);
     if by_current { Input::Current } else { Input::Voltage }
@@ -176,7 +176,7 @@ fn completed(mut spec: IdentifySpec, given: &Given, input: Input) -> IdentifySpe
     measured(spec)
 }
 
-/// What evaluates.
+/// Returns the device that evaluates.
 pub fn device(keys: &Keywords<'_, '_>) -> PyResult<IdentifySpec> {
     Ok(measured(settings::device(&keys.given(&[&DEVICE])?).map_err(Error::from).raise(keys.py)?))
 }

@@ -22,7 +22,7 @@ use std::time::{Duration, Instant};
 /// Time between two calls of a callback: threads of the interpreter that are busy must not hold the work up.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// How far a shard is.
+/// Progress of a shard.
 #[pyclass(frozen, get_all, module = "motorfit")]
 pub struct SweepProgress {
     /// Runs of the shard that are finished, those of earlier times included.
@@ -85,7 +85,7 @@ impl Sweep {
         &self.0.manifest().name
     }
 
-    /// How many runs it has.
+    /// Returns the number of runs.
     #[getter]
     fn runs(&self) -> u64 {
         self.0.manifest().runs
@@ -143,7 +143,7 @@ impl Sweep {
         loaded(py, &json(&tally_document(shard, &tally)))
     }
 
-    /// How far it is, as `motorfit sweep status --json` tells.
+    /// Returns the progress, as `motorfit sweep status --json` prints it.
     fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let status = on_all(py, || self.0.status())?.raise(py)?;
         loaded(py, &json(&status_document(&status)))
@@ -167,7 +167,7 @@ impl Sweep {
         limits_of(limits, py).map(drop)
     }
 
-    /// How many runs each of `count` shards has left.
+    /// Returns the number of runs that each of `count` shards has left.
     fn left(&self, py: Python<'_>, count: u64) -> PyResult<Vec<u64>> {
         shard_of((1, count)).raise(py)?;
         on_all(py, || self.0.left(count))?.raise(py)
@@ -179,7 +179,7 @@ impl Sweep {
         on_all(py, || self.0.recordings(shard))
     }
 
-    /// What a shard need not do again on another machine: results files by name, with its finished runs alone.
+    /// Returns results files by name, with the finished runs of a shard alone: another machine need not do them again.
     fn finished<'py>(&self, py: Python<'py>, shard: (u64, u64)) -> PyResult<Bound<'py, PyDict>> {
         let shard = shard_of(shard).raise(py)?;
         let files = PyDict::new(py);

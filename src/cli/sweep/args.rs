@@ -96,7 +96,7 @@ pub(crate) struct Strict {
     pub strict: bool,
 }
 
-/// What is made of the results.
+/// Outputs made of the results.
 #[derive(Args)]
 pub(crate) struct Shown {
     /// Limits that parameters of a motor must keep, as R=0.8:1.0,… in SI units; motors outside are named

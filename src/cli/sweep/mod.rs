@@ -151,7 +151,7 @@ fn status_text(status: &SweepStatus) -> String {
     text
 }
 
-/// What is made of the results: checked before the work.
+/// Outputs of the results, checked before the work.
 struct Show<'a> {
     limits: Limits,
     out: Option<Out>,

@@ -33,7 +33,7 @@ impl Clock {
         Some(Self { queries, resolved })
     }
 
-    /// What a pass stamps: the first its beginning, the last its end.
+    /// Returns the time stamps of a pass: the first pass stamps its beginning, the last its end.
     pub(super) fn stamps(&self, pass: u32, passes: u32) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         let (first, last) = (pass == 0, pass + 1 == passes);
         (first || last).then_some(wgpu::ComputePassTimestampWrites {

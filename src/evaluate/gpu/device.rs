@@ -21,7 +21,7 @@ pub struct AdapterFacts {
     pub backend: String,
     /// Driver and its version.
     pub driver: String,
-    /// Whether it computes in f64.
+    /// True if it computes in f64.
     pub f64: bool,
     /// Largest buffer that a shader can see \[bytes\].
     pub binding_bytes_max: u64,
@@ -41,7 +41,7 @@ pub enum Selector {
     Name(String),
 }
 
-/// How long a submission may take before the device counts as hung: this, and its work at a rate that the slowest
+/// The time after which a submission counts as hung: this, and its work at a rate that the slowest
 /// software adapter reaches.
 const PATIENCE: Duration = Duration::from_secs(60);
 const SLOWEST_STEPS_PER_SECOND: u64 = 20_000_000;
@@ -109,9 +109,9 @@ pub(super) struct Device {
     /// True where samples may lie in a uniform buffer of [`UNIFORM_BYTES`].
     pub uniform: bool,
     fault: Arc<Mutex<Option<String>>>,
-    /// How long any submission may take.
+    /// The longest time that a submission may take.
     pub patience: Duration,
-    /// Whether submissions are timed by the device's clock.
+    /// True if submissions are timed by the device's clock.
     pub timed: bool,
 }
 

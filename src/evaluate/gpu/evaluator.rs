@@ -35,9 +35,9 @@ pub struct Gpu {
     sets: Vec<Set>,
     /// The set that is given up next.
     next: usize,
-    /// How often all sets were given up.
+    /// The number of times that all sets were given up.
     losses: usize,
-    /// What the device computed while it was timed.
+    /// The work that the device did while it was timed.
     kernel: Kernel,
 }
 
@@ -86,7 +86,7 @@ impl Gpu {
         Ok(gpu)
     }
 
-    /// What is known of the adapter.
+    /// Returns facts about the adapter.
     #[must_use]
     pub fn facts(&self) -> &AdapterFacts {
         &self.device.facts
@@ -140,7 +140,7 @@ impl Gpu {
         }
     }
 
-    /// Whether the device takes a group; the CPU takes the others.
+    /// Returns whether the device takes a group; the CPU takes the others.
     fn serves(&self, group: &Group<'_>) -> bool {
         is_served(group.problem, self.precision.bytes(), self.budget)
     }

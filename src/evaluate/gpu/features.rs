@@ -5,9 +5,9 @@ use crate::motor::{ModelFeatures, Parameter};
 /// The parts of a shader for motors with extensions, beyond friction and the drive, which all of them have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ShaderFeatures {
-    /// Whether brushes drop a voltage.
+    /// True if brushes drop a voltage.
     pub brushes: bool,
-    /// Whether the voltage is delayed.
+    /// True if the voltage is delayed.
     pub delayed: bool,
     /// Which sensors average.
     pub averages: [bool; 2],

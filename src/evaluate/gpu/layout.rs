@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// Loop iterations of an invocation in one dispatch: llvmpipe cuts them off at 65,535 without a word, and a real
 /// device's watchdog wants short dispatches too.
 const ITERATIONS: usize = 60_000;
-/// What a segment adds to them, and what a block of samples does: an iteration of its own and the last looks of the
+/// The iterations that a segment and a block of samples add: one of its own and the last looks of the
 /// loops within. Measured on llvmpipe: 8 for a segment of one sample, all told.
 const OVERHEAD: usize = 5;
 

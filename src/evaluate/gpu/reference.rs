@@ -1,4 +1,4 @@
-//! What deviations are taken from in f32.
+//! References of deviations in f32.
 
 use crate::evaluate::{Problem, Signals};
 use crate::motor::{Parameters, StepMap, inverse, walk};
@@ -6,14 +6,14 @@ use crate::motor::{Parameters, StepMap, inverse, walk};
 /// D_r⁻¹ and the maps of one step of the reference; `None` for a reference that stays where it starts.
 pub(super) type ReferenceStep = Option<([f64; 4], StepMap)>;
 
-/// What deviations are taken from: a motor's trajectory, and per step how a candidate's maps become forces.
+/// The reference of deviations: a motor's trajectory, and for each step the factors that turn a candidate's maps into forces.
 ///
 /// With the reference's maps D_r and gains Γ_r, its increment δ = D_r x_r + Γ_r u and M = D D_r⁻¹, a candidate's own
 /// increment at the reference's state is `D x_r + Γ u = M δ + (Γ − M Γ_r) u`. The force on the deviation is that less δ:
 /// `(M − I) δ + (Γ − M Γ_r) u`. Unlike `(D − D_r) x_r + (Γ − Γ_r) u` its terms do not cancel in the steady state.
 pub(super) struct Reference {
     pub trajectory: Vec<[f64; 2]>,
-    /// What the matrix of the force is multiplied by at each sample: δ.
+    /// The factor of the force's matrix at each sample: δ.
     pub drive: Vec<[f64; 2]>,
     /// D_r⁻¹ and the gains of each step. None for a reference that stays where it starts, because the motor diverges or
     /// D_r has no inverse: the force is then `D x_r + Γ u` itself, and `drive` is x_r.

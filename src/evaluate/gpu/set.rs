@@ -32,7 +32,7 @@ pub(super) struct Set {
     bind_group: Option<(Variant, wgpu::BindGroup)>,
     /// Made when a submission is first timed.
     clock: Option<Clock>,
-    /// Whether the sums can be read.
+    /// True if the sums can be read.
     arrived: Arc<AtomicBool>,
 }
 

@@ -35,7 +35,7 @@ impl Precision {
         if self.is_deviation() { 16.0 } else { 10.0 }
     }
 
-    /// Whether states are deviations from those of a reference.
+    /// Returns whether states are deviations from those of a reference.
     pub(super) fn is_deviation(self) -> bool {
         self == Self::F32
     }
@@ -61,7 +61,7 @@ impl Precision {
     }
 }
 
-/// How samples reach the invocations.
+/// The way in which invocations fetch samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Fetch {
     /// Each reads each.
@@ -70,18 +70,18 @@ pub enum Fetch {
     Subgroup,
 }
 
-/// What a shader is assembled for.
+/// The variant for which a shader is assembled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Variant {
     /// Its numbers.
     pub precision: Precision,
-    /// Whether |e| is summed rather than e².
+    /// True if |e| is summed rather than e².
     pub absolute: bool,
-    /// Whether samples have weights.
+    /// True if samples have weights.
     pub weighted: bool,
-    /// Whether the samples fit a uniform buffer.
+    /// True if the samples fit a uniform buffer.
     pub uniform: bool,
-    /// How samples reach the invocations.
+    /// The way in which invocations fetch samples.
     pub fetch: Fetch,
     /// The parts for motors with extensions; `None` for linear motors.
     pub features: Option<ShaderFeatures>,
@@ -108,7 +108,7 @@ impl Variant {
         self.features.map_or(0, ShaderFeatures::slots)
     }
 
-    /// Whether the voltage is delayed.
+    /// Returns whether the voltage is delayed.
     pub(super) fn is_delayed(self) -> bool {
         self.features.is_some_and(|features| features.delayed)
     }

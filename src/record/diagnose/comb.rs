@@ -19,7 +19,7 @@ const WINDOWS_IN_SEGMENT: usize = 10;
 /// Logarithms below this (the largest is 0) are the window's leakage, in recordings without noise; the humps of real
 /// sensors lie above -6.
 const LEAKAGE: f64 = -9.0;
-/// How many standard errors of the score.
+/// The score in standard errors from which an effect is reported.
 const SURE: f64 = 6.0;
 
 pub(super) fn averaged_sensor(view: &View<'_>, findings: &mut Vec<Finding>) {
@@ -118,7 +118,7 @@ impl Logs {
         0.5 * (self.mean(a, b).0 + self.mean(c, d).0)
     }
 
-    /// How far the spectrum dips at k/N below the humps on both sides.
+    /// Returns the depth of the spectrum's dip at k/N below the humps on both sides.
     fn dip(&self, k: usize, window: f64, [before, after]: [f64; 2]) -> f64 {
         let notch = || self.mean((count(k) - 0.05) / window, (count(k) + 0.05) / window).0;
         if before.min(after) < self.floor { 0.0 } else { 0.5 * (before + after) - notch() }

@@ -43,7 +43,7 @@ fn clipped(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
     Some(finding.figure("level", current.peak).figure("samples", count(samples)).at(places))
 }
 
-/// Whether the current jumps up to a run at its top and falls from it while the voltage stays.
+/// Returns whether the current jumps up to a run at its top and falls from it while the voltage stays.
 fn enters_and_leaves(view: &View<'_>, current: &Channel<'_>, run: &Range<usize>, sign: f64) -> bool {
     let (values, top) = (current.values, sign * current.values[run.start]);
     let before = run.start.checked_sub(2).map(|n| top - sign * values[n]);

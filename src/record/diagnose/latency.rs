@@ -82,7 +82,7 @@ fn edge(view: &View<'_>, channel: &Channel<'_>, k: usize, length: usize) -> Opti
     })
 }
 
-/// How long after an edge the response to it has begun, for two samples.
+/// Returns the time after an edge at which the response has begun, for two samples.
 fn delay(view: &View<'_>, channel: &Channel<'_>, edge: &Edge, begun: f64) -> Option<f64> {
     let done = |n: usize| (channel.values[n] - edge.before) / edge.change > begun;
     let at = (edge.at..view.len() - 1).find(|&n| done(n) && done(n + 1))?;

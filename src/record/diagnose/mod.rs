@@ -1,4 +1,4 @@
-//! What is odd about a recording, looked for before it is used: rules on its clock, its input, its sensors and what
+//! Diagnostics of a recording before it is used: rules on its clock, its input, its sensors and what
 //! the motor does. Each rule is quiet where it cannot tell.
 //!
 //! Thresholds come from trials on real recordings; false alarms are held down on simulated ones (`tests/diagnose`).
@@ -38,7 +38,7 @@ use outliers::Outliers;
 use std::ops::Range;
 use view::{Channel, ConstantInput, View};
 
-/// How much a finding matters.
+/// Severities of findings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Severity {
     /// Sure enough, and parameters from such a recording are likely off: to be reported with them.
@@ -52,7 +52,7 @@ pub enum Severity {
 pub struct Finding {
     /// A short name that does not change.
     pub code: &'static str,
-    /// How much it matters.
+    /// Its severity.
     pub severity: Severity,
     /// The signal it is about.
     pub quantity: Quantity,
@@ -60,13 +60,13 @@ pub struct Finding {
     pub places: Vec<Range<usize>>,
     /// In words.
     pub message: Text,
-    /// What to do about it.
+    /// The remedy.
     pub remedy: Text,
     /// The figures that it rests on, by name.
     pub figures: Vec<(&'static str, f64)>,
 }
 
-/// How many places a finding names.
+/// The largest number of places that a finding names.
 const PLACES_MAX: usize = 20;
 
 impl Finding {

@@ -1,4 +1,4 @@
-//! What the motor does without voltage, or does not do with it.
+//! Rules on motion without voltage, and voltage without motion.
 
 use super::rest::MOVES;
 use super::{Channel, Finding, Quantity, View};
@@ -123,7 +123,7 @@ fn stands(speed: &Channel<'_>) -> bool {
     is_noise || count(zeros) > 0.9 * count(values.len()) && speed.range <= 2.01 * speed.quantum
 }
 
-/// Whether a signal follows the voltage, at once or its running sum, in any of the first lags.
+/// Returns whether a signal follows the voltage, at once or its running sum, in any of the first lags.
 fn follows(view: &View<'_>, values: &[f64]) -> bool {
     let size = values.len();
     let sure = 4.5 / count(size).sqrt();

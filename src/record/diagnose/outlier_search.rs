@@ -35,7 +35,7 @@ pub(super) struct Search<'a> {
     least: f64,
 }
 
-/// What the predictions of a sample from both sides say together.
+/// The combined prediction of a sample from both sides.
 struct Joint {
     residual: f64,
     scale: f64,

@@ -1,4 +1,4 @@
-//! What sensors read while the motor rests.
+//! Rules on sensors while the motor rests.
 
 use super::{Channel, Finding, View, text};
 use crate::numeric::{count, mean, peak, standard_deviation};
@@ -30,7 +30,7 @@ pub(super) fn rest(view: &View<'_>, findings: &mut Vec<Finding>) {
     findings.extend(view.channels().filter_map(|channel| offset(channel, &rest)));
 }
 
-/// Whether the channel stands still during `rest`: half as much drift as spread.
+/// Returns whether the channel stands still during `rest`: half as much drift as spread.
 fn is_flat(channel: &Channel<'_>, rest: &Range<usize>) -> bool {
     let values = &channel.values[rest.clone()];
     let (first, last) = values.split_at(values.len() / 2);

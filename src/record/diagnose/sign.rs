@@ -65,7 +65,7 @@ fn mechanical<'a>(i: &'a [f64], w: &'a [f64]) -> impl Iterator<Item = ([f64; 3],
     (0..w.len() - 1).map(|n| ([i[n] + i[n + 1], w[n], 0.0], w[n + 1] - w[n]))
 }
 
-/// What is reversed by the signs of the dynamics: a voltage raises the current (∂i⁺/∂v > 0 at the same i and ω), a
+/// Returns the reversed channel by the signs of the dynamics: a voltage raises the current (∂i⁺/∂v > 0 at the same i and ω), a
 /// current raises the speed (∂ω⁺/∂i > 0 at the same ω). Any excitation shows them.
 ///
 /// `None` where they cannot be told; otherwise what is reversed, if anything.
@@ -137,7 +137,7 @@ fn answer(values: &[f64]) -> Vec<f64> {
     values.windows(2).map(|w| w[0] + w[1]).chain(last).collect()
 }
 
-/// Whether a signal changes against the voltage: an offset of its sensor does not.
+/// Returns whether a signal changes against the voltage: an offset of its sensor does not.
 fn against(voltage: &[f64], values: &[f64]) -> bool {
     let (mean_v, mean) = (mean(voltage), mean(values));
     let varies = voltage.iter().any(|v| v.to_bits() != voltage[0].to_bits());

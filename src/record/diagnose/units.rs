@@ -113,7 +113,7 @@ fn resistance(view: &View<'_>, current: &Channel<'_>) -> Option<f64> {
     (r > 0.0 && k > 0.0 && left < 0.05 * all).then_some(r)
 }
 
-/// Whether the values are whole numbers, and more than a few different ones.
+/// Returns whether the values are whole numbers, and more than a few different ones.
 fn is_whole(channel: &Channel<'_>) -> bool {
     let values = channel.values;
     let mut moving: Vec<f64> = values.iter().copied().filter(|v| *v != 0.0).collect();

@@ -1,4 +1,4 @@
-//! What several rules look at, computed once.
+//! Facts that several rules use, computed once.
 
 use crate::numeric::{count, differences, extremes, noise_sigma, order_statistic, peak, standard_deviation};
 use crate::record::{Column, Quantity, Record};
@@ -29,7 +29,7 @@ impl<'a> Channel<'a> {
         (5.0 * self.noise).max(2.5 * if self.is_fine() { 0.0 } else { self.quantum })
     }
 
-    /// Whether differences have no smallest step worth regarding.
+    /// Returns whether differences have no smallest step worth regarding.
     pub(super) fn is_fine(&self) -> bool {
         self.quantum < 1e-3 * self.range
     }
@@ -56,7 +56,7 @@ pub(super) struct View<'a> {
     pub constant_inputs: Vec<ConstantInput>,
     pub current: Option<Channel<'a>>,
     pub speed: Option<Channel<'a>>,
-    /// Whether a load torque was recorded: then motion and currents without voltage are no surprise.
+    /// True if a load torque was recorded: then motion and currents without voltage are no surprise.
     pub loaded: bool,
 }
 
@@ -83,7 +83,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// How many samples.
+    /// Returns the number of samples.
     pub(super) fn len(&self) -> usize {
         self.time.len()
     }
@@ -98,7 +98,7 @@ impl<'a> View<'a> {
         self.current.iter().chain(self.speed.iter())
     }
 
-    /// Whether the voltage of sample `n` counts as 0.
+    /// Returns whether the voltage of sample `n` counts as 0.
     pub(super) fn is_zero(&self, n: usize) -> bool {
         self.input.values[n].abs() <= ZERO * self.input.peak
     }
@@ -120,7 +120,7 @@ impl<'a> View<'a> {
         self.record.driver() == Quantity::Current
     }
 
-    /// What turns |Δ voltage| into a part of its range.
+    /// Returns |Δ voltage| as a part of its range.
     pub(super) fn part(&self, volts: f64) -> f64 {
         if self.input.range > 0.0 { volts.abs() / self.input.range } else { 0.0 }
     }

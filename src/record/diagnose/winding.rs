@@ -15,7 +15,7 @@ const DROP: [f64; 2] = [0.01, 0.2];
 /// Rounds of a descent along each coordinate.
 const ROUNDS: usize = 30;
 
-/// What a sensor shows of a current.
+/// The characteristic of a current sensor.
 pub(super) type Shows = fn(f64) -> f64;
 
 /// A winding i′ = (g (v − K ω, less a drop) − i)/τ, and how well a current is explained by it.
@@ -68,7 +68,7 @@ fn courses([back, lag, drop]: [f64; 3], v: &[f64], w: &[f64], mut take: impl FnM
     }
 }
 
-/// What a fit is of.
+/// The subject of a fit.
 struct Fit<'a> {
     v: &'a [f64],
     w: &'a [f64],

@@ -241,7 +241,7 @@ impl<'a> Rows<'a> {
         Ok(())
     }
 
-    /// Whether a row holds nothing: all that is used of it, time perhaps left out, is nan.
+    /// Returns whether a row holds nothing: all that is used of it, time perhaps left out, is nan.
     fn is_nan(&self, text: &str) -> bool {
         let nan = |column: &Column<'_>| text[self.cells[column.at].clone()].eq_ignore_ascii_case("nan");
         let values = || self.columns.iter().filter(|column| !column.is_time);

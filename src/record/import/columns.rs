@@ -11,7 +11,7 @@ use crate::setting::{Text, text};
 use crate::text::{excerpt, quoted};
 use crate::{Error, Result};
 
-/// What a reader needs of a table.
+/// Requirements of a reader on a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Need {
     /// Voltage, and current or speed; or current and speed.
@@ -46,7 +46,7 @@ impl Wish<'_> {
     }
 }
 
-/// What names no column.
+/// The name of no column.
 pub(super) const NONE: &str = "-";
 
 /// A heading, with the unit that a row of units below it names.
@@ -57,7 +57,7 @@ pub(super) struct Heading {
 }
 
 impl Heading {
-    /// Whether the heading and the row below it name different units.
+    /// Returns whether the heading and the row below it name different units.
     fn contradiction(&self) -> Option<(String, String)> {
         let (quantity, unit) = understand(&self.name)?;
         let (own, below) = (unit?, self.unit.clone()?);
@@ -65,7 +65,7 @@ impl Heading {
         ((factors[0] / factors[1] - 1.0).abs() > 1e-9).then_some((own, below))
     }
 
-    /// What it says: its quantity and its unit, if any.
+    /// Returns its quantity and its unit, if any.
     pub(super) fn understood(&self) -> Option<(Quantity, Option<String>)> {
         let (quantity, unit) = understand(&self.name)?;
         Some((quantity, self.unit.clone().or(unit)))
@@ -100,7 +100,7 @@ impl Used {
     }
 }
 
-/// How many columns of a line the user names or their headings explain.
+/// Returns the number of columns of a line that the user names or that are explained by their headings.
 pub(super) fn understood(headings: &[Heading], wish: &Wish<'_>) -> usize {
     let named = wish.requests.iter().filter(|request| is_placed(headings, wish, request)).count();
     named + headings.iter().filter(|heading| heading.understood().is_some()).count()
@@ -213,7 +213,7 @@ fn one(headings: &[Heading], wish: &Wish<'_>, quantity: Quantity) -> Result<Opti
     Ok(used)
 }
 
-/// Whether another column has the same heading.
+/// Returns whether another column has the same heading.
 fn headed_twice(headings: &[Heading], at: usize, quantity: Quantity) -> Result<()> {
     let same = |(other, heading): &(usize, &Heading)| *other != at && heading.name == headings[at].name;
     let Some((other, _)) = headings.iter().enumerate().find(same) else { return Ok(()) };

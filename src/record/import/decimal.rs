@@ -8,7 +8,7 @@ pub(super) struct Number {
     pub value: f64,
     /// One past its last byte.
     pub end: usize,
-    /// Whether it has a decimal point.
+    /// True if it has a decimal point.
     pub has_point: bool,
 }
 

@@ -51,7 +51,7 @@ impl Formula {
     }
 }
 
-/// What stands behind a heading: its formula and its unit.
+/// The part behind a heading: its formula and its unit.
 pub(super) struct Suffix {
     pub formula: Formula,
     pub unit: Option<String>,

@@ -23,7 +23,7 @@ pub(super) struct Layout {
     pub line: u64,
     /// Lines read after it, not yet used.
     pub pending: VecDeque<(u64, String)>,
-    /// What is to be said of it.
+    /// Notes on it.
     pub notes: Vec<String>,
 }
 

@@ -46,10 +46,10 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use text::{TextLines, unreadable};
 
-/// How files are read.
+/// Options of reading files.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReadOptions {
-    /// What columns hold, where their headings do not say so.
+    /// Quantities of columns whose headings do not name them.
     pub columns: Vec<ColumnRequest>,
     /// Samples per second \[Hz\] of files without a time column.
     pub rate_hz: Option<f64>,
@@ -57,9 +57,9 @@ pub struct ReadOptions {
     pub sheet: Option<String>,
     /// The treatment of rows that cannot be read.
     pub bad_rows: BadRows,
-    /// What becomes of gaps in time.
+    /// Treatment of gaps in time.
     pub gaps: Gaps,
-    /// Whether rows whose time repeats that of the row before are left out.
+    /// True if rows whose time repeats that of the row before are left out.
     pub drop_repeats: bool,
 }
 

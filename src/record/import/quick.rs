@@ -13,7 +13,7 @@ pub(super) struct Quick {
     slots: Vec<Option<usize>>,
     /// The values of the row that was read last.
     pub row: Vec<f64>,
-    /// Whether any number had a decimal point.
+    /// True if any number had a decimal point.
     pub has_point: bool,
 }
 
@@ -29,7 +29,7 @@ impl Quick {
         Self { separator, slots, row: vec![0.0; count], has_point: false }
     }
 
-    /// Whether such a row begins at `start`; then where the next line does, and its values are in `row`.
+    /// Returns whether such a row begins at `start`; then where the next line does, and its values are in `row`.
     pub(super) fn read_at(&mut self, lines: &[u8], start: usize) -> Option<usize> {
         let end = self.row_at(lines, start).filter(|end| end - start <= LINE_MAX)?;
         match lines.get(end)? {

@@ -121,7 +121,7 @@ impl Signals {
         Ok(self)
     }
 
-    /// Whether times are those of these signals.
+    /// Returns whether times are those of these signals.
     fn beside(&self, time: &[f64]) -> Result<()> {
         let own = self.get(Quantity::Time).map_or(&[][..], Vec::as_slice);
         let period = own.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
@@ -153,7 +153,7 @@ impl Signals {
         }
     }
 
-    /// Whether a position is one of a counter that wraps: nothing says at which count.
+    /// Returns whether a position is one of a counter that wraps: nothing says at which count.
     fn check_counter(&self, position: &[f64]) -> Result<()> {
         let [low, high] = extremes(position);
         let range = high - low;

@@ -10,7 +10,7 @@ use std::io::Read;
 
 /// The longest line that is read.
 pub(super) const LINE_MAX: usize = 64 << 10;
-/// What is read at once.
+/// Bytes that are read at once.
 const PIECE: usize = 256 << 10;
 
 /// A line without its end.
@@ -36,7 +36,7 @@ impl<'a> Line<'a> {
     }
 }
 
-/// What gives lines, one after the other.
+/// Sources of lines.
 pub(super) trait Lines {
     /// The next line; `None` at the end.
     fn next_line(&mut self) -> Result<Option<Line<'_>>>;
@@ -49,7 +49,7 @@ pub(super) trait Lines {
     /// Passes over lines that were taken from there.
     fn pass(&mut self, _lines: u64, _bytes: usize) {}
 
-    /// Whether the last line had no end, so that it may be cut off; known at the end.
+    /// Returns whether the last line had no end, so that it may be cut off; known at the end.
     fn is_open(&self) -> bool {
         false
     }
@@ -64,7 +64,7 @@ pub(super) struct TextLines<R> {
     line: u64,
     at_end: bool,
     open: bool,
-    /// What ends a line: a line feed, or a carriage return on old systems.
+    /// The end of a line: a line feed, or a carriage return on old systems.
     end: u8,
 }
 

@@ -1,4 +1,4 @@
-//! What does not count: stretches of time, and what the recording itself shows to be wrong.
+//! Masks: stretches of time, and samples that findings name.
 
 use crate::record::diagnose::{findings, undersampled_stretches};
 use crate::record::{Excluded, Quantity, Record};
@@ -7,10 +7,11 @@ use crate::text::{counted, excerpt};
 use crate::{Error, Result};
 use std::ops::Range;
 
-/// What does not count in a recording.
+/// Samples of a recording that do not count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mask {
-    /// Everything that diagnoses find: outliers and saturated current do not count, nor stretches in which the voltage changes faster than it is
+    /// Everything that diagnoses find: outliers and saturated current do not count, nor stretches in which the voltage changes
+    /// faster than it is
     /// sampled; an input that is reset at the end is cut off, and where the drive is disabled the recording is cut.
     Auto,
     /// The channels (current, speed) from one time to another \[s\].
@@ -140,7 +141,7 @@ impl Record {
     }
 }
 
-/// What diagnoses say should not count.
+/// Adds the samples that findings exclude.
 fn automatic(record: &Record, excluded: &mut Vec<Excluded>, cuts: &mut Vec<Range<usize>>, notes: &mut Vec<String>) {
     for finding in findings(record) {
         let samples: usize = finding.places.iter().map(ExactSizeIterator::len).sum();

@@ -29,14 +29,14 @@ pub(super) const LIMITS: [Limit; 2] = [
     limit_of("order of a low-pass", filter::ORDER_MAX, "refused"),
 ];
 
-/// What is done to a recording, in this order.
+/// Steps of preparation, in this order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Preparation {
     /// From when to when \[s\]; the whole recording where it is open.
     pub crop: [Option<f64>; 2],
-    /// What is subtracted.
+    /// Offsets that are subtracted.
     pub offset: Offset,
-    /// What does not count.
+    /// Samples that do not count.
     pub mask: Vec<Mask>,
     /// Samples per second \[Hz\] that the recording is brought to.
     pub rate_hz: Option<f64>,
@@ -44,7 +44,7 @@ pub struct Preparation {
     pub decimate: Option<usize>,
     /// A filter on all signals.
     pub filter: Option<LowPass>,
-    /// Whether the input goes on in a straight line between samples, or is held; where it is open, a voltage is held
+    /// True if the input goes on in a straight line between samples, or is held; where it is open, a voltage is held
     /// and a current goes on.
     pub sampled_input: Option<bool>,
 }
@@ -62,7 +62,7 @@ pub enum Offset {
 }
 
 impl Preparation {
-    /// Whether it leaves every recording as it is.
+    /// Returns whether it leaves every recording as it is.
     #[must_use]
     pub fn is_nothing(&self) -> bool {
         *self == Self { sampled_input: self.sampled_input, ..Self::default() }
@@ -216,7 +216,7 @@ fn rest_means(record: &Record) -> Vec<(Quantity, f64)> {
 }
 
 impl Record {
-    /// Whether nothing moves at the first sample, as far as noise lets it be told.
+    /// Returns whether nothing moves at the first sample, as far as noise lets it be told.
     fn starts_at_rest(&self) -> bool {
         self.measured()
             .into_iter()

@@ -14,7 +14,7 @@ const EDGE: f64 = 0.8;
 const ORDER: usize = 8;
 const RIPPLE_DB: f64 = 0.05;
 
-/// What a change of rate made.
+/// The result of a change of rate.
 pub(super) struct Resampled {
     pub samples: Samples,
     /// By how much the voltage rises over each period.

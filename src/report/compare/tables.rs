@@ -236,7 +236,7 @@ fn deviations(comparison: &Comparison, block: &Block) -> Table {
     table
 }
 
-/// How soon targets are reached.
+/// Returns the table of targets and the evaluations until they are reached.
 fn targets(comparison: &Comparison, block: &Block) -> Table {
     let (targets, reached) = reached(block, comparison.spec.target);
     let title = match (targets.first(), targets.last()) {

@@ -1,4 +1,4 @@
-//! What a recording holds: facts of its signals, as a document and as a page.
+//! The inspection of a recording: facts about its signals, as a document and as a page.
 
 #[cfg(feature = "report")]
 mod page;
@@ -17,7 +17,7 @@ use serde_json::{Map, Value, json as value};
 /// Facts of one signal of a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignalFacts {
-    /// What it holds.
+    /// The quantity that it holds.
     pub quantity: Quantity,
     /// Smallest value.
     pub min: f64,
@@ -33,7 +33,7 @@ pub struct SignalFacts {
     pub noise_sigma: f64,
     /// Peak, settling and steady state of a response; `None` for inputs.
     pub response: Option<crate::motor::Response>,
-    /// Whether noise leaves the band of the settling time, so that there is none to be seen.
+    /// True if noise leaves the band of the settling time, so that there is none to be seen.
     pub settling_hidden: bool,
 }
 

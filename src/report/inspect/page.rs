@@ -142,7 +142,7 @@ fn signals(inspection: &Inspection<'_>, n: usize) -> Figure {
     }
 }
 
-/// Whether a finding is about a signal; those about time are shown with the input.
+/// Returns whether a finding is about a signal; those about time are shown with the input.
 fn is_of(warning: &Warning, quantity: Quantity, driver: Quantity) -> bool {
     let Some(place) = &warning.place else { return false };
     match place.quantity {

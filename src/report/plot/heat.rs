@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 /// A map of a quantity over two axes.
 pub struct Map<'a> {
-    /// What the colours show, with its unit.
+    /// The title of the colour scale, with its unit.
     pub title: &'a str,
     /// The axes, with units.
     pub labels: [&'a str; 2],

@@ -10,13 +10,13 @@ use kuva::render::plots::Plot;
 
 /// Fewest and most bins.
 const BINS: [f64; 2] = [5.0, 60.0];
-/// How far beyond the quartiles values are drawn, in quartile ranges.
+/// The distance beyond the quartiles up to which values are drawn, in quartile ranges.
 const FENCE: f64 = 15.0;
 
 /// A panel: how often values are where.
 #[derive(Debug, Clone, Default)]
 pub(in crate::report) struct Histogram {
-    /// What it shows.
+    /// The title.
     pub title: String,
     /// The axes, with units.
     pub labels: [String; 2],
@@ -45,7 +45,7 @@ impl Histogram {
         [low - room, high + room]
     }
 
-    /// How many values lie beyond what is drawn.
+    /// Returns the number of values outside the drawing.
     pub(in crate::report) fn beyond(&self) -> usize {
         let [low, high] = self.range();
         self.values.iter().filter(|v| !(low..=high).contains(*v)).count()

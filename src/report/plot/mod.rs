@@ -36,14 +36,14 @@ pub struct Line {
     pub points: Vec<(f64, f64)>,
     /// Below and above it at each point.
     pub band: Option<(Vec<f64>, Vec<f64>)>,
-    /// Whether it goes in steps.
+    /// True if it goes in steps.
     pub steps: bool,
 }
 
 /// Lines over two axes.
 #[derive(Debug, Clone, Default)]
 pub(in crate::report) struct Chart {
-    /// What it shows.
+    /// The title.
     pub title: String,
     /// The axes, with units.
     pub labels: [String; 2],
@@ -60,7 +60,7 @@ pub(in crate::report) struct Chart {
 pub(in crate::report) struct Mark {
     /// From where to where; at least a hair is shown.
     pub range: [f64; 2],
-    /// What stands at it; nothing where it is empty.
+    /// Its label; empty for none.
     pub label: String,
 }
 
@@ -75,7 +75,7 @@ impl Chart {
         Self { log, ..self }
     }
 
-    /// How far the lines reach along the first axis.
+    /// Returns the range of the lines along the first axis.
     fn width(&self) -> f64 {
         let all = || self.lines.iter().flat_map(|line| &line.points).map(|(x, _)| *x).filter(|x| x.is_finite());
         (all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min)).max(0.0)

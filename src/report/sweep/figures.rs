@@ -12,7 +12,7 @@ use crate::study::sweep::{Cell, Limits, SweepSummary};
 const BOXES: usize = 12;
 const BOXES_ALL: usize = 36;
 
-/// How the parameters spread over the motors; `None` of one motor.
+/// Returns the histograms of the parameters over the motors; `None` for one motor.
 pub(super) fn motors(summary: &SweepSummary, limits: &Limits) -> Option<Figure> {
     if summary.results.len() < 2 {
         return None;
@@ -77,7 +77,7 @@ pub(super) fn costs(summary: &SweepSummary, n: usize) -> Vec<Figure> {
     figures
 }
 
-/// How often which cost is.
+/// Returns the histogram of costs.
 fn single(summary: &SweepSummary, n: usize, costs: &[f64], is_log: bool) -> Option<Figure> {
     if costs.len() < 2 {
         return None;

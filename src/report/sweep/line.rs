@@ -52,7 +52,7 @@ pub(super) struct Excess<'a> {
     /// The limit that it is beyond.
     pub limit: f64,
     pub is_above: bool,
-    /// How far beyond, as a share of the distance between the limits.
+    /// The excess, as a fraction of the distance between the limits.
     pub share: f64,
 }
 
@@ -133,7 +133,7 @@ fn limits(spreads: &[Spread], units: &[Unit]) -> Table {
     table
 }
 
-/// What is outside; `None` where nothing is.
+/// Returns the table of motors outside the limits; `None` where there are none.
 fn outside(excesses: &[Excess<'_>], units: &[Unit]) -> Option<Table> {
     if excesses.is_empty() {
         return None;

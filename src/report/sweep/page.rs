@@ -53,7 +53,7 @@ pub fn sweep_answer(summary: &SweepSummary, limits: &Limits) -> String {
     format!("{found}{verdict}.{}{best}", trust_sentence(&summary.trust.levels))
 }
 
-/// What must not be overlooked.
+/// Returns the warnings.
 fn warnings(summary: &SweepSummary) -> Vec<Part> {
     let SweepSummary { missing, failed, taken_over, .. } = *summary;
     let poor = summary.trust.levels.poor;

@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// Rows of a group.
 const GROUP: usize = 1 << 16;
 
-/// How a column is read off a row.
+/// Ways to read a column of a row.
 enum Column {
     Whole(fn(&Line) -> u64),
     Text(fn(&Line) -> String),
@@ -26,7 +26,7 @@ enum Column {
     Real(Real),
 }
 
-/// How a number that may be missing is read.
+/// Reads a number that may be missing.
 type Real = Box<dyn Fn(&Line) -> Option<f64>>;
 
 /// The columns by name: those of the parameters that results of the sweep have, and of what its study has.

@@ -136,7 +136,7 @@ pub(super) fn product(count: usize) -> SweepSummary {
     summary
 }
 
-/// How it was made.
+/// Returns the command that reproduces it.
 pub(super) fn how() -> Reproduced {
     let command = "motorfit sweep merge night --limits R=0.87:0.97,L=0.007:0.0085".to_owned();
     Reproduced { command, options: vec![("study".to_owned(), "line.toml".to_owned())] }

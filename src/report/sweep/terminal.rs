@@ -9,7 +9,7 @@ const WIDTH: usize = 80;
 const SPARED: [&str; 4] = ["5 %", "95 %", "25 %", "75 %"];
 /// Columns that are shown however wide they are: those of factors and of the five parameters of a motor.
 const COLUMNS: usize = 11;
-/// What begins the part of a cell that is left out next.
+/// The beginning of the part of a cell that is left out next.
 const SPREAD: &str = " ±";
 /// Cells are not cut shorter than this.
 const SHORTEST: usize = 12;

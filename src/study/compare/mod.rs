@@ -33,7 +33,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// What a run found.
+/// The result of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// The parameters, those held included; `None` where every candidate diverged.
@@ -73,9 +73,9 @@ pub struct Block {
 /// The result of a comparison.
 #[derive(Debug, Clone)]
 pub struct Comparison {
-    /// What was compared on.
+    /// The recordings or the experiment.
     pub subject: Subject,
-    /// How.
+    /// Its settings.
     pub spec: CompareSpec,
     /// A block for each setting.
     pub blocks: Vec<Block>,
@@ -85,11 +85,11 @@ pub struct Comparison {
     pub reference: std::result::Result<Box<Identification>, Text>,
     /// State `[i, ω]` at the start of each recording, as the searches take it.
     pub initial: Vec<[f64; 2]>,
-    /// What evaluated: cpu or gpu, its name, its numbers.
+    /// The device that evaluated: its kind (cpu or gpu), its name, its precision.
     pub device: (&'static str, String, &'static str),
-    /// What the reader should know.
+    /// Warnings for the reader.
     pub warnings: Vec<Warning>,
-    /// Whether the observer ended it early.
+    /// True if the observer ended it early.
     pub interrupted: bool,
     /// Candidates evaluated.
     pub evaluations: u64,
@@ -98,13 +98,13 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// What errors of parameters are relative to: the truth where it is known, else the refined estimate.
+    /// Returns the parameters to which errors are relative: the truth where it is known, else the refined estimate.
     #[must_use]
     pub fn expected(&self) -> Option<Parameters> {
         self.subject.truth.or_else(|| self.reference.as_ref().ok().map(|found| found.parameters))
     }
 
-    /// Whether a parameter is searched for; the others are held.
+    /// Returns whether a parameter is searched for; the others are held.
     #[must_use]
     pub fn is_free(&self, parameter: Parameter) -> bool {
         self.spec.space.free().iter().any(|axis| axis.parameter == parameter)
@@ -128,7 +128,7 @@ impl Comparison {
 }
 
 impl Block {
-    /// Whether any run found a candidate that does not diverge.
+    /// Returns whether any run found a candidate that does not diverge.
     #[must_use]
     pub fn has_results(&self) -> bool {
         self.results.iter().flat_map(|result| &result.runs).any(|run| run.parameters.is_some())

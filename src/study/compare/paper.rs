@@ -1,4 +1,4 @@
-//! What the paper printed (Tables 4 to 8 and its discussion), for comparison, and what is wrong in it.
+//! The paper's figures (Tables 4 to 8 and its discussion), for comparison, and the mistakes in them.
 
 use crate::motor::Parameters;
 
@@ -76,7 +76,7 @@ pub const PRINTED: [Printed; 4] = [
 /// The real signal in the discussion: peak \[A\], its time \[s\], settling time \[s\], steady current \[A\].
 pub const REAL: [f64; 4] = [7.8717, 1.014, 1.107, 1.1821];
 
-/// What the paper printed for a method.
+/// Returns the paper's figures for a method.
 #[must_use]
 pub fn printed(method: &str) -> Option<&'static Printed> {
     PRINTED.iter().find(|printed| printed.method == method)

@@ -30,7 +30,7 @@ pub struct Summary {
 pub struct PairwiseTest {
     /// Both, by their places in the block.
     pub methods: [usize; 2],
-    /// How often a run of the first ends lower than one of the second.
+    /// The probability that a run of the first ends lower than one of the second.
     pub superiority: f64,
     /// Wilcoxon's signed-rank test of the logarithms of the costs of runs with the same number.
     pub p_value: f64,

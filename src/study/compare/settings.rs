@@ -1,4 +1,4 @@
-//! What is compared, in words: the forms that front ends share.
+//! Texts of settings of a comparison, shared by front ends.
 
 use super::{Setting, Subject};
 use crate::criterion::Criterion;
@@ -100,7 +100,7 @@ impl CompareSettings {
         Ok(variants)
     }
 
-    /// What is free within which bounds.
+    /// Returns the space of free parameters with their bounds.
     ///
     /// # Errors
     /// `Usage` for bounds or held values that cannot be; `Data` and `NotIdentified` for recordings that cannot serve.

@@ -1,4 +1,4 @@
-//! What is compared.
+//! Subjects of a comparison.
 
 use crate::Result;
 use crate::criterion::{Criterion, Norm, Scale};
@@ -14,7 +14,7 @@ use crate::record::Record;
 /// A setting that all methods are compared under.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
-    /// What they minimize.
+    /// The criterion.
     pub criterion: Criterion,
     /// Agents of a run.
     pub population: usize,
@@ -70,7 +70,7 @@ impl Subject {
     }
 }
 
-/// How methods are compared.
+/// Settings of a comparison of methods.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompareSpec {
     /// One block of results each.
@@ -79,11 +79,11 @@ pub struct CompareSpec {
     pub runs: usize,
     /// Seed of all of them.
     pub seed: u64,
-    /// How the motor is simulated.
+    /// The simulation model.
     pub model: Model,
-    /// What is free within which bounds.
+    /// The space of free parameters with their bounds.
     pub space: Space,
-    /// Whether Steiglitz–McBride stands beside the searches.
+    /// True if Steiglitz–McBride stands beside the searches.
     pub steiglitz_mcbride: bool,
     /// Records with new noise that it, which has no seeds, is run on for its spread.
     pub noise_records: usize,
@@ -91,11 +91,11 @@ pub struct CompareSpec {
     pub noise_db: f64,
     /// A cost that a run is to reach; `None` takes a range of targets between the first generations and the best.
     pub target: Option<f64>,
-    /// What evaluates.
+    /// The device that evaluates.
     pub device: DeviceSpec,
     /// With which numbers.
     pub precision: PrecisionSpec,
-    /// What was measured of this machine, for `auto`.
+    /// Throughput measured on this machine, for `auto`.
     pub paces: Option<ThroughputProfile>,
 }
 
@@ -126,7 +126,7 @@ impl CompareSpec {
         Self { settings: vec![Setting::paper(Scale::Peak), Setting::paper(Scale::None)], ..Self::default() }
     }
 
-    /// What the device is chosen by: so many candidates a generation.
+    /// Returns the settings by which the device is chosen: so many candidates a generation.
     pub(super) fn search(&self, population: usize, generations: usize) -> IdentifySpec {
         IdentifySpec {
             population,

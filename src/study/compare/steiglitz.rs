@@ -11,14 +11,14 @@ use crate::record::Record;
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// What Steiglitz–McBride finds.
+/// Results of Steiglitz–McBride.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Steiglitz {
     /// Its estimate from the first recording, or why there is none.
     pub estimate: std::result::Result<Parameters, String>,
     /// Its estimates from records with new noise; those that failed are left out.
     pub spread: Vec<Parameters>,
-    /// How many records with new noise there were; 0 where none could be made.
+    /// The number of records with new noise; 0 where none could be made.
     pub records: usize,
     /// σ of their noise: current \[A\] and speed \[rad/s\].
     pub sigma: [f64; 2],

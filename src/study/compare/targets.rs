@@ -1,4 +1,4 @@
-//! How soon runs reach costs: empirical distributions over evaluations and over time.
+//! Evaluations and times until runs reach given costs, as empirical distributions.
 //!
 //! As in the COCO platform (N. Hansen, A. Auger, R. Ros, O. Mersmann, T. Tušar, D. Brockhoff 2021): the share of all pairs of
 //! a run and a target that have been reached, over targets even in the logarithm.
@@ -20,7 +20,7 @@ pub struct Reached {
     pub share: Vec<f64>,
 }
 
-/// What each method of a block reaches by when. `target`: one cost, or `None` for a range.
+/// Returns the fraction of runs of each method that reached a cost, over evaluations. `target`: one cost, or `None` for a range.
 #[must_use]
 pub fn reached(block: &Block, target: Option<f64>) -> (Vec<f64>, Vec<Reached>) {
     let targets = target.map_or_else(|| range(block), |target| vec![target]);

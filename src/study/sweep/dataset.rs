@@ -1,4 +1,4 @@
-//! What a run is run on: a motor's recordings, read, prepared, divided in what is fitted and what is held out, and perhaps
+//! Datasets of runs: a motor's recordings, read, prepared, divided in fitted and held-out parts, and perhaps
 //! with noise added to what is fitted.
 
 use super::Sweep;

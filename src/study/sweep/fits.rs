@@ -30,7 +30,7 @@ impl<'a> Fits<'a> {
         Self { sweep, recordings, plain: BTreeMap::new(), linear: BTreeMap::new(), outcomes: BTreeMap::new() }
     }
 
-    /// What a run finds.
+    /// Returns the result of a run.
     pub(super) fn outcome(&mut self, job: &Job) -> Outcome {
         let f = &job.factors;
         let key = ([f.method.name(), f.polish.name(), f.criterion.name(), f.scale.name()], f.with);

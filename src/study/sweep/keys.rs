@@ -26,7 +26,7 @@ named! {
 }
 
 named! {
-    /// What evaluates where a lost device does not come back.
+    /// The device that takes over where a lost one does not come back.
     enum Fallback (default None) {
         /// Nothing: the sweep ends with the error.
         None = "none",
@@ -171,12 +171,12 @@ impl<'a> Keys<'a> {
         self.document.located(self.span(fault.setting.name()), &fault.error)
     }
 
-    /// What holds for all runs.
+    /// Returns the settings of all runs.
     pub(super) fn spec(&self) -> Result<IdentifySpec> {
         settings::problem(&self.given(&OF_ALL_RUNS)?).map_err(|fault| self.at(&fault))
     }
 
-    /// Whether the factor of models is there.
+    /// Returns whether the factor of models is there.
     pub(super) fn names_with(&self) -> bool {
         self.get("with").is_some()
     }

@@ -25,7 +25,7 @@ pub struct Outcome {
     pub estimates: Option<Estimates>,
     /// The cost in the run's criterion, by the oracle.
     pub cost: Option<f64>,
-    /// How much of current and speed is explained.
+    /// Fit of current and speed \[%\].
     pub fit_percent: Option<Channels<Option<f64>>>,
     /// The same of held-out recordings, in studies that have some.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -50,7 +50,7 @@ pub struct Outcome {
     pub error: Option<Failure>,
 }
 
-/// How much of held-out recordings is explained.
+/// Fit of held-out recordings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct HeldOutFit {
     /// Of their current and speed.
@@ -87,7 +87,7 @@ pub struct Failure {
     pub kind: String,
     /// In words.
     pub message: String,
-    /// What to do.
+    /// The remedy.
     pub remedy: String,
 }
 
@@ -135,7 +135,7 @@ impl Outcome {
     }
 }
 
-/// What a line says of how its run is counted.
+/// The part of a line by which its run is counted.
 #[derive(Debug, Clone, Deserialize)]
 pub(super) struct Row {
     pub id: u64,
@@ -145,7 +145,7 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// Whether another try may end otherwise: what failed was the recording.
+    /// Returns whether another try may end otherwise: what failed was the recording.
     pub(super) fn is_retried(&self) -> bool {
         self.error.as_ref().is_some_and(|failure| failure.kind == "data")
     }
@@ -191,7 +191,7 @@ impl Line {
     }
 }
 
-/// What stands between the result and its time: no text in JSON can hold it, for it has bare quotes.
+/// The separator of a result and its time: no text in JSON can contain it, for it has bare quotes.
 const TIMING: &str = ",\"timing\":";
 
 /// The line of a run, with its time.
@@ -203,7 +203,7 @@ pub(super) fn line(study: &Study, job: &Job, motor: &str, outcome: &Outcome, sec
     text + TIMING + &serde_json::to_string(&timing).unwrap_or_default() + "}\n"
 }
 
-/// What stands behind a result in the file of a shard.
+/// The part of a line behind the result.
 #[derive(Serialize, Deserialize)]
 struct Timing {
     seconds: f64,

@@ -1,4 +1,4 @@
-//! What a sweep is, pinned: the study's text, the recordings with their digests, the device. It never changes.
+//! The manifest of a sweep: the study's text, the recordings with their digests, the device. It never changes.
 
 use super::pattern::matched;
 use super::runs::Runs;
@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 /// The version of the manifest and of the results.
 pub(super) const FORMAT: u32 = 1;
-/// What is read of a file at once.
+/// Bytes of a file that are read at once.
 const PIECE: u64 = 64 << 10;
 /// The most runs of a sweep.
 pub(super) const RUNS_MAX: u64 = 100_000_000;
@@ -52,7 +52,7 @@ impl Motor {
     }
 }
 
-/// What evaluates.
+/// The device that evaluates.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PinnedDevice {
@@ -74,9 +74,9 @@ pub struct Manifest {
     pub format: u32,
     /// The study's name.
     pub name: String,
-    /// How many runs.
+    /// The number of runs.
     pub runs: u64,
-    /// What evaluates.
+    /// The device that evaluates.
     pub device: PinnedDevice,
     /// Where the study lies, as it was given.
     pub path: String,
@@ -140,12 +140,12 @@ impl Manifest {
         Ok((manifest, is_whole))
     }
 
-    /// Whether it is the same sweep, whatever the version of the program and the place of the files.
+    /// Returns whether it is the same sweep, whatever the version of the program and the place of the files.
     pub(super) fn is_same(&self, other: &Self) -> bool {
         self.study == other.study && self.motors == other.motors && self.device == other.device
     }
 
-    /// What is another in a manifest that is not the same, in words.
+    /// Returns the difference to another manifest, in words.
     pub(super) fn difference(&self, other: &Self) -> String {
         if self.study != other.study {
             return "the study's text has changed".to_owned();

@@ -16,12 +16,12 @@ use std::path::PathBuf;
 pub(super) const RESULTS: &str = "results.jsonl";
 const TIMINGS: &str = "timings.jsonl";
 
-/// What a merge made.
+/// The result of a merge.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Merged {
     /// The results, a line a run, sorted by number.
     pub results: PathBuf,
-    /// What they say.
+    /// The summary of the results.
     pub summary: SweepSummary,
     /// Lines of results that could not be read.
     pub damaged: u64,
@@ -37,11 +37,11 @@ pub struct ShardStatus {
     pub done: u64,
     /// Of these, runs without a result.
     pub failed: u64,
-    /// Whether it is being run now.
+    /// True if it is being run now.
     pub running: bool,
 }
 
-/// How far a sweep is.
+/// Progress of a sweep.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct SweepStatus {
     /// The study's name.
@@ -54,7 +54,7 @@ pub struct SweepStatus {
     pub failed: u64,
     /// Runs that are not finished.
     pub missing: u64,
-    /// Whether the merged results are there.
+    /// True if the merged results are there.
     pub merged: bool,
     /// The results files.
     pub shards: Vec<ShardStatus>,
@@ -132,7 +132,7 @@ impl Sweep {
         Ok(())
     }
 
-    /// How far it is.
+    /// Returns the progress of the sweep.
     ///
     /// # Errors
     /// `Data` when files cannot be read, or results are of another study.

@@ -68,7 +68,7 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// What it is, pinned.
+    /// Returns the manifest.
     #[must_use]
     pub fn manifest(&self) -> &Manifest {
         &self.manifest

@@ -20,7 +20,7 @@ impl Sweep {
         self
     }
 
-    /// How many runs each of so many shards has left.
+    /// Returns the number of runs that each shard has left.
     ///
     /// # Errors
     /// `Usage` for no shards or too many; `Data` when results cannot be read, or are of another study.
@@ -50,7 +50,7 @@ impl Sweep {
         paths.map(|path| path.to_string_lossy().into_owned()).filter(|path| seen.insert(path.clone())).collect()
     }
 
-    /// What a shard need not do again: results files by name, with the lines of its finished runs alone.
+    /// Returns results files by name, with the lines of the shard's finished runs alone: these need not be done again.
     ///
     /// # Errors
     /// `Data` when results cannot be read, or are of another study.
@@ -78,7 +78,8 @@ impl Sweep {
     /// runs are new.
     ///
     /// # Errors
-    /// `Usage` for a shard that there is not; `Data` for what is no results file of this shard or is damaged, when another run has the shard here, or the folder
+    /// `Usage` for a shard that there is not; `Data` for what is no results file of this shard or is damaged, when another run
+    /// has the shard here, or the folder
     /// cannot be written.
     pub fn take(&self, shard: Shard, results: &[u8]) -> Result<u64> {
         let shard = shard.checked()?;

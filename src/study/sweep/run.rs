@@ -15,7 +15,7 @@ use crate::{Error, Result};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// How far a run is.
+/// Progress of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SweepProgress {
     /// Runs of the shard that are finished, those of earlier times included.
@@ -52,7 +52,7 @@ impl SweepProgress {
 pub struct FailedRun {
     /// The number of the first.
     pub id: u64,
-    /// How many.
+    /// The number of runs.
     pub runs: u64,
     /// Their motor.
     pub motor: String,
@@ -87,7 +87,7 @@ impl Failures {
     }
 }
 
-/// What a run of a shard did.
+/// The tally of a run of a shard.
 #[derive(Debug, Clone, Default)]
 pub struct Tally {
     /// Runs of the shard.
@@ -106,11 +106,11 @@ pub struct Tally {
     pub lost: u64,
     /// The reason for that.
     pub fault: Option<Error>,
-    /// Whether the observer ended it.
+    /// True if the observer ended it.
     pub interrupted: bool,
-    /// What evaluated searches, with its numbers; `None` where none was run.
+    /// The device that evaluated searches, with its precision; `None` where none was run.
     pub device: Option<(String, &'static str)>,
-    /// What the reader should know.
+    /// Warnings for the reader.
     pub warnings: Vec<Warning>,
     /// Seconds.
     pub seconds: f64,
@@ -151,7 +151,8 @@ impl Sweep {
     /// Runs what is left of a shard, in the rayon pool of the caller. `observe` sees the progress and may end it.
     ///
     /// # Errors
-    /// `Usage` for a shard that there is not; `Data` when the folder cannot be written, another run has the shard, or results are of another study; `Device`
+    /// `Usage` for a shard that there is not; `Data` when the folder cannot be written, another run has the shard, or results
+    /// are of another study; `Device`
     /// when the device is not there or is lost for good. What was finished until then is kept.
     pub fn run<'a>(&'a self, shard: Shard, observe: &'a mut Observe<'a>) -> Result<Tally> {
         let shard = shard.checked()?;
@@ -211,12 +212,12 @@ impl Sweep {
 }
 
 impl Running<'_> {
-    /// Whether a run is still to be done here.
+    /// Returns whether a run is still to be done here.
     pub(super) fn is_due(&self, id: u64) -> bool {
         self.sweep.owns(self.shard, id) && !self.done.get(id)
     }
 
-    /// Whether anything of a motor may be due: a quick look before all of its runs are.
+    /// Returns whether anything of a motor may be due: a quick look before all of its runs are.
     pub(super) fn may_be_due(&self, motor: usize) -> bool {
         let per_motor = self.sweep.runs.per_motor();
         let first = motor as u64 * per_motor;

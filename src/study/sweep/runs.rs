@@ -20,7 +20,7 @@ pub(super) type Levels = [u64; FACTORS];
 /// Where the noise is among them.
 pub(super) const NOISE: usize = FACTORS - 1;
 
-/// How runs are numbered: the motor changes slowest, then method, polish, extensions, population, generations, criterion,
+/// The numbering of runs: the motor changes slowest, then method, polish, extensions, population, generations, criterion,
 /// scale, noise; the seed fastest.
 #[derive(Debug, Clone)]
 pub(super) struct Runs {
@@ -38,7 +38,7 @@ impl Runs {
         &self.study
     }
 
-    /// How many levels each factor has, from the slowest to the fastest.
+    /// Returns the number of levels of each factor, from the slowest to the fastest.
     fn levels(&self) -> Levels {
         self.study.levels().map(|(_, count)| count as u64)
     }
@@ -48,7 +48,7 @@ impl Runs {
         self.levels().iter().fold(self.study.seeds.count(), |product, levels| product.saturating_mul(*levels))
     }
 
-    /// How many there are.
+    /// Returns the number of runs.
     pub(super) fn count(&self) -> u64 {
         self.per_motor().saturating_mul(self.motors as u64)
     }

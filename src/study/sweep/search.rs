@@ -42,7 +42,7 @@ struct Ready {
     prepared: Arc<PreparedSearch>,
 }
 
-/// What a search is prepared from: its dataset, criterion, scale, extensions, and its polish where the model depends on it.
+/// The key of a prepared search: its dataset, criterion, scale, extensions, and its polish where the model depends on it.
 type Key = (usize, [&'static str; 2], usize, Option<&'static str>);
 
 impl Running<'_> {
@@ -102,7 +102,7 @@ impl Running<'_> {
         (datasets, searches)
     }
 
-    /// What is to be done beside a search, in that of a linear one. Where extensions are to be chosen first, a piece has as
+    /// Returns the work beside a search, in searches of a linear motor. Where extensions are to be chosen first, a piece has as
     /// many choices as there are threads.
     fn work(&self, factors: &Factors, is_new: bool) -> usize {
         let spec = self.sweep.study().spec(factors);
@@ -248,7 +248,7 @@ impl Sweep {
         }
     }
 
-    /// What a search found, for each polish that it is wanted with.
+    /// Returns the results of a search, one for each refinement.
     fn results(&self, one: &Ready, run: &Run, device: [&'static str; 2], seconds: f64) -> Vec<Finished> {
         let Ready { jobs, recordings, prepared } = one;
         let best = run.optimizer.best().filter(|best| Scalar::cost(prepared.problem(), best.values).is_finite());

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 /// Lines that wait for a disk with room, in bytes, and for how long; then the run ends.
 const WAITING_MAX: usize = 16 << 20;
 const PATIENCE: Duration = Duration::from_secs(60);
-/// How often, and with what pauses, a lock is tried.
+/// The number of tries of a lock, and the pause between them.
 const LOCK_TRIES: usize = 5;
 const LOCK_WAIT: Duration = Duration::from_millis(10);
 /// Time between orders to write to the disk itself.
@@ -42,7 +42,7 @@ pub(super) struct Log {
 pub(super) struct Closed {
     /// Lines that could not be written.
     pub waiting: u64,
-    /// Whether lines that were written may not be there.
+    /// True if lines that were written may not be there.
     pub is_gone: bool,
     /// Why.
     pub fault: Option<Error>,
@@ -183,7 +183,7 @@ fn lock(file: &File) -> std::result::Result<(), TryLockError> {
     file.try_lock()
 }
 
-/// Whether a file holds nothing but the beginning of its first line, which was torn.
+/// Returns whether a file holds nothing but the beginning of its first line, which was torn.
 fn is_beginning(path: &Path, line: &str) -> bool {
     let mut found = Vec::new();
     let read = File::open(path).and_then(|file| file.take(line.len() as u64 + 1).read_to_end(&mut found));

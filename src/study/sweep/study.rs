@@ -89,7 +89,7 @@ pub(super) struct Study {
     pub validate: Vec<String>,
     /// The part of each recording that is fitted, from its start; the rest is held out.
     pub split: Option<f64>,
-    /// How the motor is simulated, what evaluates.
+    /// The simulation model and the device.
     pub spec: IdentifySpec,
     pub on_loss: OnLoss,
 }
@@ -151,7 +151,7 @@ impl Study {
         Ok(study)
     }
 
-    /// What does not fit together.
+    /// Checks that the keys fit together.
     fn check(&self, document: Document<'_>) -> Result<()> {
         let wrong = |message: String, remedy: &str| Err(document.error(0..0, message, remedy));
         if self.methods.contains(&Method::SteiglitzMcBride)
@@ -187,7 +187,7 @@ impl Study {
         ]
     }
 
-    /// What one run asks for.
+    /// Returns the settings of one run.
     pub(super) fn spec(&self, factors: &Factors) -> IdentifySpec {
         IdentifySpec {
             method: factors.method,
@@ -209,9 +209,9 @@ impl Study {
 /// The levels of the factors of one run, but for its motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Factors {
-    /// How the optimum is found.
+    /// The method that finds the optimum.
     pub method: Method,
-    /// How it is refined.
+    /// The refinement.
     pub polish: Polish,
     /// Place of the extensions in the study.
     pub with: usize,
@@ -219,9 +219,9 @@ pub struct Factors {
     pub population: usize,
     /// Generations.
     pub generations: usize,
-    /// What a search minimizes.
+    /// The criterion of a search.
     pub criterion: Norm,
-    /// What each channel is divided by.
+    /// The scale of each channel.
     pub scale: Scale,
     /// Place of the added noise in the study.
     pub noise: usize,

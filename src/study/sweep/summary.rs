@@ -1,4 +1,4 @@
-//! What a sweep found, in figures: quantiles by factor, the worst runs, the motors with their parameters.
+//! The summary of a sweep: quantiles by factor, the worst runs, the motors with their parameters.
 
 use super::Sweep;
 use super::line::Outcome;
@@ -96,7 +96,7 @@ pub struct NamedRun {
     pub job: Job,
     /// Its motor.
     pub motor: String,
-    /// What it found.
+    /// Its result.
     pub outcome: Outcome,
 }
 
@@ -109,7 +109,7 @@ pub struct SweepBlock {
     pub worst: Vec<NamedRun>,
 }
 
-/// What a sweep found.
+/// The summary of a sweep.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SweepSummary {
     /// The study's name.
@@ -130,15 +130,15 @@ pub struct SweepSummary {
     pub stride: u64,
     /// One for each criterion and scale.
     pub blocks: Vec<SweepBlock>,
-    /// How many motors the study has.
+    /// The number of motors of the study.
     pub motors: usize,
     /// The best run of each motor that has a result, one with standard errors before one without, in the order of the study.
     pub results: Vec<NamedRun>,
     /// The parameters that results have: R, L, K, B, J, then those of extensions and of recordings.
     pub parameters: Vec<Named>,
-    /// Whether the study names extensions.
+    /// True if the study names extensions.
     pub names_with: bool,
-    /// Whether recordings were held out.
+    /// True if recordings were held out.
     pub holds_out: bool,
     /// Names of the factors with more than one level.
     pub varied: Vec<&'static str>,
@@ -260,7 +260,7 @@ impl SweepSummary {
         place
     }
 
-    /// Whether every run has a result.
+    /// Returns whether every run has a result.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.missing == 0 && self.failed == 0
@@ -300,7 +300,7 @@ impl Limits {
         self.0.iter().find(|(of, _, _)| *of == parameter).map(|(_, low, high)| [*low, *high])
     }
 
-    /// Whether there are none.
+    /// Returns whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()

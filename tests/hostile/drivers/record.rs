@@ -102,7 +102,7 @@ pub fn made_of_signals(calls: &mut Calls) {
     }
 }
 
-/// What is done to a recording before it is fitted.
+/// Returns preparations of a recording.
 fn preparations() -> Vec<Preparation> {
     let mut all = vec![
         Preparation { offset: Offset::Auto, mask: vec![Mask::Auto], ..Preparation::default() },

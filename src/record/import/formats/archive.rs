@@ -19,7 +19,7 @@ const RUN_MAX: usize = 16 << 20;
 const COPIES_MAX: usize = 256 << 20;
 pub(super) const SAVE_AGAIN: &str = "Open it in a spreadsheet program and save it again as .xlsx, or as CSV.";
 
-/// What the parts of an archive would make the reader allocate.
+/// The memory that a reader would allocate for the parts of an archive.
 #[derive(Default)]
 struct Tally {
     /// Elements for which names are copied, and the longest tag that can hold such a name.
@@ -159,13 +159,13 @@ fn attributes(raw: &str) -> impl Iterator<Item = (&str, &str)> {
     })
 }
 
-/// Whether a position such as `XFD1048576` or `7` is short enough for its column and row to be numbers.
+/// Returns whether a position such as `XFD1048576` or `7` is short enough for its column and row to be numbers.
 fn fits(position: &str) -> bool {
     let row = position.trim_start_matches(|c: char| c.is_ascii_alphabetic());
     position.len() - row.len() <= 3 && row.len() <= 7
 }
 
-/// Whether the second position of a range is not before the first one.
+/// Returns whether the second position of a range is not before the first one.
 fn ordered(range: &str) -> bool {
     let place = |position: &str| {
         let row = position.trim_start_matches(|c: char| c.is_ascii_alphabetic());

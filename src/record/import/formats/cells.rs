@@ -9,7 +9,7 @@ pub struct Cells {
     pub name: String,
     /// Rows with their numbers as a person counts them: those of the spreadsheet, or from 1 with the heading.
     pub rows: Vec<(u64, Vec<String>)>,
-    /// What was left out or changed, in words.
+    /// Notes on what was left out or changed.
     pub notes: Vec<String>,
     /// Numbers that stand beside the rows, with their names.
     pub constants: Vec<(String, f64)>,
@@ -24,7 +24,7 @@ pub(crate) const COLUMNS_MAX: usize = 1000;
 /// The most bytes that a compressed file may unpack to.
 #[cfg(feature = "formats")]
 pub(crate) const UNPACKED_MAX: u64 = 1 << 30;
-/// How many times its own size a compressed file may unpack to, where that is more than [`UNPACKED_FREE`]: recordings unpack to
+/// The largest ratio of a file's decompressed size to its own, beyond [`UNPACKED_FREE`]: recordings decompress to
 /// some five to ten times their size.
 #[cfg(feature = "formats")]
 pub(crate) const UNPACKED_RATIO: u64 = 50;

@@ -17,13 +17,13 @@ pub(super) const ARRAYS_MAX: usize = 200_000;
 /// Bytes of the name of a variable or of a field; MATLAB's own limit is 63.
 const NAME_MAX: usize = 255;
 
-/// What a file holds.
+/// The content of a file.
 #[derive(Default)]
 pub(super) struct Contents {
     pub variables: Vec<Variable>,
-    /// What was not read, in words.
+    /// Notes on what was not read.
     pub ignored: Vec<String>,
-    /// Whether objects were among it.
+    /// True if objects were among it.
     pub objects: bool,
     cells: usize,
     cells_max: usize,

@@ -31,9 +31,9 @@ pub(super) const LIMITS: [crate::limit::Limit; 0] = [];
 pub struct Format {
     /// Its name.
     pub name: &'static str,
-    /// What it is, a sentence.
+    /// A sentence that describes it.
     pub text: &'static str,
-    /// Whether a file is of this format, by its first bytes.
+    /// True if a file is of this format, by its first bytes.
     is: fn(&[u8]) -> bool,
     /// The largest file that is read.
     pub(super) bytes_max: u64,
@@ -82,7 +82,7 @@ pub static FORMATS: [Format; 3] = [
     },
 ];
 
-/// How many first bytes tell the format.
+/// Bytes by which the format is recognized.
 pub(super) const HEAD: usize = 4096;
 
 impl Format {
@@ -105,7 +105,7 @@ pub(super) struct CellLines<'a> {
 }
 
 impl<'a> CellLines<'a> {
-    /// What stands between their cells.
+    /// The separator of their cells.
     pub(super) const SEPARATOR: Separator = Separator::Sign(b'\t');
 
     pub(super) fn new(cells: &'a Cells) -> Self {

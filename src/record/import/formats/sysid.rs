@@ -47,7 +47,7 @@ const TWO_SIDES: &[&str] = &[
 /// Where the commanded speed stands in an old row.
 const OLD_COMMAND: usize = 2;
 
-/// How the rows of a file are laid out.
+/// The layout of the rows of a file.
 struct Layout {
     headings: &'static [&'static str],
     /// Where the numbers of each column stand in a row of the file.
@@ -57,7 +57,7 @@ struct Layout {
     old: bool,
 }
 
-/// Whether a file looks like one of SysId or frc-characterization, judged by its beginning.
+/// Returns whether a file looks like one of SysId or frc-characterization, judged by its beginning.
 #[must_use]
 pub fn is_sysid(bytes: &[u8]) -> bool {
     let start = bytes.get(..4096).unwrap_or(bytes);
@@ -190,7 +190,7 @@ fn table(test: &str, rows: &[Value], layout: &Layout) -> Result<Cells> {
     Ok(cells)
 }
 
-/// What a JSON value is, for a message.
+/// Returns the kind of a JSON value, for a message.
 fn sort_of(value: &Value) -> String {
     match value {
         Value::Null => "null".to_owned(),

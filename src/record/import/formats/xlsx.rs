@@ -76,13 +76,13 @@ fn sheets(workbook: &Workbook<'_>) -> Vec<String> {
     sheets.into_iter().map(|sheet| sheet.name.clone()).collect()
 }
 
-/// What was read of a sheet.
+/// The cells of a sheet.
 #[derive(Default)]
 struct Table {
     rows: Vec<(u64, Vec<String>)>,
     /// Rows that hold a number.
     numeric_rows: usize,
-    /// How many cells hold dates or times, and the first of them.
+    /// The number of cells with dates or times, and the first of them.
     dates: usize,
     first_date: Option<String>,
 }
@@ -151,7 +151,7 @@ impl Table {
     }
 }
 
-/// Whether a sheet can be read and holds at least two rows with numbers.
+/// Returns whether a sheet can be read and holds at least two rows with numbers.
 fn holds_numbers(workbook: &mut Workbook<'_>, name: &str) -> bool {
     let Ok(mut reader) = workbook.worksheet_cells_reader(name) else { return false };
     let mut first = None;
