@@ -19,7 +19,7 @@ use targets::{TARGETS, Target};
 /// The bytes of a test among others: some seconds.
 const BYTES: u64 = 10_000_000;
 /// The largest mutation of each target \[bytes\], and the largest that is mutated again: most calls stay short.
-const LARGEST: [usize; 3] = [4 << 20, 1 << 20, 128 << 10];
+const LARGEST: [usize; 3] = [10_000_000, 10_000_000, 8192];
 const KEPT: usize = 16 << 10;
 /// The accepted mutations that are mutated again.
 const POOL: usize = 256;
