@@ -216,7 +216,7 @@ fn limits_are_those_that_errors_name() {
         let search = SearchSettings { bounds: vec![(0.0, 1.0)], population: count(n), generations: 1, seed: 1, run: 0 };
         search.check()
     });
-    assert_eq!(seen, 9);
+    assert_eq!(seen, 10);
     // All others have a number and a sentence, and none is there twice.
     let mut names: Vec<_> = limits().iter().map(|limit| limit.of).collect();
     assert!(limits().iter().all(|limit| limit.most > 0 && !limit.beyond.is_empty()));
