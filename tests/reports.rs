@@ -130,7 +130,9 @@ fn reports_of_earlier_versions_and_half_replaced_ones_are_taken() {
         {
             let old = if name == INDEX { b"{}".to_vec() } else { b"old".to_vec() };
             let (at, other) = if n < moved { (&dir, None) } else { (&committed, Some(old)) };
-            other.map(|old| std::fs::write(format!("{dir}/{name}"), old).unwrap());
+            if let Some(old) = other {
+                std::fs::write(format!("{dir}/{name}"), old).unwrap();
+            }
             std::fs::write(format!("{at}/{name}"), bytes).unwrap();
         }
         // This one ends with an error before it writes anything.
