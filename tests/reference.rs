@@ -199,6 +199,9 @@ fn limits_are_those_that_errors_name() {
     refused("bytes of a line", &|n| read(format!("{head},{}\n{}", long(n), wide(",0"))));
     let more = |n: u64, cell: &str| cell.repeat(count(n) - 4);
     refused("columns of a CSV", &|n| read(format!("{head}{}\n{}", more(n, ",x"), wide(&more(n, ",0")))));
+    refused("bytes of a request for columns", &|n| {
+        motorfit::record::parse_columns(&format!("voltage={}", "x".repeat(count(n) - 8))).map(|_| ())
+    });
     refused("order of a low-pass", &|n| format!("butterworth:10:{n}").parse::<LowPass>().map(|_| ()));
     refused("points of a sample", &|n| Sample::new(Sampling::Uniform, n, vec![(0.0, 1.0)], 1).map(|_| ()));
     refused("threads", &|n| motorfit::device::check_threads(Some(count(n))));
@@ -213,7 +216,7 @@ fn limits_are_those_that_errors_name() {
         let search = SearchSettings { bounds: vec![(0.0, 1.0)], population: count(n), generations: 1, seed: 1, run: 0 };
         search.check()
     });
-    assert_eq!(seen, 9);
+    assert_eq!(seen, 10);
     // All others have a number and a sentence, and none is there twice.
     let mut names: Vec<_> = limits().iter().map(|limit| limit.of).collect();
     assert!(limits().iter().all(|limit| limit.most > 0 && !limit.beyond.is_empty()));

@@ -185,10 +185,13 @@ pub struct ColumnRequest {
     pub name: String,
 }
 
+/// The longest request for columns, in bytes.
+pub(super) const REQUEST_MAX: usize = 4096;
+
 /// Reads `time=Tempo:s,current=Corrente:mA,…`; what may stand behind a heading is tried against the file's.
 ///
 /// # Errors
-/// `Usage` when an item has no `=`, an empty heading, or names no quantity, or a quantity comes twice.
+/// `Usage` when an item has no `=`, an empty heading, or names no quantity, or a quantity comes twice, and for more than 4096 bytes.
 pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
     let example = || {
         text!(
@@ -196,6 +199,11 @@ pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
             ", or columns by their numbers: " [Columns = "time=#1:s,voltage=#2:V"] "."
         )
     };
+    if text.len() > REQUEST_MAX {
+        let found = text.len();
+        let message = text!([Columns] ": found {found} bytes, expected at most {REQUEST_MAX}");
+        return Err(Error::usage(message, example()));
+    }
     let mut requests: Vec<ColumnRequest> = Vec::new();
     for item in items(text).into_iter().filter(|item| !item.trim().is_empty()) {
         let Some((key, name)) = item.split_once('=').filter(|(_, name)| !name.trim().is_empty()) else {

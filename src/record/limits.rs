@@ -1,5 +1,6 @@
 //! Limits of recordings and of the files that they are read from.
 
+use super::heading::REQUEST_MAX;
 use super::{SAMPLES_MAX, import, prepare};
 use crate::limit::{Limit, limit_of};
 
@@ -11,5 +12,6 @@ pub fn limits() -> Vec<Limit> {
         SAMPLES_MAX,
         "refused: cut the recording, or lengthen its period",
     );
-    [samples].into_iter().chain(import::limits()).chain(prepare::LIMITS).collect()
+    let request = limit_of("bytes of a request for columns", REQUEST_MAX, "refused");
+    [samples, request].into_iter().chain(import::limits()).chain(prepare::LIMITS).collect()
 }

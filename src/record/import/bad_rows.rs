@@ -32,6 +32,16 @@ impl LeftOut {
         self.rows.push((line, reason));
     }
 
+    /// Returns true once the note has all the reasons that it names.
+    pub(super) fn has_reasons(&self) -> bool {
+        self.rows.len() >= NAMED
+    }
+
+    /// Adds a row beyond those whose reasons are kept.
+    pub(super) fn push_without_reason(&mut self, line: u64) {
+        self.rows.push((line, None));
+    }
+
     /// The lines of the rows, in rising order, and the note on them.
     pub(super) fn finish(mut self) -> (Vec<u64>, Option<String>) {
         self.rows.sort_by_key(|(line, _)| *line);

@@ -203,7 +203,13 @@ impl<'a> Rows<'a> {
         if row.iter().all(Range::is_empty) {
             return Ok(());
         }
-        check_count(row, self.layout.headings.len()).map_err(|error| error.at_line(line))?;
+        let expected = self.layout.headings.len();
+        // Making an error of each of millions of rows would take as long as reading them all.
+        if self.skips && self.bad.has_reasons() && cell_count(row, expected) != expected {
+            self.bad.push_without_reason(line);
+            return Ok(());
+        }
+        check_count(row, expected).map_err(|error| error.at_line(line))?;
         let decimal_comma = self.layout.separator.allows_decimal_comma();
         for (n, column) in self.columns.iter().enumerate() {
             let cell = &text[row[column.at].clone()];
@@ -249,9 +255,13 @@ impl<'a> Rows<'a> {
     }
 }
 
+/// Returns the number of cells of a row, one fewer where a trailing separator makes an empty cell more than `expected`.
+fn cell_count(row: &[Range<usize>], expected: usize) -> usize {
+    if row.len() == expected + 1 && row[expected].is_empty() { expected } else { row.len() }
+}
+
 fn check_count(row: &[Range<usize>], expected: usize) -> Result<()> {
-    // A trailing separator makes one empty cell more.
-    let found = if row.len() == expected + 1 && row[expected].is_empty() { expected } else { row.len() };
+    let found = cell_count(row, expected);
     if found == expected {
         return Ok(());
     }

@@ -1,0 +1,247 @@
+//! The bodies of the fuzz targets, used by cargo-fuzz (`fuzz_targets/`) and, on a stable compiler, by `tests/fuzz.rs`.
+//! Each takes any bytes and a folder for files, panics where a promise is broken, and returns true where the input was accepted.
+
+use motorfit::Error;
+use motorfit::record::{
+    BadRows, Gaps, Mask, Offset, Preparation, ReadOptions, Record, diagnose, parse_columns, read_bytes,
+};
+use motorfit::study::sweep::Sweep;
+use std::path::Path;
+
+/// The body of a target.
+pub type Target = fn(&[u8], &Path) -> bool;
+
+/// All targets by name, with the words that mutations insert.
+pub const TARGETS: [(&str, Target, &[&str]); 3] =
+    [("recording", recording, &RECORDING_WORDS), ("study", study, &STUDY_WORDS), ("columns", columns, &COLUMNS_WORDS)];
+
+const RECORDING_WORDS: [&str; 36] = [
+    "time",
+    "t [ms]",
+    "voltage",
+    "pwm",
+    "current",
+    "I [mA]",
+    "speed",
+    "rpm",
+    "position [deg]",
+    "load_torque",
+    "NaN",
+    "inf",
+    "1e308",
+    "-1e-308",
+    "1e999",
+    "0",
+    "-0",
+    "18446744073709551616",
+    "1,5",
+    "\"",
+    "\n",
+    "\r\n",
+    ";",
+    "\t",
+    ",,",
+    "\u{feff}",
+    "sep=;\n",
+    "14:03:00.018 -> ",
+    "[",
+    "{",
+    "null",
+    "\0\0\0\0",
+    "PK\u{3}\u{4}",
+    "MATLAB 5.0 ",
+    "<c r=\"XFD1048576\">",
+    "#",
+];
+
+const STUDY_WORDS: [&str; 38] = [
+    "recordings = [",
+    "\"a.csv\"",
+    "\"*.csv\"",
+    "\"**/*\"",
+    "\"../\"",
+    "{motor = \"m\", files = [\"a.csv\"]}",
+    "methods = ",
+    "\"auto\"",
+    "\"sm\"",
+    "\"gwo\"",
+    "seeds = \"1..20\"",
+    "\"0..18446744073709551615\"",
+    "population = [50]",
+    "generations = ",
+    "with = [\"coulomb\"]",
+    "bounds = ",
+    "fix = {J = 1e-4}",
+    "{R = [0.1, 1.0]}",
+    "split = 0.7",
+    "validate = [\"b.csv\"]",
+    "per_recording = [\"TL\"]",
+    "polish = [\"lm\"]",
+    "noise = [\"40dB\"]",
+    "criterion = [\"nrmse\"]",
+    "set = ",
+    "columns = ",
+    "rate = ",
+    "mask = [\"auto\"]",
+    "precision = \"f32\"",
+    "nan",
+    "inf",
+    "9223372036854775807",
+    "-1",
+    "1e308",
+    "\n[x]\n",
+    "\"\"\"",
+    "[[",
+    "]",
+];
+
+const COLUMNS_WORDS: [&str; 40] = [
+    "time=",
+    "voltage=",
+    "current=",
+    "speed=",
+    "position=",
+    "load_torque=",
+    ",",
+    "#1",
+    "#2",
+    "#5",
+    "#6",
+    "#0",
+    "tick",
+    "duty",
+    "\"supply (V)\"",
+    "count",
+    "angle",
+    "+",
+    "-",
+    "*",
+    "/",
+    "^",
+    "(",
+    ")",
+    "sin(",
+    "cos(",
+    "abs(",
+    "int8(",
+    "int16(",
+    "int32(",
+    "cumsum(",
+    "pi",
+    ":V",
+    ":ms",
+    ":8kHz",
+    ":turns",
+    "..",
+    "1e308",
+    "0",
+    "-",
+];
+
+/// A remedy belongs to every refusal.
+fn check_error(error: &Error) {
+    assert!(!error.hint().is_empty(), "{error} has no hint");
+}
+
+/// Every recording has at least two samples, times that increase, and finite signals of its length.
+fn check_record(record: &Record) {
+    let samples = record.samples();
+    assert!(samples.time_s.len() >= 2 && samples.time_s.iter().all(|t| t.is_finite()));
+    assert!(samples.time_s.windows(2).all(|t| t[1] > t[0]));
+    assert!(samples.signals().all(|(_, signal)| signal.len() == record.len() && signal.iter().all(|v| v.is_finite())));
+}
+
+/// Any bytes as a file of any format: read whole, or refused with a remedy; recordings are then diagnosed and prepared. The last byte
+/// chooses the options.
+pub fn recording(bytes: &[u8], _: &Path) -> bool {
+    let Some((&how, bytes)) = bytes.split_last() else { return false };
+    let columns = match how % 4 {
+        0 => "",
+        1 => "time=#1:8kHz,voltage=#2*12/255:V,speed=#3:rpm",
+        2 => "voltage=#2:0..12,position=cumsum(#3)/4096:turns,load_torque=int16(#2)*sin(position)/(#3-1)",
+        _ => "time=#1,voltage=#2,current=#3*-1+0.5:mA",
+    };
+    let options = ReadOptions {
+        columns: parse_columns(columns).unwrap_or_default(),
+        rate_hz: (how & 4 != 0).then_some(1000.0),
+        gaps: [Gaps::Error, Gaps::Keep, Gaps::Split][usize::from(how / 8) % 3],
+        bad_rows: if how & 128 != 0 { BadRows::Skip } else { BadRows::Error },
+        drop_repeats: how & 64 != 0,
+        ..ReadOptions::default()
+    };
+    let records = match read_bytes(bytes, None, &options) {
+        Ok(records) => records,
+        Err(error) => {
+            check_error(&error);
+            return false;
+        }
+    };
+    assert!(!records.is_empty());
+    for record in &records {
+        check_record(record);
+        for finding in diagnose(record) {
+            assert!(finding.places.iter().all(|p| p.start < p.end && p.end <= record.len()));
+        }
+        let preparation = Preparation {
+            offset: Offset::Auto,
+            mask: vec![Mask::Auto],
+            rate_hz: (how & 128 != 0).then_some(0.3 / record.period_s()).filter(|_| record.len() < 10_000),
+            filter: "butterworth:50:2".parse().ok().filter(|_| how & 32 != 0),
+            ..Preparation::default()
+        };
+        match preparation.apply(record) {
+            Ok(prepared) => prepared.iter().for_each(check_record),
+            Err(error) => check_error(&error),
+        }
+    }
+    true
+}
+
+/// The recording that studies find.
+const FOUND: &str = "time_s,voltage,current,speed\n0,0,0,0\n0.001,1,0.5,2\n0.002,1,0.7,5\n0.003,1,0.6,7\n";
+
+/// Any bytes as a study beside two recordings: planned, opened as the same and found again by a second plan, or refused with a remedy.
+///
+/// # Panics
+/// Also when the folder cannot be written.
+pub fn study(bytes: &[u8], folder: &Path) -> bool {
+    let (study, plan) = (folder.join("study.toml"), folder.join("plan"));
+    for name in ["a.csv", "b.csv"].map(|name| folder.join(name)) {
+        if !name.exists() {
+            std::fs::write(&name, FOUND).expect("a folder for files");
+        }
+    }
+    std::fs::write(&study, bytes).expect("a folder for files");
+    let planned = Sweep::plan(&study, &plan, None);
+    let is_accepted = planned.is_ok();
+    match planned {
+        Err(error) => check_error(&error),
+        Ok((sweep, is_known)) => {
+            assert!(!is_known && sweep.manifest().runs > 0);
+            let opened = Sweep::open(&plan).unwrap_or_else(|error| panic!("planned, but not opened: {error}"));
+            assert!(opened.digest() == sweep.digest());
+            let (again, is_known) =
+                Sweep::plan(&study, &plan, None).unwrap_or_else(|error| panic!("not again: {error}"));
+            assert!(is_known && again.digest() == sweep.digest());
+        }
+    }
+    if plan.exists() {
+        std::fs::remove_dir_all(&plan).expect("a folder for files");
+    }
+    is_accepted
+}
+
+/// A table for expressions: a clock, a duty cycle, a supply, a counter that wraps around, an angle.
+const TABLE: &str = "tick,duty,\"supply (V)\",count,angle\n0,0,12,65530,0\n8,1,12,65534,1\n16,1,11.9,3,3\n24,0.5,11.9,9,6\n\
+                     32,-0.5,12,12,8\n40,0,12.1,12,9\n48,-1,12,8,8\n56,1,12,1,5\n";
+
+/// Any bytes as a request for columns of a small table: understood, or refused with a remedy.
+pub fn columns(bytes: &[u8], _: &Path) -> bool {
+    let read = parse_columns(&String::from_utf8_lossy(bytes))
+        .and_then(|columns| read_bytes(TABLE.as_bytes(), None, &ReadOptions { columns, ..ReadOptions::default() }));
+    match read {
+        Ok(ref records) => records.iter().for_each(check_record),
+        Err(ref error) => check_error(error),
+    }
+    read.is_ok()
+}
