@@ -212,7 +212,7 @@ pub fn identifications(calls: &mut Calls) {
             "identify::Inspection::of" => Inspection::of(record),
         );
         let spec = &specs[n % specs.len()];
-        one(calls, &[record.clone()], spec);
+        one(calls, std::slice::from_ref(record), spec);
     }
     for spec in &specs {
         one(calls, &[with_noise(&step(120), [0.01, 0.1], 1).unwrap()], spec);
