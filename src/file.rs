@@ -54,11 +54,16 @@ fn near(path: &Path) -> Option<String> {
 /// Has the entries of a folder written to the disk, where the system can: a rename then survives a loss of power.
 ///
 /// # Errors
-/// Those of the disk. A folder that may not be opened, and a file system without this order, are none.
+/// Those of the disk, and `NotADirectory` for what is no folder. A folder that may not be opened, and a file system without
+/// this order, are none.
 pub fn sync_folder(folder: &Path) -> io::Result<()> {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     if !cfg!(unix) {
         return Ok(());
+    }
+    // A pipe would wait for its other end.
+    if std::fs::metadata(folder).is_ok_and(|facts| !facts.is_dir()) {
+        return Err(io::ErrorKind::NotADirectory.into());
     }
     match File::open(folder).and_then(|folder| folder.sync_all()) {
         Err(error) if matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::NotFound) => Err(error),
@@ -68,11 +73,13 @@ pub fn sync_folder(folder: &Path) -> io::Result<()> {
     }
 }
 
-/// Returns whether an open file is the one at a path.
+/// Returns whether an open file is the one at a path, which is a regular file.
 #[must_use]
 pub fn is_at(file: &File, path: &Path) -> bool {
     let same = || Ok::<_, io::Error>(Handle::from_file(file.try_clone()?)? == Handle::from_path(path)?);
-    same().unwrap_or(false)
+    // A pipe would wait for its other end.
+    let is_file = || std::fs::metadata(path).is_ok_and(|facts| facts.is_file());
+    is_file() && same().unwrap_or(false)
 }
 
 /// Writes a file to the disk.

@@ -192,7 +192,8 @@ fn covariance(found: &FittedMotor<'_>) -> Covariance {
         }
         let (Some(a), Some(b)) = (place(a), place(b)) else { return Some(0.0) };
         let known = found.uncertainty?;
-        Some(known.correlation[a][b]? * known.std_error[a]? * known.std_error[b]?)
+        let error = |n: usize| known.std_error.get(n).copied().flatten();
+        Some((*known.correlation.get(a)?.get(b)?)? * error(a)? * error(b)?)
     };
     std::array::from_fn(|a| std::array::from_fn(|b| entry(a, b)))
 }

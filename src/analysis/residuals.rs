@@ -89,6 +89,10 @@ fn kept(values: &[f64], counting: &[bool]) -> Vec<f64> {
 pub(super) fn moved(found: &FittedMotor<'_>) -> Vec<Vec<f64>> {
     let Some(uncertainty) = found.uncertainty else { return Vec::new() };
     let (axes, values) = (found.space.free(), found.values);
+    let sizes = [values.len(), uncertainty.std_error.len(), uncertainty.correlation.len()];
+    if sizes != [axes.len(); 3] || uncertainty.correlation.iter().any(|row| row.len() != axes.len()) {
+        return Vec::new();
+    }
     let shared: Vec<usize> = (0..axes.len()).filter(|n| axes[*n].scope == Scope::Shared).collect();
     let known: Vec<(usize, f64)> =
         shared.iter().filter_map(|&n| Some((n, uncertainty.std_error[n]? / axes[n].slope(values[n])))).collect();

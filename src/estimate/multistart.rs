@@ -91,6 +91,10 @@ fn lowest(ends: &[(Refined, usize)], sigma: &Sigma) -> (f64, usize) {
 
 /// Returns the best point of each part of a Latin hypercube.
 fn starts(problem: &Problem, sigma: &Sigma) -> Result<Vec<Vec<f64>>> {
+    if problem.space().free().is_empty() {
+        let message = "every parameter is held: there is no box to search";
+        return Err(crate::Error::usage(message, "Leave at least one free."));
+    }
     let steps = problem.active().max(1);
     let count = (SAMPLES / steps).clamp(STARTS_MIN, STARTS);
     let part = (CANDIDATE_STEPS / steps / count).clamp(1, CANDIDATES);

@@ -176,8 +176,8 @@ impl Identification {
     pub fn estimates(&self) -> Vec<ParameterEstimate> {
         let uncertainty = self.uncertainty.as_ref();
         let free = self.space.free().iter().zip(&self.values).enumerate().map(|(n, (axis, value))| ParameterEstimate {
-            std_error: uncertainty.and_then(|u| u.std_error[n]),
-            ci95: uncertainty.and_then(|u| u.ci95[n]),
+            std_error: uncertainty.and_then(|u| *u.std_error.get(n)?),
+            ci95: uncertainty.and_then(|u| *u.ci95.get(n)?),
             at_bound: side(axis, *value),
             axis: Some(*axis),
             ..ParameterEstimate::new(axis.parameter, axis.scope, Some(*value))

@@ -187,7 +187,7 @@ impl Identification {
     /// Correlations of R, L, K, B and J, `None` for those held or unknown.
     pub(super) fn correlation(&self, uncertainty: &Uncertainty) -> [[Option<f64>; 5]; 5] {
         let place = |p: Parameter| self.space.free().iter().position(|axis| axis.parameter == p);
-        let entry = |a: Parameter, b: Parameter| uncertainty.correlation[place(a)?][place(b)?];
+        let entry = |a: Parameter, b: Parameter| *uncertainty.correlation.get(place(a)?)?.get(place(b)?)?;
         Parameter::ALL.map(|a| Parameter::ALL.map(|b| entry(a, b)))
     }
 

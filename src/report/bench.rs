@@ -10,7 +10,7 @@ pub fn bench_document(spec: &ThroughputSpec, result: &Throughput) -> Value {
     let contender = |n: usize| &result.contenders[n];
     let measurement = |m: &Measurement| {
         value!({
-            "contender": contender(m.contender).name, "samples": m.samples, "population": m.population,
+            "contender": result.contenders.get(m.contender).map(|c| &c.name), "samples": m.samples, "population": m.population,
             "seconds": m.seconds, "interval95": m.spread().map(|_| m.interval), "spread": m.spread(),
             "rounds": m.rounds, "candidate_steps_per_second": m.rate(), "kernel_seconds": m.kernel.map(|k| k[0]),
             "kernel_share": m.kernel.map(|k| k[0] / k[1]),

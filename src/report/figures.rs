@@ -93,11 +93,12 @@ pub fn correlations(found: &Identification) -> Option<Figure> {
     }
     let name = |axis: &Axis| match axis.scope {
         Scope::Shared => axis.parameter.symbol().to_owned(),
-        Scope::Recording(n) => format!("{} {}", axis.parameter.symbol(), n + 1),
+        Scope::Recording(n) => format!("{} {}", axis.parameter.symbol(), u64::from(n) + 1),
     };
     let names: Vec<String> = free.iter().map(name).collect();
-    let rows = uncertainty.correlation[..free.len()].iter();
-    let values: Vec<Vec<f64>> = rows.map(|row| row[..free.len()].iter().copied().collect()).collect::<Option<_>>()?;
+    let rows = uncertainty.correlation.get(..free.len())?.iter();
+    let values: Vec<Vec<f64>> =
+        rows.map(|row| row.get(..free.len())?.iter().copied().collect()).collect::<Option<_>>()?;
     let pairs = (0..free.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
     let strongest = pairs.max_by(|x, y| values[x.0][x.1].abs().total_cmp(&values[y.0][y.1].abs()));
     let caption = strongest.map_or(String::new(), |(a, b)| {

@@ -19,7 +19,11 @@ pub(super) fn parameters_table(found: &Identification) -> Table {
             (_, Some(side)) => format!("at its {side}"),
             _ => String::new(),
         };
-        let of = if let Scope::Recording(n) = e.scope { format!(" of recording {}", n + 1) } else { String::new() };
+        let of = if let Scope::Recording(n) = e.scope {
+            format!(" of recording {}", u64::from(n) + 1)
+        } else {
+            String::new()
+        };
         table.row(vec![
             format!("{}, {}{of}", p.symbol(), p.name()),
             e.value.map_or_else(dash, |value| significant(value, 6)),

@@ -50,7 +50,8 @@ impl CostMap {
             let uncertainty = self.found.uncertainty.as_ref()?;
             let place = |p: Parameter| self.found.space.free().iter().position(|axis| axis.parameter == p);
             let [a, b] = [place(self.parameters[0])?, place(self.parameters[1])?];
-            Some((uncertainty.std_error[a]?, uncertainty.std_error[b]?, uncertainty.correlation[a][b]?))
+            let error = |n: usize| uncertainty.std_error.get(n).copied().flatten();
+            Some((error(a)?, error(b)?, (*uncertainty.correlation.get(a)?.get(b)?)?))
         };
         let Some((x, y, correlation)) = known() else { return Vec::new() };
         let ([x0, y0], size) = (self.optimum(), CHI2.sqrt());

@@ -15,15 +15,17 @@ mod list;
 mod support;
 
 use motorfit::Error;
+use motorfit::candidates::Candidates;
 use motorfit::criterion::{Criterion, Noise};
+use motorfit::device::BatchSearchEvaluator;
 use motorfit::estimate::{fit_problem, global_reference, squares_on};
 use motorfit::evaluate::{Evaluator, Model, Problem, Scalar, Simd};
 use motorfit::identify::{IdentifySpec, identify, validate};
 use motorfit::motor::{Axis, Discretization, Drive, Parameter, Parameters, Scope, Space, simulate};
-use motorfit::optimize::{Sample, Sampling};
+use motorfit::optimize::{Evaluate as _, Sample, Sampling};
 use motorfit::record::{FilterKind, Lines, LowPass, Preparation, Record};
 use motorfit::study::sweep::{Shard, Sweep};
-use motorfit::text::{engineering, significant};
+use motorfit::text::{decimals, engineering, significant};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
@@ -135,8 +137,23 @@ fn numbers_have_as_many_digits_as_there_are() {
         }
     }
     assert_eq!(significant(0.25, 0), "0.2");
+    for value in [1.0 / 3.0, 5e-324, f64::MAX, f64::NAN] {
+        let (most, all) = (decimals(value, 767), decimals(value, usize::MAX));
+        assert!(most == all && most.len() < 800, "{} characters", all.len());
+    }
     // A channel that is not there has no noise of its own, and is estimated.
     assert_eq!(Noise::Sigma([Some(1.0); 2]).sigma(2, &[0.0; 8]).to_bits(), 0);
+}
+
+#[test]
+fn a_search_without_problems_evaluates_nothing() {
+    refused(BatchSearchEvaluator::open(&IdentifySpec::default(), Vec::new()).map(drop), "nothing to search");
+    let mut none = BatchSearchEvaluator::new(Box::new(Scalar), Vec::new());
+    assert!(none.slice() >= 1);
+    none.begin(&[]).unwrap();
+    none.finish(&[], &mut []).unwrap();
+    let one = [Candidates::new(&[1.0; 5], 5)];
+    assert!(none.begin(&one).is_err(), "there is no problem to evaluate a candidate on");
 }
 
 #[test]

@@ -51,7 +51,9 @@ fn costs(comparison: &Comparison) -> Table {
             table.named_row(&format!("{name}, {scale}{mark}"), theirs.into_iter().chain(ours));
         }
     }
-    table.note(format!("{runs} runs each, seed {seed}, {}.", setting_name(&comparison.blocks[0].setting)));
+    let under =
+        comparison.blocks.first().map_or_else(String::new, |block| format!(", {}", setting_name(&block.setting)));
+    table.note(format!("{runs} runs each, seed {seed}{under}."));
     noted(&mut table, "ab");
     table
 }

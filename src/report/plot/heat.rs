@@ -1,6 +1,6 @@
 //! Maps of a quantity over two axes.
 
-use super::svg;
+use super::{DRAWN_MAX, nothing, svg};
 use kuva::plot::line::LinePlot;
 use kuva::plot::scatter::ScatterPlot;
 use kuva::plot::{ColorMap, Heatmap};
@@ -24,12 +24,22 @@ pub struct Map<'a> {
     pub curve: Vec<(f64, f64)>,
 }
 
-/// A heat map with its mark and curve.
+/// A heat map with its mark and curve; a drawing that says so where there are no values, rows of different lengths, or a range
+/// that is none.
 #[must_use]
 pub fn heat_map(map: Map<'_>) -> String {
     let [[x0, x1], [y0, y1]] = map.ranges;
+    let width = map.values.first().map_or(0, Vec::len);
+    let is_range = |[low, high]: &[f64; 2]| {
+        let size = low.abs().max(high.abs());
+        size <= DRAWN_MAX && high - low > 1e-12 * size && high - low > 1.0 / DRAWN_MAX
+    };
+    if width == 0 || map.values.iter().any(|row| row.len() != width) || !map.ranges.iter().all(is_range) {
+        return nothing(map.title);
+    }
+    let values = map.values.iter().map(|row| row.iter().map(|v| v.clamp(-DRAWN_MAX, DRAWN_MAX)).collect::<Vec<_>>());
     let heat = Heatmap::new()
-        .with_data(map.values)
+        .with_data(values)
         .with_color_map(ColorMap::Viridis)
         .with_x_range(x0, x1)
         .with_y_range(y0, y1)
@@ -41,7 +51,9 @@ pub fn heat_map(map: Map<'_>) -> String {
         plots.push(Plot::Line(LinePlot::new().with_data(part.to_vec()).with_color("#ffffff").with_stroke_width(2.0)));
     }
     let mark = vec![(map.mark[0], map.mark[1])];
-    plots.push(Plot::Scatter(ScatterPlot::new().with_data(mark).with_color("#ffffff")));
+    if inside(&mark[0]) {
+        plots.push(Plot::Scatter(ScatterPlot::new().with_data(mark).with_color("#ffffff")));
+    }
     let layout = Layout::auto_from_plots(&plots)
         .with_title(map.title)
         .with_x_label(map.labels[0])

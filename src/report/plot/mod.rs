@@ -27,6 +27,9 @@ const COLORS: [&str; 7] = ["#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 /// The most points of a line: more are not seen.
 const POINTS: usize = 1600;
 
+/// Larger numbers, and on a logarithmic axis smaller ones than its inverse, are not drawn: marks on their axes would have no end.
+const DRAWN_MAX: f64 = 1e300;
+
 /// A line of a chart.
 #[derive(Debug, Clone, Default)]
 pub struct Line {
@@ -112,10 +115,14 @@ impl Chart {
 
 /// A line in its colour and dashes; `None` where there is nothing to show.
 fn plot(n: usize, line: &Line, log: [bool; 2], with_legend: bool) -> Option<Plot> {
-    let shown = |v: f64, axis: usize| v.is_finite() && (!log[axis] || v > 0.0);
+    let shown = |v: f64, axis: usize| v.abs() <= DRAWN_MAX && (!log[axis] || v >= 1.0 / DRAWN_MAX);
     let kept: Vec<usize> = (0..line.points.len())
         .filter(|&k| shown(line.points[k].0, 0) && shown(line.points[k].1, 1))
-        .filter(|&k| line.band.as_ref().is_none_or(|(low, high)| shown(low[k], 1) && shown(high[k], 1)))
+        .filter(|&k| {
+            line.band
+                .as_ref()
+                .is_none_or(|(low, high)| [low, high].into_iter().all(|side| side.get(k).is_some_and(|v| shown(*v, 1))))
+        })
         .collect();
     let kept = thinned(&kept, &line.points);
     if kept.is_empty() {

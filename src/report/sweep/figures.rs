@@ -20,7 +20,8 @@ pub(super) fn motors(summary: &SweepSummary, limits: &Limits) -> Option<Figure> 
     let panel = |spread: Spread| {
         let (parameter, scope) = spread.named;
         let unit = Unit::for_all(spread.named, &spread.values);
-        let of = if let Scope::Recording(n) = scope { format!(" of recording {}", n + 1) } else { String::new() };
+        let of =
+            if let Scope::Recording(n) = scope { format!(" of recording {}", u64::from(n) + 1) } else { String::new() };
         Histogram {
             title: capital(parameter.name()) + &of,
             labels: [unit.head(), "motors [1]".to_owned()],

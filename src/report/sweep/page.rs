@@ -38,7 +38,7 @@ pub fn sweep_answer(summary: &SweepSummary, limits: &Limits) -> String {
     let found = if summary.motors > 1 {
         format!("{} of {} motors identified", many(summary.results.len()), many(summary.motors))
     } else {
-        let done = summary.runs - summary.missing - summary.failed;
+        let done = summary.runs.saturating_sub(summary.missing).saturating_sub(summary.failed);
         format!("{} of {} runs of one motor have a result", grouped(done), grouped(summary.runs))
     };
     let verdict = match (limits.is_empty() || summary.results.is_empty(), motors_outside(&excesses(summary, limits))) {

@@ -26,7 +26,7 @@ pub fn shortened(table: &Table, rows: usize) -> Table {
     for head in SPARED {
         if let Some(place) = short.heads.iter().position(|h| h == head).filter(|_| width(&short) > WIDTH) {
             short.heads.remove(place);
-            short.rows.iter_mut().for_each(|row| drop(row.remove(place)));
+            short.rows.iter_mut().filter(|row| place < row.len()).for_each(|row| drop(row.remove(place)));
         }
     }
     if width(&short) > WIDTH && short.notes.iter().any(|note| note.contains(SPREAD)) {
@@ -39,11 +39,12 @@ pub fn shortened(table: &Table, rows: usize) -> Table {
     let widths = widths(&short);
     if let Some(widest) = (0..widths.len()).filter(|_| over > 0).max_by_key(|n| widths[*n]) {
         let most = widths[widest].saturating_sub(over).max(SHORTEST);
-        short.rows.iter_mut().for_each(|row| row[widest] = cut(&row[widest], most));
+        short.rows.iter_mut().filter_map(|row| row.get_mut(widest)).for_each(|cell| *cell = cut(cell, most));
     }
     while width(&short) > WIDTH && short.heads.len() > COLUMNS {
         short.heads.pop();
-        short.rows.iter_mut().for_each(|row| drop(row.pop()));
+        let columns = short.heads.len();
+        short.rows.iter_mut().for_each(|row| row.truncate(columns));
     }
     if short.heads.len() < table.heads.len() {
         short.note("More columns are on the page and in the CSV.");
@@ -54,7 +55,7 @@ pub fn shortened(table: &Table, rows: usize) -> Table {
 fn widths(table: &Table) -> Vec<usize> {
     let rows = || std::iter::once(&table.heads).chain(&table.rows);
     let length = |text: &String| crate::text::printable(text).chars().count();
-    (0..table.heads.len()).map(|n| rows().map(|row| length(&row[n])).max().unwrap_or(0)).collect()
+    (0..table.heads.len()).map(|n| rows().filter_map(|row| row.get(n)).map(length).max().unwrap_or(0)).collect()
 }
 
 /// As the table is shown: an indent of two blanks, and one between columns.

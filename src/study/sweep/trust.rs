@@ -52,13 +52,13 @@ impl LevelCounts {
     /// Returns the number of results that are not known to be good.
     #[must_use]
     pub fn not_good(&self) -> u64 {
-        self.check + self.poor + self.unknown
+        self.check.saturating_add(self.poor).saturating_add(self.unknown)
     }
 
     /// Returns whether any result has a level.
     #[must_use]
     pub fn is_known(&self) -> bool {
-        self.good + self.check + self.poor > 0
+        self.good > 0 || self.check > 0 || self.poor > 0
     }
 }
 

@@ -1,7 +1,15 @@
 //! The drivers of public functions, by module.
 
+pub mod analysis;
+pub mod estimate;
 pub mod evaluate;
+pub mod files;
 pub mod ground;
+pub mod identify;
 pub mod motor;
 pub mod optimize;
 pub mod record;
+pub mod report;
+pub mod settings;
+pub mod study;
+pub mod sweep;

@@ -1,0 +1,87 @@
+//! Settings as they are given, and the small languages of their values.
+
+use crate::arguments::{NUMBERS, WIDE, texts};
+use crate::calls::{Calls, ask, drive};
+use motorfit::Error;
+use motorfit::identify::Polish;
+use motorfit::setting::Setting;
+use motorfit::settings::values::{auto_bounds, bounds, motor, named, noise, number, pair, parameters, ranges};
+use motorfit::settings::{DEVICE, Given, PROBLEM, READING, SEARCH, Value, device, identify, method, problem, reading};
+
+pub fn languages(calls: &mut Calls) {
+    for word in texts() {
+        let lists =
+            [vec![], vec![word.clone()], vec![word.clone(), word.clone()], vec![format!("R={word}"), word.clone()]];
+        ask!(calls, word;
+            "settings::values::motor" => motor(&word),
+            "settings::values::motor" => motor(&format!("m2,{word}")),
+            "settings::values::noise" => noise(&word),
+            "settings::values::noise" => noise(&format!("i={word},w={word}")),
+        );
+        for setting in [Setting::Bounds, Setting::Fix, Setting::Shard] {
+            ask!(calls, (setting, &word);
+                "settings::values::pair" => pair(&word, setting, &word),
+                "settings::values::number" => number(&word, setting),
+            );
+            for items in &lists {
+                ask!(calls, (setting, items);
+                    "settings::values::parameters" => parameters(items, setting),
+                    "settings::values::ranges" => ranges(items, setting),
+                    "settings::values::named" => named(items, setting),
+                );
+            }
+        }
+        for items in &lists {
+            ask!(calls, items;
+                "settings::values::bounds" => bounds(items),
+                "settings::values::auto_bounds" => auto_bounds(items),
+            );
+            for name in ["auto", "sm", "ga", &word] {
+                ask!(calls, (name, items); "settings::method" => method(name, items));
+            }
+        }
+    }
+}
+
+/// Values of all forms.
+fn every_value() -> Vec<Value> {
+    let mut all = vec![Value::Switch(true), Value::Switch(false), Value::List(Vec::new())];
+    all.extend(NUMBERS.map(Value::Number));
+    all.extend(WIDE.map(Value::Count));
+    for word in texts() {
+        all.push(Value::List(vec![word.clone(), word.clone()]));
+        all.push(Value::Text(word));
+    }
+    all
+}
+
+pub fn given(calls: &mut Calls) {
+    let all: Vec<Setting> = [&READING[..], &SEARCH, &PROBLEM, &DEVICE].concat();
+    for (setting, value) in all.iter().flat_map(|s| every_value().into_iter().map(move |v| (*s, v))) {
+        let mut given = Given::default();
+        let with = (setting, &value);
+        drive!(calls, with;
+            "settings::Given::put" => given.put(setting, value.clone()),
+            "settings::Given::has" => given.has(setting),
+            "settings::Given::switch" => given.switch(setting),
+            "settings::Given::number" => given.number(setting),
+            "settings::Given::count" => given.count(setting),
+            "settings::Given::text" => given.text(setting).map(str::len),
+            "settings::Given::list" => given.list(setting).len(),
+            "settings::Given::and" => given.and(&given).and(&Given::default()).has(setting),
+        );
+        ask!(calls, with;
+            "settings::Given::read" => given.read(setting, str::parse::<motorfit::study::sweep::Shard>).map_err(Error::from),
+            "settings::Given::items" => given.items(setting, |items| named(items, setting)).map_err(Error::from),
+            "settings::Given::choice" => given.choice::<Polish>(setting).map_err(Error::from),
+            "settings::reading" => reading(&given).map_err(Error::from),
+            "settings::device" => device(&given).map_err(Error::from),
+            "settings::problem" => problem(&given).map_err(Error::from),
+            "settings::identify" => identify(&given).map_err(Error::from),
+        );
+    }
+    drive!(calls, ();
+        "record::limits" => motorfit::record::limits(),
+        "study::limits" => motorfit::study::limits(),
+    );
+}

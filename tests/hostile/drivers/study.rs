@@ -1,0 +1,273 @@
+//! Comparisons, benchmarks and maps of the cost.
+
+use crate::arguments::{COUNTS, FEW, NUMBERS, records, step, texts};
+use crate::calls::{Calls, ask, drive};
+use crate::drivers::identify::{fitted, mangled};
+use motorfit::criterion::{Criterion, Scale};
+use motorfit::evaluate::{Model, Scalar, Simd};
+use motorfit::identify::{IdentifySpec, Method};
+use motorfit::motor::{Parameter, Parameters};
+use motorfit::named::Named;
+use motorfit::optimize::{GeneticOptions, GwoOptions};
+use motorfit::study::compare::{
+    Block, CompareSettings, CompareSpec, Comparison, MethodEstimates, MethodResult, Outcome, Preset, Setting,
+    Steiglitz, Subject, compare, paper, reached,
+};
+use motorfit::study::{Contender, CostMap, Measurement, Throughput, ThroughputSpec, contenders, cost_map, throughput};
+use std::ops::ControlFlow;
+
+fn setting(population: usize, generations: usize) -> Setting {
+    let methods = vec![GwoOptions::default().into(), GeneticOptions::default().into()];
+    Setting { criterion: Criterion::default(), population, generations, methods }
+}
+
+fn quick() -> CompareSpec {
+    CompareSpec { settings: vec![setting(6, 4)], runs: 7, noise_records: 3, ..CompareSpec::default() }
+}
+
+/// A comparison of some milliseconds, and others with parts that do not fit each other.
+pub fn comparisons() -> Vec<Comparison> {
+    let subject = Subject { records: vec![step(100)], truth: Some(Parameters::M2) };
+    let found = compare(subject, &quick(), &mut |_| ControlFlow::Continue(())).unwrap();
+    let mut all = vec![found.clone()];
+    let mut with = |change: &dyn Fn(&mut Comparison)| {
+        let mut other = found.clone();
+        change(&mut other);
+        all.push(other);
+    };
+    with(&|c| c.blocks.clear());
+    with(&|c| c.blocks[0].results.clear());
+    with(&|c| c.blocks[0].results[0].runs.clear());
+    with(&|c| c.blocks[0].results.iter_mut().for_each(|r| r.runs.clear()));
+    with(&|c| c.blocks[0].results[0].runs.truncate(2));
+    with(&|c| c.blocks[0].results[0].runs[0].history.clear());
+    with(&|c| c.blocks[0].setting.methods.clear());
+    with(&|c| (c.blocks[0].setting.population, c.blocks[0].setting.generations) = (0, 0));
+    with(&|c| c.initial.clear());
+    with(&|c| c.steiglitz = None);
+    with(&|c| c.reference = Err("".into()));
+    with(&|c| (c.subject.truth, c.reference) = (None, Err("".into())));
+    with(&|c| c.subject.records.clear());
+    with(&|c| c.spec.settings.clear());
+    for value in FEW {
+        let odd = Parameters { r: value, l: value, k: value, b: value, j: value };
+        with(&|c| (c.subject.truth, c.spec.target, c.batch_seconds) = (Some(odd), Some(value), value));
+        with(&|c| {
+            for run in c.blocks.iter_mut().flat_map(|b| &mut b.results).flat_map(|r| &mut r.runs) {
+                (run.cost, run.parameters) = (value, Some(odd));
+                run.history.iter_mut().for_each(|cost| *cost = value);
+            }
+        });
+        with(&|c| c.blocks[0].results.iter_mut().for_each(|r| r.seconds = Some(value)));
+    }
+    all
+}
+
+pub fn compared(calls: &mut Calls) {
+    for comparison in comparisons() {
+        let shown = format!("{:?}", comparison.blocks);
+        drive!(calls, shown;
+            "study::compare::Comparison::expected" => comparison.expected(),
+            "study::compare::Comparison::is_free" => Parameter::ALL.map(|p| comparison.is_free(p)),
+        );
+        for block in &comparison.blocks {
+            drive!(calls, shown;
+                "study::compare::Comparison::estimates" => comparison.estimates(block),
+                "study::compare::reached" => (reached(block, None), NUMBERS.map(|target| reached(block, Some(target)))),
+                "study::compare::Block::has_results" => block.has_results(),
+                "study::compare::Block::ranking" => block.ranking(),
+            );
+            for result in &block.results {
+                of_method(calls, result);
+            }
+        }
+    }
+    for value in FEW {
+        let odd = Parameters { r: value, l: value, k: value, b: value, j: value };
+        let steiglitz =
+            Steiglitz { estimate: Ok(odd), spread: vec![odd; 2], records: 0, sigma: [value; 2], seconds: value };
+        drive!(calls, value; "study::compare::Steiglitz::estimates" => steiglitz.estimates());
+        for all in [vec![], vec![odd], vec![odd; 3]] {
+            let of = MethodEstimates { method: "", best: Some(odd), all, seconds: None };
+            drive!(calls, of;
+                "study::compare::MethodEstimates::deviations" => of.deviations(),
+                "study::compare::MethodEstimates::errors" => [of.errors(&odd), of.errors(&Parameters::M2)],
+                "study::compare::MethodEstimates::values" => Parameter::EXTENSIONS.map(|p| of.values(p).len()),
+            );
+        }
+    }
+    drive!(calls, ();
+        "study::compare::CompareSpec::paper" => CompareSpec::paper(),
+        "study::compare::Preset::name" => Preset::ALL.map(Preset::name),
+        "study::compare::Setting::paper" => Scale::ALL.map(Setting::paper),
+    );
+    ask!(calls, (); "study::compare::Subject::m2" => Subject::m2());
+}
+
+fn of_method(calls: &mut Calls, result: &MethodResult) {
+    drive!(calls, result;
+        "study::compare::MethodResult::best" => result.best().map(|best| best.cost),
+        "study::compare::MethodResult::costs" => result.costs(),
+        "study::compare::MethodResult::estimates" => result.estimates(),
+        "study::compare::MethodResult::summary" => result.summary(u64::MAX),
+    );
+}
+
+pub fn compare_specs(calls: &mut Calls) {
+    let usual = quick();
+    let mut specs = vec![
+        CompareSpec { settings: Vec::new(), ..usual.clone() },
+        CompareSpec { runs: 0, ..usual.clone() },
+        CompareSpec { runs: usize::MAX, ..usual.clone() },
+        CompareSpec { settings: vec![setting(0, 3)], ..usual.clone() },
+        CompareSpec { settings: vec![setting(5, 0)], ..usual.clone() },
+        CompareSpec { settings: vec![setting(5, 2), setting(7, 3)], runs: 1, noise_records: 0, ..usual.clone() },
+        CompareSpec { settings: vec![Setting { methods: Vec::new(), ..setting(5, 2) }], ..usual.clone() },
+        CompareSpec { settings: vec![Setting { methods: vec![Method::Auto; 2], ..setting(5, 2) }], ..usual.clone() },
+        CompareSpec {
+            settings: vec![Setting { methods: vec![Method::SteiglitzMcBride], ..setting(5, 2) }],
+            ..usual.clone()
+        },
+    ];
+    for value in FEW {
+        specs.push(CompareSpec { target: Some(value), noise_db: value, runs: 2, ..usual.clone() });
+    }
+    for spec in &specs {
+        let subject = Subject { records: vec![step(60)], truth: Some(Parameters::M2) };
+        ask!(calls, spec; "study::compare::compare" => compare(subject.clone(), spec, &mut |_| ControlFlow::Continue(())));
+    }
+    let short = CompareSpec { runs: 2, settings: vec![setting(4, 2)], ..usual };
+    for record in records().into_iter().step_by(3) {
+        for (records, truth) in
+            [(vec![], None), (vec![record.clone()], None), (vec![record.clone(), step(30)], Some(Parameters::M2))]
+        {
+            let subject = Subject { records, truth };
+            ask!(calls, subject;
+                "study::compare::compare" => compare(subject.clone(), &short, &mut |_| ControlFlow::Continue(())),
+                "study::compare::compare" => compare(subject.clone(), &short, &mut |_| ControlFlow::Break(())),
+            );
+        }
+    }
+    for word in texts() {
+        ask!(calls, word; "study::compare::Preset::named" => <Preset as Named>::named("preset", &word));
+        drive!(calls, word; "study::compare::paper::printed" => paper::printed(&word));
+        let own = |n: usize, m: usize| if n == m { vec![word.clone()] } else { Vec::new() };
+        for n in 0..6 {
+            let settings = CompareSettings {
+                methods: if n == 5 { Vec::new() } else { vec![GeneticOptions::default().into()] },
+                criteria: if n == 0 { own(0, 0) } else { vec!["euclidean:peak".to_owned()] },
+                population: vec![usize::MAX],
+                generations: vec![0],
+                set: own(n, 1),
+                bounds: own(n, 2),
+                fix: own(n, 3),
+            };
+            ask!(calls, (n, &word);
+                "study::compare::CompareSettings::settings" => settings.settings(),
+                "study::compare::CompareSettings::space" =>
+                    settings.space(&Subject { records: vec![step(30)], truth: None }, Model::default()),
+            );
+        }
+    }
+}
+
+pub fn maps(calls: &mut Calls) {
+    for found in mangled(&fitted()) {
+        for (costs, value) in [(vec![], 0.0), (vec![vec![]], f64::NAN), (vec![vec![1.0; 2]; 2], f64::INFINITY)] {
+            let parameters = [Parameter::R, Parameter::Load];
+            let map = CostMap { parameters, ranges: [[value, 1.0]; 2], costs, found: found.clone() };
+            drive!(calls, value;
+                "study::CostMap::ellipse" => map.ellipse().len(),
+                "study::CostMap::optimum" => map.optimum(),
+                "study::CostMap::value" => COUNTS.map(|place| [map.value(0, place), map.value(1, place)]),
+            );
+            calls.may_panic("study::CostMap::value", || map.value(usize::MAX, 0));
+        }
+    }
+    let spec = IdentifySpec { population: 4, generations: 2, ..IdentifySpec::default() };
+    for record in records().iter().step_by(4).chain([&step(60)]) {
+        for side in [0, 1, 2, 3, usize::MAX] {
+            for parameters in [[Parameter::R, Parameter::L], [Parameter::R; 2], [Parameter::Load, Parameter::R]] {
+                ask!(calls, (record, side, parameters); "study::cost_map" => cost_map(std::slice::from_ref(record), &spec, parameters, side));
+            }
+        }
+    }
+    ask!(calls, "none"; "study::cost_map" => cost_map(&[], &spec, [Parameter::R, Parameter::L], 2));
+}
+
+/// Benchmarks whose parts do not fit each other.
+pub fn benchmarks() -> Vec<Throughput> {
+    let mut all = Vec::new();
+    for (value, number) in FEW.into_iter().flat_map(|v| COUNTS.map(|n| (v, n))) {
+        let measurement = Measurement {
+            contender: number,
+            population: number,
+            samples: number,
+            seconds: Some(value),
+            interval: [value, -value],
+            rounds: number,
+            kernel: Some([value, 0.0]),
+            again: Some((value, [value; 2])),
+        };
+        let contenders = if number % 2 == 0 { Vec::new() } else { contenders(1, false, false).unwrap().0 };
+        let measurements =
+            vec![measurement.clone(), Measurement { seconds: None, contender: 0, ..measurement.clone() }, measurement];
+        all.push(Throughput {
+            contenders,
+            refused: vec![String::new()],
+            measurements,
+            fma_peak: Some(value),
+            interrupted: true,
+        });
+    }
+    all
+}
+
+pub fn speeds(calls: &mut Calls) {
+    for result in benchmarks() {
+        let first = result.measurements[0].clone();
+        drive!(calls, first;
+            "study::Measurement::rate" => first.rate(),
+            "study::Measurement::kernel_rate" => first.kernel_rate(),
+            "study::Measurement::spread" => first.spread(),
+            "study::Throughput::baseline" => result.baseline(),
+            "study::Throughput::control" => result.control(),
+            "study::Throughput::paces" => result.paces(),
+            "study::Throughput::of" => COUNTS.map(|n| result.of(n).count()),
+            "study::Throughput::case" => COUNTS.map(|n| result.case(n, n, n).is_some()),
+            "study::Throughput::crossover" => COUNTS.map(|n| COUNTS.map(|m| result.crossover(n, m, n))),
+        );
+    }
+    for threads in COUNTS.into_iter().filter(|threads| *threads != 1000) {
+        ask!(calls, threads;
+            "study::contenders" => contenders(threads, false, true).map(drop),
+            "study::Contender::on_cpu" => Contender::on_cpu(String::new(), Box::new(Scalar), threads).map(drop),
+        );
+    }
+    for (count, budget_s) in COUNTS.into_iter().flat_map(|c| FEW.map(|b| (c, b))) {
+        for (populations, samples) in
+            [(vec![count], vec![5]), (vec![3, 3], vec![count]), (vec![], vec![count]), (vec![1], vec![])]
+        {
+            let spec = ThroughputSpec { populations, samples, budget_s };
+            let is_long = |spec: &ThroughputSpec| {
+                let most = |list: &[usize]| list.iter().copied().max().unwrap_or(0);
+                most(&spec.populations) * most(&spec.samples) > 100_000 || spec.budget_s > 1.0
+            };
+            let checked = calls.ask("study::ThroughputSpec::checked", &spec, || spec.clone().checked());
+            // What it takes is what was asked for.
+            if checked.as_ref().is_none_or(|spec| !is_long(spec) && spec.budget_s < 1e-3) {
+                let who =
+                    || (vec![Contender::on_cpu(String::new(), Box::new(Simd::default()), 1).unwrap()], Vec::new());
+                ask!(calls, spec;
+                    "study::throughput" => throughput(&spec, who(), &mut |_, _| ControlFlow::Continue(())).map(drop),
+                    "study::throughput" => throughput(&spec, (Vec::new(), Vec::new()), &mut |_, _| ControlFlow::Break(())).map(drop),
+                );
+            }
+        }
+    }
+    let outcome = Outcome { parameters: None, cost: f64::NAN, history: vec![f64::NAN], evaluations: u64::MAX };
+    let result = MethodResult { method: Method::Auto, runs: vec![outcome; 9], seconds: Some(f64::NAN) };
+    of_method(calls, &result);
+    let block = Block { setting: setting(1, 1), results: vec![result; 3], reference_cost: None, steiglitz_cost: None };
+    drive!(calls, block; "study::compare::Block::ranking" => block.ranking());
+}
