@@ -126,7 +126,7 @@ struct Call<'a> {
 }
 
 impl Call<'_> {
-    /// Whether the input was accepted, and how long that took.
+    /// The outcome of an input: true if it was accepted, and the time that it took.
     fn run(&self, input: &[u8], case: u64) -> (bool, Duration) {
         let start = Instant::now();
         let answer = catch_unwind(AssertUnwindSafe(|| (self.target)(input, self.folder)));

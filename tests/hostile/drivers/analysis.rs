@@ -1,4 +1,4 @@
-//! What judges a fit, of motors and recordings that are odd.
+//! Tests of fits, driven with odd motors and recordings.
 
 use crate::arguments::{FEW, NUMBERS, records, signals, step};
 use crate::calls::{Calls, ask, drive};
