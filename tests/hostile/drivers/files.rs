@@ -4,7 +4,7 @@ use crate::arguments::{FEW, NUMBERS, WIDE, records, signals, texts};
 use crate::calls::{Calls, ask, drive};
 use motorfit::criterion::Noise;
 use motorfit::experiment::{Excitation, StepExperiment, drive, noise_of, simulated, with_noise};
-use motorfit::file::{create, is_at, remove_leftovers, replace, replace_if, sync, sync_folder, unwritable};
+use motorfit::file::{create, is_at, remove_leftovers, replace, replace_if, sync, sync_folder, unreadable, unwritable};
 use motorfit::motor::{Discretization, Extended, Parameter, Parameters};
 use motorfit::record::{ReadOptions, Reading, read, read_csv, read_inputs, read_joined};
 use motorfit::study::sweep::Sweep;
@@ -64,7 +64,10 @@ pub fn files(calls: &mut Calls) {
         );
     }
     for path in paths(folder.path()) {
-        drive!(calls, path; "file::remove_leftovers" => remove_leftovers(&path));
+        drive!(calls, path;
+            "file::remove_leftovers" => remove_leftovers(&path),
+            "file::unreadable" => [std::io::ErrorKind::NotFound, std::io::ErrorKind::Other].map(|kind| unreadable(&path, &kind.into())),
+        );
         let failed = |error: std::io::Error| unwritable(&path, &error);
         ask!(calls, path;
             "file::replace" => replace(&path, |_| Err(motorfit::Error::usage("a", "b"))),

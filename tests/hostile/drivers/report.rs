@@ -10,7 +10,7 @@ use motorfit::Error;
 use motorfit::analysis::NoiseFloor;
 use motorfit::identify::{BatchCosts, Identifiability, IdentifySpec, Inspection, SelectionStep};
 use motorfit::motor::{Discretization, Extension, Parameter, Parameters};
-use motorfit::report::plot::{Line, Map, heat_map, log_log};
+use motorfit::report::plot::{Line, Map, heat_map, log_log, themed};
 use motorfit::report::sweep as of_sweep;
 use motorfit::report::{
     EvaluateDocument, Figure, Item, Page, Part, Reproduced, Section, SignalFacts, Table, bench_document,
@@ -105,6 +105,8 @@ pub fn plots(calls: &mut Calls) {
             let line = Line { name: "\0".to_owned(), points: points.clone(), band, steps: values.len() % 2 == 0 };
             drive!(calls, values; "report::plot::log_log" => log_log("\u{202e}", ["", "<"], vec![line.clone(), Line::default(), line]));
         }
+        let drawing = format!("{values:?}>");
+        drive!(calls, values; "report::plot::themed" => [themed(""), themed(&drawing), themed(">")]);
         let square = values.chunks(5).take(5).map(<[f64]>::to_vec).collect::<Vec<_>>();
         let (low, high) = (values.first().copied().unwrap_or(0.0), values.last().copied().unwrap_or(1.0));
         for rows in [vec![], vec![vec![]], square, vec![vec![1.0, 2.0], vec![3.0]]] {
