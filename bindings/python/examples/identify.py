@@ -1,10 +1,6 @@
 import motorfit
 
 record = motorfit.Record.from_file("examples/m2-step.csv")
-found = motorfit.identify(record)
+found = motorfit.identify(record, with_="auto")
 for name, value in found.parameters.items():
     print(f"{name} = {value:.6g} ± {found.std_errors[name]:.2g}")
-found.plot_response().save("/tmp/motorfit/fit.svg")
-
-costs = motorfit.Evaluator(record, criterion="nrmse")  # for any optimizer: (n, 5) in, (n,) out
-print(costs([[0.92, 0.0078, 0.073, 0.00068, 0.00014]]))

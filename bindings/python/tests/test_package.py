@@ -95,7 +95,8 @@ def test_devices_are_those_of_the_program(program):
     assert program("--version").stdout.split()[-1] == motorfit.__version__
 
 
-def test_the_readme_shows_the_example_that_is_run():
-    example = (ROOT / "bindings" / "python" / "examples" / "identify.py").read_text()
-    assert f"```python\n{example}```" in (ROOT / "README.md").read_text()
-    assert len(example.splitlines()) <= 10
+@pytest.mark.parametrize(("document", "example"), [("README.md", "identify.py"), ("docs/python.md", "costs.py")])
+def test_documents_show_the_examples_that_are_run(document, example):
+    text = (ROOT / "bindings" / "python" / "examples" / example).read_text()
+    assert f"```python\n{text}```" in (ROOT / document).read_text()
+    assert len(text.splitlines()) <= 10
