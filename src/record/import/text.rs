@@ -179,7 +179,7 @@ fn too_long(length: usize) -> Error {
 pub(super) fn unreadable(error: &std::io::Error) -> Error {
     let remedy = match error.kind() {
         std::io::ErrorKind::NotFound => "Check the path; relative paths start at the current folder.",
-        std::io::ErrorKind::PermissionDenied => "Allow reading it, or run as a user who may.",
+        std::io::ErrorKind::PermissionDenied => "Allow reading it, or run as a user with permission to read it.",
         _ => "Check the file and its disk.",
     };
     Error::data(format!("cannot be read: {}", printable(&error.to_string())), remedy)
