@@ -1,4 +1,4 @@
-//! Steiglitz–McBride beside the searches. It has no seeds: its spread is over records with new noise.
+//! Steiglitz–McBride in a comparison. It has no seeds, so its spread is computed over records with new noise.
 
 use super::{CompareSpec, MethodEstimates, Subject};
 use crate::Result;
@@ -14,15 +14,15 @@ use std::time::Instant;
 /// Results of Steiglitz–McBride.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Steiglitz {
-    /// Its estimate from the first recording, or why there is none.
+    /// Estimate from the first recording, or the reason why there is none.
     pub estimate: std::result::Result<Parameters, String>,
-    /// Its estimates from records with new noise; those that failed are left out.
+    /// Estimates from the records with new noise on which the method did not fail.
     pub spread: Vec<Parameters>,
-    /// The number of records with new noise; 0 where none could be made.
+    /// Number of records with new noise; 0 if none could be made.
     pub records: usize,
-    /// σ of their noise: current \[A\] and speed \[rad/s\].
+    /// Standard deviations of the added noise: current \[A\] and speed \[rad/s\].
     pub sigma: [f64; 2],
-    /// Seconds of one estimate: the median of five.
+    /// Time of one estimate, the median of five \[s\].
     pub seconds: f64,
 }
 
@@ -53,7 +53,7 @@ impl Steiglitz {
         Ok(Self { spread: spread.into_iter().flatten().collect(), records: spec.noise_records, sigma, ..alone })
     }
 
-    /// Returns its estimate, with those from records with new noise as runs.
+    /// Returns the estimate, with those from records with new noise in place of runs.
     #[must_use]
     pub fn estimates(&self) -> MethodEstimates {
         let best = self.estimate.as_ref().ok().copied();
@@ -61,7 +61,8 @@ impl Steiglitz {
     }
 }
 
-/// The record without noise and the noise to be added; `None` where the motor does not start at rest.
+/// Returns the record without noise and the standard deviations of the noise to add; `None` if the motor does not start
+/// at rest or has no refined estimate.
 fn noiseless(
     subject: &Subject,
     spec: &CompareSpec,
