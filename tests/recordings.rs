@@ -91,7 +91,7 @@ fn columns_can_be_named() {
     for (columns, part) in [
         ("voltage=Spannung", "no column \"Spannung\""),
         ("current=current_A:furlong", "unit \"furlong\""),
-        ("power=current_A", "\"power\" is no quantity"),
+        ("power=current_A", "\"power\" is not a quantity"),
         ("current", "names no column"),
         ("current=a,current=b", "twice"),
     ] {
