@@ -1,4 +1,5 @@
-//! Estimation in f64 on the CPU: Steiglitz–McBride, the maximum-likelihood refinement, how sure it is.
+//! Estimation in f64 on the CPU: Steiglitz–McBride, the output-error refinement (maximum likelihood) with its starts,
+//! standard errors, and the global reference.
 
 mod descent;
 mod failure;
