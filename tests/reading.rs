@@ -243,7 +243,7 @@ fn inspect_makes_a_page() {
     let own = folder.path("own");
     std::fs::create_dir(&own).unwrap();
     std::fs::write(format!("{own}/report.html"), "mine").unwrap();
-    fails(&["inspect", EXAMPLE, "--out", &own], 3, "left as it is");
+    fails(&["inspect", EXAMPLE, "--out", &own], 3, "left unchanged");
 }
 
 /// A voltage that goes on all the time, and a motor that follows it held or in straight lines.

@@ -91,7 +91,7 @@ fn files_of_others_with_names_of_a_report_stay() {
         let dir = folder.path(name.split('.').next().unwrap());
         std::fs::create_dir(&dir).unwrap();
         std::fs::write(format!("{dir}/{name}"), "{\"mine\":1}").unwrap();
-        fails(&["identify", EXAMPLE, "--out", &dir], 3, "left as it is");
+        fails(&["identify", EXAMPLE, "--out", &dir], 3, "left unchanged");
         assert_eq!(contents(&dir), [(name.to_owned(), b"{\"mine\":1}".to_vec())]);
     }
     // Beside a table of that name the report finds another place.
@@ -101,7 +101,7 @@ fn files_of_others_with_names_of_a_report_stay() {
     for number in [2, 3] {
         let output = run(&["identify", EXAMPLE, "--out", &dir]);
         let err = text(&output.stderr);
-        assert!(output.status.success() && err.contains("curves.csv is not of this program"), "{err}");
+        assert!(output.status.success() && err.contains("curves.csv was not written by this program"), "{err}");
         assert!(err.contains(&format!("curves-{number}/report.html")), "{err}");
         assert_eq!(indexed(&format!("{dir}-{number}")).len(), 3);
         assert_eq!(contents(&dir), [("curves.csv".to_owned(), b"mine".to_vec())]);

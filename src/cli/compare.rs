@@ -1,4 +1,4 @@
-//! `compare`: methods side by side.
+//! The command `compare`: methods under equal budgets.
 
 use super::args::CompareArgs;
 use super::prelude::*;
@@ -11,7 +11,7 @@ use motorfit::report::{Table, compare_page};
 use motorfit::settings::Value;
 use motorfit::study::compare::{Block, CompareSettings, CompareSpec, Comparison, Subject, compare, reached};
 
-/// Columns that a terminal has at least.
+/// Width of printed tables [characters].
 const WIDTH: usize = 80;
 
 pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
@@ -32,7 +32,7 @@ pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     drop(show);
     style.warnings(&comparison.warnings);
     if comparison.interrupted {
-        style.note("interrupted: these are the best so far");
+        style.note("interrupted: the results are the best so far");
     }
     let document = json(&compare_document(&comparison, args.preset.is_some()));
     data(if args.json { document.clone() } else { text(args, &comparison) }.as_str())?;
@@ -45,7 +45,7 @@ pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
 fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<(String, String)> {
     let spec = &comparison.spec;
     let bounds = spec.space.free().iter().map(|a| format!("{}={}:{}", a.parameter.symbol(), a.min, a.max));
-    let held = spec.space.fixed().iter().map(|(p, _, value)| format!("{}={value}", p.symbol()));
+    let fixed = spec.space.fixed().iter().map(|(p, _, value)| format!("{}={value}", p.symbol()));
     let settings = spec.settings.iter().map(|setting| {
         let methods: Vec<&str> = setting.methods.iter().map(Method::name).collect();
         format!("{}: {}", setting_name(setting), methods.join(", "))
@@ -56,9 +56,9 @@ fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<
         ("settings", settings.collect::<Vec<_>>().join("; ")),
         ("steiglitz-mcbride", if spec.steiglitz_mcbride { sm } else { "no".to_owned() }),
         ("discretization", spec.model.discretization.name().to_owned()),
-        ("held", held.collect::<Vec<_>>().join(", ")),
+        ("fixed", fixed.collect::<Vec<_>>().join(", ")),
         ("target", spec.target.map_or("a range".to_owned(), |cost| cost.to_string())),
-        ("device asked for", format!("{device}, threads {}", rayon::current_num_threads())),
+        ("requested device", format!("{device}, threads {}", rayon::current_num_threads())),
         ("runs", spec.runs.to_string()),
         ("seed", spec.seed.to_string()),
         ("bounds", bounds.collect::<Vec<_>>().join(", ")),
@@ -81,7 +81,7 @@ fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<
     files
 }
 
-/// Every run: its method, number, cost and parameters.
+/// Returns CSV with a line for each run: its method, number, cost, evaluations and parameters.
 fn runs(block: &Block) -> String {
     let mut text = String::from("method,run,cost,evaluations,R,L,K,B,J\n");
     for result in &block.results {
@@ -96,7 +96,7 @@ fn runs(block: &Block) -> String {
     text
 }
 
-/// The first recording, measured and by the best run of each method of the first block.
+/// Returns CSV with the first recording and its simulations by the best run of each method of the first block.
 fn curves(comparison: &Comparison) -> String {
     let Some(record) = comparison.subject.records.first() else { return String::new() };
     let samples = record.samples();
@@ -120,7 +120,7 @@ fn curves(comparison: &Comparison) -> String {
     out::curves(&heads, &columns)
 }
 
-/// Share of targets reached by each method, over evaluations and over time.
+/// Returns CSV with the share of targets that each method reached, over evaluations and over time.
 fn shares(comparison: &Comparison, block: &Block) -> String {
     let (_, reached) = reached(block, comparison.spec.target);
     let (mut heads, mut columns) = (Vec::new(), Vec::new());
@@ -132,7 +132,7 @@ fn shares(comparison: &Comparison, block: &Block) -> String {
     out::curves(&heads, &columns)
 }
 
-/// Quartiles of the lowest cost after each generation.
+/// Returns CSV with the quartiles over runs of the lowest cost after each generation.
 fn history(block: &Block) -> String {
     let names = block.results.iter().flat_map(|c| ["q25", "median", "q75"].map(|q| format!("{}_{q}", c.method.name())));
     let heads: Vec<String> = std::iter::once("generation".to_owned()).chain(names).collect();

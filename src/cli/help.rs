@@ -4,7 +4,7 @@ use super::args::Cli;
 use clap::builder::StyledStr;
 use clap::{Command, CommandFactory as _};
 
-/// The order of the parts: what the command does, examples, usage, options.
+/// Order of the sections: description, examples, usage, options.
 const TEMPLATE: &str = "{about-with-newline}\n{before-help}{usage-heading} {usage}\n\n{all-args}{after-help}";
 
 /// Examples of each command.
@@ -95,7 +95,7 @@ mod tests {
         for path in paths {
             let (_, examples) = EXAMPLES.iter().find(|(of, _)| *of == path).unwrap();
             for example in *examples {
-                // Behind a pipe or a redirection another program goes on.
+                // The words after a pipe or a redirection are another program's.
                 let own = example.split(['|', '>']).next().unwrap();
                 let words = std::iter::once("motorfit").chain(own.split_whitespace());
                 let words = words.map(|word| word.trim_matches('\'').to_owned());

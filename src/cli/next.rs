@@ -1,4 +1,4 @@
-//! The one next command of a result that cannot be trusted as it is: complete, and quoted for a shell.
+//! The recommended next command for a result whose level of trust is not good, complete and quoted for a shell.
 
 use motorfit::report::command_line;
 use motorfit::setting::Text;
@@ -6,7 +6,7 @@ use motorfit::settings::{Kind, READING, row};
 use motorfit::text::shell_quoted;
 use std::path::PathBuf;
 
-/// Returns the command that takes the next step after this one: with other settings, or an inspection of its recordings.
+/// Returns the next command: this one with another setting, or an inspection of its recordings.
 pub(super) fn command(next: &Text, records: &[PathBuf]) -> String {
     let given: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
     after(&given, &next.spelled(command_line), records)
@@ -42,7 +42,7 @@ fn without(given: &[String], flag: &str) -> Vec<String> {
     words
 }
 
-/// Returns the flags that say how recordings are read, with their values.
+/// Returns the flags for reading recordings among the words of a command, with their values.
 fn reading(given: &[String]) -> Vec<String> {
     let mut words = Vec::new();
     let mut rest = given.iter();

@@ -10,17 +10,17 @@ use serde_json::{Value, json};
 use std::io::Write as _;
 use std::time::{Duration, Instant};
 
-/// A run shorter than this shows no bar.
+/// Time before a bar is shown.
 const PATIENCE: Duration = Duration::from_millis(300);
-/// Time between JSON lines.
+/// Shortest time between JSON lines.
 const PACE: Duration = Duration::from_millis(100);
 
 struct State {
     done: u64,
     of: u64,
-    /// The text behind the bar.
+    /// Text after the bar.
     message: String,
-    /// The same as a line of JSON.
+    /// The state as a line of JSON.
     line: Value,
 }
 
@@ -37,7 +37,7 @@ impl Meter {
         Self { kind: style.progress, template, bar: None, started: Instant::now(), last: None }
     }
 
-    /// Shows a state, which is asked for where it is due.
+    /// Shows a state. The closure is called only if an update is due.
     fn show(&mut self, at_end: bool, state: impl FnOnce() -> State) {
         match self.kind {
             Kind::Json if at_end || self.last.is_none_or(|last| last.elapsed() >= PACE) => {
@@ -67,7 +67,7 @@ impl Drop for Meter {
     }
 }
 
-/// Shows the progress of a search, or of what else is counted by `what`.
+/// Returns an observer that shows the progress of a search; `what` is the unit that is counted.
 pub(crate) fn reporter(style: &Style, what: &'static str) -> impl FnMut(&Progress) {
     let mut meter = Meter::new(style, format!("{{bar:40}} {what} {{pos}}/{{len}}  {{msg}}  {{eta}} left"));
     let many = format!("{what}{}", if what == "batch" { "es" } else { "s" });

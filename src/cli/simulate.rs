@@ -1,4 +1,4 @@
-//! `simulate`: a motor at rest, driven and recorded.
+//! The command `simulate`: simulates a motor that starts at rest and writes a recording.
 
 use super::args::SimulateArgs;
 use super::inspect;
@@ -40,7 +40,7 @@ pub(super) fn run(args: &SimulateArgs, style: &Style) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Simulates a step of any length, in memory that does not depend on it.
+/// Simulates a voltage step in segments, with memory independent of its length.
 fn streamed(
     args: &SimulateArgs,
     step: &StepExperiment,
@@ -59,7 +59,7 @@ fn streamed(
     let is_stdout = args.out == Path::new("-");
     let responses = if is_stdout { fill(&mut |text| data(text))? } else { out::write_parts(&args.out, &mut fill)? };
     let Some(responses) = responses else {
-        // A reader of stdout that ends has what it wanted.
+        // A reader that closes the pipe early is no error.
         return Ok(if is_read() { given_up(style) } else { Outcome::Done });
     };
     if !is_stdout {

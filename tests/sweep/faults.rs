@@ -187,7 +187,7 @@ fn nothing_but_parquet_is_overwritten_and_places_are_checked_before_the_work() {
     {
         let (code, _, err) = sweep(&[&study, "--out", &dir, flag, &place]);
         assert_eq!(code, 3, "{err}");
-        assert!(err.contains("left as it is"), "{err}");
+        assert!(err.contains("left unchanged"), "{err}");
         assert!(!std::path::Path::new(&dir).exists(), "before anything is done");
     }
     done(&[&study, "--out", &dir, "--parquet", &folder.path("all.parquet")]);

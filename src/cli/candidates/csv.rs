@@ -1,4 +1,4 @@
-//! Candidates from CSV.
+//! Candidates from a CSV file or stdin.
 
 use super::{Source, open, places};
 use motorfit::motor::Axis;
@@ -52,13 +52,13 @@ fn broken(name: &str, error: &csv::Error) -> Error {
     Error::data(format!("{name}: {}", printable(&error.to_string())), "Give a CSV with a heading and numbers.")
 }
 
-/// Bytes of a line at most: what is longer is no line of candidates, and would be kept in memory.
+/// Largest length of a line [bytes]. The CSV reader keeps a line in memory.
 const LINE_MAX: usize = 64 << 10;
 
-/// Input whose lines are capped.
+/// A reader that fails on lines longer than [`LINE_MAX`].
 struct Capped {
     input: Box<dyn Read + Send>,
-    /// Bytes since the last line end.
+    /// Length of the current line up to now [bytes].
     line: usize,
 }
 

@@ -1,4 +1,4 @@
-//! Candidates from Parquet: columns of numbers, read page by page.
+//! Candidates from a Parquet file, read page by page.
 
 use super::{Source, open, places};
 use motorfit::motor::Axis;
@@ -18,10 +18,13 @@ pub(super) struct Table {
     reader: SerializedFileReader<File>,
     name: String,
     places: Vec<(String, usize)>,
-    /// The row group that is read now, and those read.
+    /// Column readers of the current row group.
     columns: Vec<ColumnReader>,
+    /// Unread rows of the current row group.
     left: usize,
+    /// Index of the next row group.
     group: usize,
+    /// Rows read before.
     rows: u64,
 }
 
@@ -39,7 +42,7 @@ impl Table {
         let places = places(&name, &columns, axes)?;
         for (parameter, place) in &places {
             let column = schema.column(*place);
-            // Old files say what integers mean in the converted type alone.
+            // Old files give the meaning of integers as a converted type only.
             let means_numbers = match column.logical_type_ref() {
                 None => matches!(
                     column.converted_type(),
@@ -104,7 +107,7 @@ impl Source for Table {
     }
 }
 
-/// The next `count` numbers of a column, NaN for a null.
+/// Reads the next `count` numbers of a column, NaN for a null.
 fn read(column: &mut ColumnReader, count: usize) -> std::result::Result<Vec<f64>, ParquetError> {
     match column {
         ColumnReader::DoubleColumnReader(reader) => numbers(reader, count, |v| v),
@@ -123,7 +126,7 @@ fn numbers<T: DataType>(
     let (mut values, mut levels) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let (records, _, _) = reader.read_records(count, Some(&mut levels), None, &mut values)?;
     if records < count {
-        return Err(ParquetError::EOF(format!("{records} rows where {count} are due")));
+        return Err(ParquetError::EOF(format!("{records} rows, expected {count}")));
     }
     if values.len() == count {
         return Ok(values.into_iter().map(number).collect());
@@ -134,16 +137,16 @@ fn numbers<T: DataType>(
     Ok(levels.into_iter().map(next).collect())
 }
 
-/// Does `work`; the reader panics on some broken files, which is an error here and not to be seen.
+/// Runs `work` and returns a panic in it as an error, without a message on stderr: the reader panics on some damaged files.
 fn guarded<T>(name: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));
     let done = catch_unwind(AssertUnwindSafe(work));
     std::panic::set_hook(hook);
-    done.unwrap_or_else(|_| Err(broken(name, &"it contradicts itself")))
+    done.unwrap_or_else(|_| Err(broken(name, &"its contents are inconsistent")))
 }
 
 fn broken(name: &str, error: &dyn std::fmt::Display) -> Error {
-    let message = format!("{name}: is no Parquet that can be read: {}", excerpt(&error.to_string()));
+    let message = format!("{name}: cannot be read as Parquet: {}", excerpt(&error.to_string()));
     Error::data(message, "Write the file again, uncompressed or with Snappy or Zstandard.")
 }
