@@ -298,13 +298,13 @@ fn what_is_no_regular_file_holds_no_results() {
     });
     let results = receiver.recv_timeout(std::time::Duration::from_secs(60)).expect("the pipe was opened");
     for result in results {
-        let error = refused(result, "is no regular file, expected one of results");
+        let error = refused(result, "is not a regular file, expected a results file");
         assert_eq!(error.path(), Some(path.as_path()));
     }
     std::fs::remove_file(&path).unwrap();
     std::fs::create_dir(&path).unwrap();
     let sweep = Sweep::open(&folder.path().join("out")).unwrap();
-    refused(sweep.merge(), "is no regular file");
+    refused(sweep.merge(), "is not a regular file");
 }
 
 #[test]
@@ -325,7 +325,7 @@ fn rows_beyond_a_sample_end_at_once() {
 fn limits_and_progress_that_cannot_be() {
     use motorfit::study::sweep::{Limits, SweepProgress};
     for (low, high) in [(f64::NAN, 1.0), (0.0, f64::NAN), (1.0, 1.0), (2.0, 1.0)] {
-        refused(Limits::new(vec![(Parameter::R, low, high)]), "holds nothing");
+        refused(Limits::new(vec![(Parameter::R, low, high)]), "is empty");
     }
     // Counts of the caller's own, which need not be in order.
     let progress = SweepProgress { done: 1, total: 0, before: 2, failed: 0, under_way: 0.5, seconds: 1.0 };

@@ -139,7 +139,7 @@ fn results_of_another_study_are_not_mixed_in() {
         assert!(err.contains("results-2-of-3.jsonl, line 1: holds results of another study"), "{err}");
     }
     std::fs::write(format!("{one}/results-2-of-3.jsonl"), "no results\n").unwrap();
-    assert!(sweep(&["run", &one]).2.contains("is no results file"));
+    assert!(sweep(&["run", &one]).2.contains("is not a results file"));
 }
 
 #[test]
@@ -210,7 +210,7 @@ fn nothing_goes_missing_from_a_pattern() {
     assert!(err.contains("not UTF-8"), "{err}");
     std::fs::remove_file(odd).unwrap();
     for (list, part) in
-        [("[\".\"]", "is no file"), ("[\"\"]", "is no file"), ("[\"m0.csv\", \"./m0.csv\"]", "named twice")]
+        [("[\".\"]", "is not a file"), ("[\"\"]", "is not a file"), ("[\"m0.csv\", \"./m0.csv\"]", "named twice")]
     {
         let study = folder.file("odd.toml", format!("recordings = {list}\nmethods = [\"sm\"]\n"));
         let (code, _, err) = sweep(&["plan", &study, "--out", &folder.path("out")]);

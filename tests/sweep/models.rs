@@ -242,7 +242,7 @@ fn what_models_cannot_be_is_said_with_its_line() {
         ("bounds = {t0 = [-1.0, 1.0]}", "line 3: the bounds of t0, -1:1, are not zero or positive"),
         ("split = 1.5", "line 3: split is 1.5"),
         ("split = \"half\"", "split: found \"half\""),
-        ("validate = [\"no.csv\"]", "\"no.csv\" is not there"),
+        ("validate = [\"no.csv\"]", "\"no.csv\" does not exist"),
     ] {
         let path = folder.file("wrong.toml", format!("{good}{line}\n"));
         let (code, _, err) = sweep(&["plan", &path, "--out", &folder.path("wrong")]);

@@ -24,7 +24,7 @@ fn wrong_studies() {
         ("Population = [10]", "unknown key \"Population\"|Did you mean \"population\"?", 2),
         ("xyzzy = 1", "unknown key \"xyzzy\"|A study has name, recordings", 2),
         ("[noise_level]\na = 1", "line 4: unknown key \"noise_level\"", 2),
-        ("seeds = \"5..1\"", "line 4: seeds: \"5..1\" is no range|both included", 2),
+        ("seeds = \"5..1\"", "line 4: seeds: \"5..1\" is not a range|both included", 2),
         ("seeds = []", "seeds is empty", 2),
         ("seeds = [1, 1]", "seeds has a value twice", 2),
         ("seeds = [-1]", "seeds: found -1, expected a whole number", 2),
@@ -40,7 +40,7 @@ fn wrong_studies() {
         ("bounds = {R = [1.0, 0.1]}", "line 4: the bounds of R, 1:0.1, are reversed", 2),
         ("bounds = {R = [0.1]}", "R is not [MIN, MAX]", 2),
         ("bounds = {Q = [0.1, 1.0]}", "unknown key \"Q\"", 2),
-        ("bounds = 3", "bounds is no table", 2),
+        ("bounds = 3", "bounds is not a table", 2),
         ("fix = {R = \"a\"}", "fix: found \"a\", expected a number", 2),
         ("fix = {R = -1.0}", "line 4: fix: R is -1, expected a positive value", 2),
         ("fix = {R = 0.92}", "Steiglitz–McBride estimates all five", 2),
@@ -58,8 +58,8 @@ fn wrong_studies() {
         ("gaps = \"fill\"", "gaps: \"fill\" is unknown|error, keep or split", 2),
         ("drop_repeats = 1", "drop_repeats: found 1, expected true or false", 2),
         ("seeds = \"1..100000001\"", "the study has 100000001 runs", 2),
-        ("name = \"again\"", "line 4: is no TOML", 2),
-        ("a = [", "is no TOML", 2),
+        ("name = \"again\"", "line 4: is not valid TOML", 2),
+        ("a = [", "is not valid TOML", 2),
     ];
     for (line, expected, code) in cases {
         refused(&folder, &format!("{GOOD}{line}\n"), expected, code);
@@ -74,7 +74,7 @@ fn wrong_recordings() {
     std::fs::copy(folder.path("a.csv"), folder.path("sub/a.csv")).unwrap();
     let cases = [
         ("[]", "recordings is empty", 2),
-        ("[\"no*.csv\"]", "\"no*.csv\" is not there", 3),
+        ("[\"no*.csv\"]", "\"no*.csv\" does not exist", 3),
         ("[\"a.csv\", \"a.csv\"]", "recordings has a value twice", 2),
         ("[\"*.csv\", \"a.csv\"]", "a.csv is named twice", 2),
         ("[{motor = \"m\", files = [\"a.csv\"]}, {motor = \"m\", files = [\"b.csv\"]}]", "two motors m", 2),
@@ -152,10 +152,10 @@ fn wrong_usage() {
     let dir = folder.path("out");
     done(&["plan", &study, "--out", &dir]);
     for (args, part) in [
-        (vec!["run", &dir, "--shard", "3/2"], "is no shard"),
-        (vec!["run", &dir, "--shard", "x"], "is no shard"),
+        (vec!["run", &dir, "--shard", "3/2"], "is not a shard"),
+        (vec!["run", &dir, "--shard", "x"], "is not a shard"),
         (vec!["run", &dir, "--threads", "0"], "--threads is 0"),
-        (vec!["merge", &dir, "--limits", "R=1:0.5"], "holds nothing"),
+        (vec!["merge", &dir, "--limits", "R=1:0.5"], "is empty"),
         (vec!["merge", &dir, "--limits", "Q=1:2"], "Q"),
         (vec![&study], "--out"),
         (vec![], "STUDY"),
