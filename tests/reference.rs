@@ -278,15 +278,15 @@ fn python_says_the_choices_of_the_tables() {
     let extensions = Extension::ALL.map(|e| format!("    {}: {}\n", e.name(), Named::text(&e)));
     let _ = write!(
         with,
-        "    What the motor has beyond the linear one, or \"auto\", which chooses:\n{}",
+        "    Extensions of the linear motor, or \"auto\", which selects them by forward selection:\n{}",
         extensions.concat()
     );
     let symbols = Parameter::EXTENSIONS.map(Parameter::symbol).join(", ");
-    let _ = writeln!(with, "    Their parameters {symbols} take bounds and fix too.");
+    let _ = writeln!(with, "    Their parameters {symbols} can be given in bounds and fix.");
     hold(&format!("{folder}/src/docs/with.txt"), &with);
     hold(&format!("{folder}/src/docs/search.txt"), &format!("method : {{{}}}\n", quoted(&searches, None)));
     let methods = format!(
-        "methods : str or sequence, default \"gwo,jaya,ga,sm\"\n    Of {}, and sm, which stands beside them.\n",
+        "methods : str or sequence, default \"gwo,jaya,ga,sm\"\n    Searches among {}; and sm, the Steiglitz-McBride estimate.\n",
         searches.join(", ")
     );
     hold(&format!("{folder}/src/docs/methods.txt"), &methods);
