@@ -884,9 +884,9 @@ fn wrong_usage() {
     identify(&["--bounds", "R=nan:1"], "--bounds");
     identify(&["--fix", "R=-1"], "positive");
     identify(&["--fix", "R=1,R=2"], "twice");
-    identify(&["--fix", M2], "nothing to find");
+    identify(&["--fix", M2], "nothing to estimate");
     identify(&["--fix", M2, "--with", "auto"], "Name the extensions");
-    identify(&["--fix", &format!("{M2},TL=0.01"), "--with", "load"], "nothing to find");
+    identify(&["--fix", &format!("{M2},TL=0.01"), "--with", "load"], "nothing to estimate");
     identify(&["--per-recording", "TL"], "--per-recording: TL is not in the model");
     identify(&["--per-recording", "TL,t0", "--with", "load"], "--per-recording: t0 is not in the model");
     identify(&["--per-recording", "R", "--fix", "R=0.92"], "--per-recording: R is held");
@@ -907,7 +907,7 @@ fn wrong_usage() {
     identify(&["--device", "tpu"], "no device");
     identify(&["--noise", "40dB"], "without --scale noise");
     identify(&["--time-origin", "1"], "without --criterion itse or itae");
-    identify(&["--fix", "R=1", "--bounds", "R=0.1:1"], "both bounded and held");
+    identify(&["--fix", "R=1", "--bounds", "R=0.1:1"], "both bounded and fixed");
     identify(&["--bounds", "R=0.1:1,R=0.2:1"], "twice");
     identify(&["--threads", "100000"], "--threads is 100000");
     identify(&["--population", "150000000"], "does not fit");

@@ -1,10 +1,10 @@
-//! The DC motor: parameters with units, the box they are searched in, one-step maps, simulation, response figures.
+//! The DC motor: parameters with units, search space, one-step maps, simulation, step-response metrics.
 //!
-//! Model (paper, Eqs. 6 and 7), state `[i, ω]`:
-//! `di/dt = (v − R i − K ω)/L`, `dω/dt = (K i − B ω − T)/J`.
+//! Model (Eqs. 6 and 7), state `[i, ω]`: `di/dt = (v − R i − K ω)/L`, `dω/dt = (K i − B ω − T)/J`, with voltage v \[V\] and
+//! load torque T \[N·m\].
 //!
-//! Each effect that an extension adds has one file, which the scalar oracle, its derivatives and the SIMD kernel share, and
-//! a WGSL twin of the same name in `shaders/` with the same order of operations: `drive`, `delay`, `friction`, `sensor`.
+//! Each effect of an extension (`drive`, `delay`, `friction`, `sensor`) has one file, which the scalar oracle, its
+//! derivatives and the SIMD kernel share, and a WGSL file of the same name in `shaders/` with the same order of operations.
 
 mod composed;
 mod delay;

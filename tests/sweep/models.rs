@@ -230,7 +230,7 @@ fn what_models_cannot_be_is_said_with_its_line() {
     let folder = recordings();
     let good = "recordings = [\"r1.csv\"]\nmethods = [\"gwo\"]\n";
     for (line, expected) in [
-        ("with = [\"coulom\"]", "line 3|\"coulom\" is no extension; did you mean coulomb?"),
+        ("with = [\"coulom\"]", "line 3|\"coulom\" is not an extension; did you mean coulomb?"),
         ("with = [[\"coulomb\", \"load\"]]", "with: found a value of type array, expected \"coulomb,dead-time\""),
         ("with = [\"auto,load\"]", "auto"),
         ("with = [\"load\", \"load\"]", "with has a value twice"),
