@@ -47,8 +47,8 @@ impl Problem {
             return Err(crate::Error::usage("no recording was given", "Give at least one."));
         }
         check_scopes(&space, records.len())?;
-        // A resampled voltage has a slope over each step, which only a first-order hold represents. The other recordings, under a
-        // zero-order hold, then get slopes of zero.
+        // A resampled voltage has a slope over each step, which only a first-order hold represents. The other recordings, under
+        // a zero-order hold, then get slopes of zero.
         let held = model.discretization == Discretization::Zoh && records.iter().any(|r| !r.slope().is_empty());
         let model = if held { Model { discretization: Discretization::Foh, ..model } } else { model };
         let signals = records

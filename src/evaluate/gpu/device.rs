@@ -104,7 +104,8 @@ pub(super) struct Device {
     pub facts: AdapterFacts,
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
-    /// The way in which samples reach the invocations: software adapters share them in subgroups, if these are of at least eight.
+    /// The way in which samples reach the invocations: software adapters share them in subgroups, if these are of at least
+    /// eight.
     pub fetch: Fetch,
     /// True where samples may lie in a uniform buffer of [`UNIFORM_BYTES`].
     pub uniform: bool,

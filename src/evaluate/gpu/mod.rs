@@ -7,8 +7,9 @@
 //! Motors with extensions are computed as they are in f32 too, because deviations of motors with friction are not linear;
 //! a few problems of them go to the CPU (`constants` says which).
 //!
-//! A batch is one submission unless it is larger than the budget; then it is cut, and two parts are in flight. Callers
-//! with two batches can overlap them too: [`begin`](crate::evaluate::Evaluator::begin) the second before [`finish`](crate::evaluate::Evaluator::finish) of the first.
+//! A batch is one submission unless it is larger than the budget; then it is cut, and two parts are in flight. Callers with two
+//! batches can overlap them too: [`begin`](crate::evaluate::Evaluator::begin) the second before
+//! [`finish`](crate::evaluate::Evaluator::finish) of the first.
 
 mod binding;
 mod check;
