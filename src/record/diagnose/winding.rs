@@ -1,36 +1,39 @@
-//! The winding's equation, fitted to a current by its output error, for sensors that show one sign only.
+//! Output-error fit of the winding's equation to the current of a unidirectional sensor.
+//!
+//! `τ di/dt = g (v − K ω, less a drop) − i` is driven by the measured voltage and speed. K, ln τ and the drop are found by a
+//! coordinate search from several starts, the conductance g by linear least squares.
 
 use super::view::View;
 use crate::numeric::{count, order_statistic};
 
-/// Samples that a fit looks at, at most.
+/// Largest number of samples in a fit.
 const FITTED_MAX: usize = 8000;
-/// Electrical time constants that a fit starts from \[samples\].
+/// Electrical time constants of the starts \[samples\].
 const LAGS: [f64; 5] = [0.1, 1.0, 4.0, 15.0, 50.0];
-/// Back-EMF constants that a fit starts from, in parts of the voltage over the speed of a driven motor.
+/// Back-EMF constants of the starts, relative to the median ratio of voltage to speed of the driven motor.
 const BACKS: [f64; 5] = [0.25, 0.5, 0.75, 0.9, 1.0];
-/// The first step of the drop of voltage, and its most, in parts of the largest voltage: a larger one would do what a sensor
-/// that stops at 0 A does.
+/// Initial step and upper bound of the voltage drop, as fractions of the peak voltage. A larger drop would have the same
+/// effect as a sensor that clips at 0 A.
 const DROP: [f64; 2] = [0.01, 0.2];
-/// Rounds of a descent along each coordinate.
+/// Number of rounds of the coordinate search.
 const ROUNDS: usize = 30;
 
-/// The characteristic of a current sensor.
+/// Characteristic of a current sensor: the measured current as a function of the true one.
 pub(super) type Shows = fn(f64) -> f64;
 
-/// A winding i′ = (g (v − K ω, less a drop) − i)/τ, and how well a current is explained by it.
+/// Fitted winding `di/dt = (g (v − K ω, less a drop) − i)/τ`, and the standard deviation of its residuals.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Winding {
-    /// K \[V s/rad\], ln of τ in samples, and the drop \[V\].
+    /// K \[V s/rad\], ln τ with τ in samples, and the drop \[V\].
     at: [f64; 3],
-    /// g = 1/R \[A/V\].
+    /// Conductance g = 1/R \[A/V\].
     conductance: f64,
-    /// The standard deviation of the current that is left \[A\].
+    /// Standard deviation of the residuals of the current \[A\].
     pub error: f64,
 }
 
 impl Winding {
-    /// Fits the current that a sensor shows of the winding's; `None` where the motor does not turn.
+    /// Fits the winding to a measured current; `None` if the motor does not turn in the direction of `sign` under voltage.
     pub(super) fn fitted(view: &View<'_>, speed: &[f64], current: &[f64], sign: f64, shows: Shows) -> Option<Self> {
         let v = view.input.values;
         let first = v.iter().position(|v| *v != 0.0)?.saturating_sub(1);
@@ -46,7 +49,7 @@ impl Winding {
         (ratio > 0.0).then(|| fit.descended(best, [0.1 * ratio, 0.5, DROP[0] * peak], DROP[1] * peak))
     }
 
-    /// Returns the winding's current under the voltage and the speed of a whole recording.
+    /// Returns the current \[A\] of the winding under the voltage and speed of a complete recording.
     pub(super) fn current(&self, voltage: &[f64], speed: &[f64]) -> Vec<f64> {
         let mut course = Vec::with_capacity(voltage.len());
         courses(self.at, voltage, speed, |i| course.push(self.conductance * i));
@@ -54,21 +57,21 @@ impl Winding {
     }
 }
 
-/// Hands on the course of R i.
+/// Simulates the winding and passes R i \[V\] of each sample to `take`.
 fn courses([back, lag, drop]: [f64; 3], v: &[f64], w: &[f64], mut take: impl FnMut(f64)) {
     let decay = (-(-lag).exp()).exp();
     let mut state = 0.0;
     take(state);
     for n in 1..v.len() {
         let volts = v[n - 1] - back * 0.5 * (w[n] + w[n - 1]);
-        // A drop of the brushes or a deadband lessens the voltage in both directions.
+        // A brush drop or a deadband reduces the voltage in both directions.
         let left = volts - volts.clamp(-drop, drop);
         state = left + decay * (state - left);
         take(state);
     }
 }
 
-/// The subject of a fit.
+/// Data of a fit: voltage, speed, measured current, its sign and the sensor.
 struct Fit<'a> {
     v: &'a [f64],
     w: &'a [f64],
@@ -78,7 +81,7 @@ struct Fit<'a> {
 }
 
 impl Fit<'_> {
-    /// The winding with the conductance that fits best.
+    /// Returns the winding with the least-squares conductance for K, ln τ and the drop.
     fn winding(&self, at: [f64; 3]) -> Winding {
         let [mut square, mut product, mut all] = [0.0; 3];
         let mut current = self.i.iter();
@@ -93,7 +96,7 @@ impl Fit<'_> {
         Winding { at, conductance: conductance.max(0.0), error: (left.max(0.0) / count(self.i.len())).sqrt() }
     }
 
-    /// Descends along one coordinate after the other, with steps that grow and shrink.
+    /// Improves a fit by coordinate search: a step grows by 1.3 after a success and is halved after a failure.
     fn descended(&self, mut best: Winding, mut steps: [f64; 3], drop_max: f64) -> Winding {
         for _ in 0..ROUNDS {
             for k in 0..3 {

@@ -130,7 +130,7 @@ impl Preparation {
         if record.period_s() / fine > f64::from(FINER_MAX) * (1.0 + 1e-3) {
             let period = engineering(record.period_s(), "s", 4);
             let message =
-                text!([Rate = "{rate}"] " makes more than {FINER_MAX} samples of each recorded one, every {period}");
+                text!([Rate = "{rate}"] " makes more than {FINER_MAX} samples of each recorded one (period {period})");
             let highest = time::rounded(f64::from(FINER_MAX) / record.period_s(), 4);
             return Err(Error::usage(message, format!("Give at most {highest} Hz.")));
         }
