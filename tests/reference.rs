@@ -212,7 +212,7 @@ fn limits_are_those_that_errors_name() {
     refused("candidates of a population of a benchmark", &|n| {
         ThroughputSpec { populations: vec![count(n)], samples: vec![2], budget_s: 1.0 }.checked().map(|_| ())
     });
-    refused("numbers of a population", &|n| {
+    refused("values of a population", &|n| {
         let search = SearchSettings { bounds: vec![(0.0, 1.0)], population: count(n), generations: 1, seed: 1, run: 0 };
         search.check()
     });
