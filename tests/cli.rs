@@ -104,7 +104,7 @@ fn identify_without_flags_says_how_sure_it_is() {
     );
     let sm = json(&["identify", EXAMPLE, "--json", "--method", "sm", "--polish", "none"]);
     assert!(sm["parameters"]["R"]["std_error"].is_null() && sm["verification"]["status"] == "agrees");
-    fails(&["identify", EXAMPLE, "--method", "sm", "--fix", "R=0.9"], 2, "cannot hold any");
+    fails(&["identify", EXAMPLE, "--method", "sm", "--fix", "R=0.9"], 2, "cannot fix any");
 }
 
 #[test]
@@ -120,7 +120,7 @@ fn a_failed_fit_names_what_was_found_before_its_hint() {
     assert_eq!(output.status.code(), Some(4));
     assert!(output.stdout.is_empty());
     let errors = text(&output.stderr);
-    let order = ["[no_motion]", "error:", "Look first", "did not move", "Otherwise:"];
+    let order = ["[no_motion]", "error:", "First check", "did not move", "Otherwise:"];
     let places = order.map(|what| errors.rfind(what).unwrap());
     assert!(errors.find(order[0]) < errors.find(order[1]) && places[1..].is_sorted(), "{errors}");
 }
@@ -722,7 +722,7 @@ fn what_cannot_be_identified_is_said() {
     fails(&["identify", &still, "--initial", "zero"], 4, "nothing drives the motor");
     let short = folder.file("short.csv", format!("{head}0,1,0,0\n0.001,1,0.1,0.1\n"));
     fails(&["identify", &short], 4, "4 measured values under voltage for 5 free parameters");
-    fails(&["identify", EXAMPLE, "--criterion", "itae", "--time-origin", "100"], 4, "no sample counts");
+    fails(&["identify", EXAMPLE, "--criterion", "itae", "--time-origin", "100"], 4, "no sample has weight");
     fails(
         &["identify", &folder.file("far.csv", format!("{head}-1e308,1,0,0\n1e308,1,1,1\n"))],
         3,
@@ -763,13 +763,13 @@ fn missing_channels_and_units_are_pointed_out() {
     };
     let (parameters, message) = told(&speed);
     assert!(
-        parameters.is_empty() && message.contains("speed alone fixes three combinations"),
+        parameters.is_empty() && message.contains("speed alone identifies three combinations"),
         "{parameters} {message}"
     );
     let (parameters, message) = told(&current);
     assert!(parameters == "R L" && message.contains("K : B : J = 1 : 2 : 2"), "{parameters} {message}");
     // A constant that is held leaves too many still.
-    fails(&["identify", &speed, "--fix", "K=0.0735"], 4, "speed alone fixes three combinations");
+    fails(&["identify", &speed, "--fix", "K=0.0735"], 4, "speed alone identifies three combinations");
     for args in [[&speed, "--fix", "R=0.921042,K=0.073472"], [&current, "--fix", "K=0.073472"]] {
         let document = json(&[&["identify", "--json"][..], &args[..]].concat());
         let j = &document["parameters"]["J"];
@@ -900,7 +900,7 @@ fn wrong_usage() {
     identify(&["--method", "gow"], "a similar value exists: 'gwo'");
     identify(&["--criterion", "nmrse"], "a similar value exists: 'nrmse'");
     identify(&["--metod", "gwo"], "--method");
-    identify(&["--set", "mutation=0.1"], "no setting of this method");
+    identify(&["--set", "mutation=0.1"], "not a setting of this method");
     identify(&["--method", "ga", "--set", "mutation=2"], "mutation");
     identify(&["--noise", "loud"], "--noise");
     identify(&["--columns", "power=x"], "no quantity");

@@ -54,7 +54,7 @@ fn step_maps_are_the_closed_form() {
         near(held.taps[0][1], -gain * fall);
         near(line.taps[1][1], at_end);
         near(line.taps[0][1], -gain * fall - at_end);
-        // R and L have no part in it.
+        // R and L do not enter.
         assert_eq!(held, map(&Parameters { r: 7.0, l: 0.3, ..M2 }, h, Discretization::Zoh));
     }
 }
@@ -377,9 +377,9 @@ fn what_needs_a_voltage_says_so() {
     let voltage = "--columns voltage=";
     for (args, code, part) in [
         (vec!["identify", &without, "--method", "sm"], 2, "no voltage"),
-        (vec!["identify", &without, "--with", "brush-drop"], 2, "about the voltage"),
+        (vec!["identify", &without, "--with", "brush-drop"], 2, "acts on the voltage"),
         (vec!["identify", &without, "--with", "offset"], 2, "--with load"),
-        (vec!["identify", &without, "--fix", "vs=3"], 2, "about the voltage"),
+        (vec!["identify", &without, "--fix", "vs=3"], 2, "acts on the voltage"),
         (vec!["identify", &without, "--bounds", "B=1e-5:1e-3"], 2, "--fix K="),
         (vec!["identify", &without, &whole], 3, voltage),
         (vec!["identify", &whole, "--validate", &without], 3, "has no voltage"),

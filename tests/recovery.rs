@@ -450,7 +450,7 @@ fn a_bound_that_nobody_gave_hides_nothing() {
             }
             Err(error) => {
                 assert!(
-                    error.to_string().contains("cannot tell") || error.to_string().contains("unknown are"),
+                    error.to_string().contains("do not identify") || error.to_string().contains("not identifiable"),
                     "{error}"
                 );
                 refused += 1;
@@ -536,7 +536,7 @@ fn what_the_data_cannot_tell_is_an_error_with_words() {
     let steady = with_noise(&steady, [0.01, 0.5], 1).unwrap();
     let error = identify(&[steady], &IdentifySpec::default()).unwrap_err();
     assert_eq!(error.kind(), motorfit::ErrorKind::NotIdentified);
-    assert!(error.to_string().contains("cannot tell"), "{error}");
+    assert!(error.to_string().contains("do not identify"), "{error}");
     assert!(error.hint().to_string().contains("voltage is constant"), "{}", error.hint());
 }
 

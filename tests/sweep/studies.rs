@@ -51,7 +51,7 @@ fn wrong_studies() {
         ("discretization = \"zho\"", "Did you mean \"zoh\"?", 2),
         ("time_origin = 1.0", "time_origin has no effect", 2),
         ("set = [\"gwo.a-start=3\"]", "set: \"gwo\" is not among the methods", 2),
-        ("set = [\"sm.a=3\"]", "is no setting of this method", 2),
+        ("set = [\"sm.a=3\"]", "is not a setting of this method", 2),
         ("rate = -5", "rate is -5", 2),
         ("crop = \"a\"", "line 4: crop: \"a\" is not FROM:TO", 2),
         ("columns = \"x=y\"", "line 4: ", 2),
