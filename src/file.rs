@@ -17,7 +17,7 @@ const LEFTOVER: Duration = Duration::from_secs(3600);
 #[must_use]
 pub fn unwritable(path: &Path, error: &io::Error) -> Error {
     let remedy = match error.kind() {
-        io::ErrorKind::StorageFull => "Free space on the disk and run it again; finished work is kept.",
+        io::ErrorKind::StorageFull => "Make room on the disk and run it again; finished work is kept.",
         io::ErrorKind::NotFound => "Check the path.",
         _ => "Allow writing there and run it again; finished work is kept.",
     };

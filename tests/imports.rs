@@ -460,7 +460,7 @@ fn a_clock_that_starts_again_splits_a_file() {
     let split = records(&text, &with(Gaps::Split)).unwrap();
     assert_eq!(split.iter().map(Record::len).collect::<Vec<_>>(), [20, 30]);
     assert_eq!(split.iter().map(Record::period_s).collect::<Vec<_>>(), [0.01, 0.1], "each has its own clock");
-    assert!(split[0].source().notes.iter().any(|note| note == "1 stretch of fewer than 10 samples left out"));
+    assert!(split[0].source().notes.iter().any(|note| note == "1 segment of fewer than 10 samples left out"));
     assert_eq!(split[1].source().lines.get(0), Some(22));
     // No speed is made of positions on both sides of a cut: its central differences are those of a parabola.
     for (record, period) in split.iter().zip([0.01, 0.1]) {
@@ -575,12 +575,12 @@ fn objects_of_a_json_list_are_samples() {
         (list.replacen("\"u\": 2", "\"u\": null", 1), "line 2, column u: found an empty cell"),
         (list.replacen("\"u\": 2", "\"u\": \"off\"", 1), "line 2, column u: found \"off\""),
         (list.replace("\"u\"", "\"volts_in\""), "no column \"u\" in \"u*on\" for voltage; the heading has \"t\""),
-        (list[..list.len() - 3].to_owned(), "no readable JSON"),
+        (list[..list.len() - 3].to_owned(), "not readable JSON"),
         ("[]".to_owned(), "holds no recording"),
         ("[1, 2]".to_owned(), "holds no recording"),
         ("{\"log\": [{\"t\": 1}, 2]}".to_owned(), "holds no recording"),
         (two.clone(), "holds 2 lists of objects: \"log\", \"other\""),
-        ("[".repeat(100_000), "no readable JSON"),
+        ("[".repeat(100_000), "not readable JSON"),
     ] {
         assert!(refused(&text, columns).to_string().contains(part), "{text:.200}: {}", refused(&text, columns));
     }
