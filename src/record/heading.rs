@@ -307,7 +307,7 @@ fn words_of(heading: &str) -> Vec<(usize, &str)> {
 }
 
 /// Words that mark a current or a speed as a reference or limit instead of a measurement.
-const WANTED: &[&str] =
+const REFERENCE_WORDS: &[&str] =
     &["ref", "reference", "setpoint", "set", "target", "cmd", "command", "commanded", "limit", "max"];
 
 /// Returns the quantity that words denote; in a heading of several words, those of one or two letters do not count.
@@ -320,11 +320,11 @@ fn quantity_of(words: &[(usize, &str)], unit: Option<&str>) -> Option<Quantity> 
     if words.len() == 1 && any(&["load"]) {
         return unit.is_some_and(|unit| Torque.factor(unit).is_some()).then_some(Torque);
     }
-    let wanted = any(WANTED);
+    let is_reference = any(REFERENCE_WORDS);
     let means = |quantity: &Quantity| {
         let counts = |word: &&&str| words.len() == 1 || word.chars().count() > 2;
         let named = quantity.facts().words.iter().filter(counts).any(|word| words.iter().any(|w| w == word));
-        named && !(wanted && matches!(quantity, Current | Speed))
+        named && !(is_reference && matches!(quantity, Current | Speed))
     };
     [Time, Voltage, Current, Speed, Position].into_iter().find(means)
 }

@@ -109,10 +109,9 @@ impl Samples {
                 "only the current was recorded: neither its cause nor its effect is known",
                 "Record the voltage too, which identifies R and L, or the speed, which identifies the mechanical side.",
             ),
-            (false, None, Some(_)) => (
-                "only the speed was recorded: the input is not known",
-                "Record the voltage or the current too.",
-            ),
+            (false, None, Some(_)) => {
+                ("only the speed was recorded: the input is not known", "Record the voltage or the current too.")
+            }
             (false, None, None) => {
                 ("neither voltage, current nor speed was recorded", "Record voltage, current and speed.")
             }

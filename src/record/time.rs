@@ -39,7 +39,7 @@ impl Steps {
     /// Returns the unit of time \[s\] of which every step of an irregular clock is an integer multiple.
     #[must_use]
     pub fn unit_s(&self) -> f64 {
-        self.period_s / PARTS
+        self.period_s / TICKS_PER_PERIOD
     }
 
     /// Returns the step after sample `n` \[s\].
@@ -65,7 +65,7 @@ const PERIOD_MAX: f64 = 1e6;
 const TIME_MAX: f64 = 1e12;
 
 /// Fractions of a period to which irregular times are rounded, so that the table of their steps is small.
-const PARTS: f64 = 1000.0;
+const TICKS_PER_PERIOD: f64 = 1000.0;
 
 /// Checks at least two times and returns their steps.
 ///
@@ -138,7 +138,7 @@ const GAP: f64 = 1.5;
 /// Longest step of an irregular clock \[periods\], for loggers that poll with occasional delays; longer ones are gaps.
 const GAP_IRREGULAR: f64 = 10.0;
 /// Fraction of the steps that must deviate by [`IRREGULAR_STEP`] for the clock to count as irregular.
-const IRREGULAR_PART: f64 = 0.1;
+const IRREGULAR_FRACTION: f64 = 0.1;
 /// Deviation of a step from the median, relative to it, that counts as irregular.
 const IRREGULAR_STEP: f64 = 0.03;
 
@@ -155,7 +155,7 @@ fn gap_limit(differences: &[f64], period_s: f64) -> f64 {
         off += if (step - 1.0).abs() > IRREGULAR_STEP && !is_lost { 1.0 } else { 0.0 };
         all += if is_lost { 0.0 } else { 1.0 };
     }
-    let irregular = off > IRREGULAR_PART * all;
+    let irregular = off > IRREGULAR_FRACTION * all;
     period_s * if irregular { GAP_IRREGULAR } else { GAP }
 }
 
@@ -198,7 +198,7 @@ fn is_on_grid(time_s: &[f64], period_s: f64) -> bool {
 
 /// Returns the distinct steps \[s\], rounded to a thousandth of the period, and the index of the step after each sample.
 fn table(time_s: &[f64], period_s: f64) -> Result<(Vec<f64>, Vec<u16>)> {
-    let tick = |t: f64| ((t - time_s[0]) / period_s * PARTS).round();
+    let tick = |t: f64| ((t - time_s[0]) / period_s * TICKS_PER_PERIOD).round();
     let ticks: Vec<f64> = time_s.windows(2).map(|w| (tick(w[1]) - tick(w[0])).max(1.0)).collect();
     let mut distinct = ticks.clone();
     distinct.sort_unstable_by(f64::total_cmp);
@@ -210,5 +210,5 @@ fn table(time_s: &[f64], period_s: f64) -> Result<(Vec<f64>, Vec<u16>)> {
     let index = |tick: &f64| distinct.partition_point(|d| d < tick);
     let mut step_index: Vec<u16> = ticks.iter().map(|tick| u16::try_from(index(tick)).unwrap_or(u16::MAX)).collect();
     step_index.extend(step_index.last().copied());
-    Ok((distinct.into_iter().map(|tick| tick / PARTS * period_s).collect(), step_index))
+    Ok((distinct.into_iter().map(|tick| tick / TICKS_PER_PERIOD * period_s).collect(), step_index))
 }

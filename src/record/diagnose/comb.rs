@@ -28,7 +28,7 @@ const SURE: f64 = 6.0;
 pub(super) fn averaged_sensor(view: &View<'_>, findings: &mut Vec<Finding>) {
     let mut inputs = None;
     for channel in view.channels() {
-        let Some(spectrum) = Logs::of(&differences(channel.values), LEAKAGE) else { continue };
+        let Some(spectrum) = LogSpectrum::of(&differences(channel.values), LEAKAGE) else { continue };
         if best(&spectrum, &[]).is_none() {
             continue;
         }
@@ -55,10 +55,10 @@ fn finding(view: &View<'_>, channel: &Channel<'_>, best: Best) -> Finding {
 }
 
 /// Returns the spectra of the changes of the voltage and of its edges alone, whose notches noise of the voltage does not fill.
-fn spectra_of_input(view: &View<'_>) -> Vec<Logs> {
+fn spectra_of_input(view: &View<'_>) -> Vec<LogSpectrum> {
     let all = differences(view.input.values);
     let edges: Vec<f64> = all.iter().map(|d| if d.abs() > 6.0 * view.input.noise { *d } else { 0.0 }).collect();
-    [all, edges].iter().filter_map(|steps| Logs::of(steps, f64::NEG_INFINITY)).collect()
+    [all, edges].iter().filter_map(|steps| LogSpectrum::of(steps, f64::NEG_INFINITY)).collect()
 }
 
 /// Smallest fraction of the power in one line of the spectrum for a voltage to count as a tone.
@@ -74,18 +74,18 @@ fn is_tone(view: &View<'_>) -> bool {
 }
 
 /// Logarithm of a power spectrum, stored as a running sum.
-struct Logs {
+struct LogSpectrum {
     /// Running sum of the logarithms (base 10) of the power relative to its maximum.
     sums: Vec<f64>,
     /// Number of independent values of a bin: it grows with the segments and their length over [`POINTS`].
-    worth: f64,
+    averages: f64,
     /// Length of a segment \[samples\].
     segment: usize,
     /// Smallest logarithm of a lobe that counts.
     floor: f64,
 }
 
-impl Logs {
+impl LogSpectrum {
     /// Computes the spectrum of differences; `None` for too few samples or a constant signal.
     fn of(steps: &[f64], floor: f64) -> Option<Self> {
         if steps.len() + 1 < SAMPLES_MIN {
@@ -106,7 +106,7 @@ impl Logs {
             .collect();
         let segment = steps.len().min(POINTS);
         let independent = count(steps.len()) / count(segment);
-        Some(Self { sums, worth: independent * count(segment) / count(POINTS) / 1.5, segment, floor })
+        Some(Self { sums, averages: independent * count(segment) / count(POINTS) / 1.5, segment, floor })
     }
 
     /// Returns the mean logarithm between two frequencies \[1/sample\], over at least one bin, and the number of bins.
@@ -120,35 +120,35 @@ impl Logs {
 
     /// Returns the mean logarithm of the lobe between k/N and (k + 1)/N, without its middle, the place of the odd harmonics of
     /// a period of 2N samples.
-    fn hump(&self, k: usize, window: f64) -> f64 {
+    fn lobe(&self, k: usize, window: f64) -> f64 {
         let [a, b, c, d] = [0.2, 0.4, 0.6, 0.8].map(|part| (count(k) + part) / window);
         0.5 * (self.mean(a, b).0 + self.mean(c, d).0)
     }
 
     /// Returns the depth of the notch at k/N below the lobes on both sides; 0 if a lobe is below the floor.
-    fn dip(&self, k: usize, window: f64, [before, after]: [f64; 2]) -> f64 {
+    fn depth(&self, k: usize, window: f64, [before, after]: [f64; 2]) -> f64 {
         let notch = || self.mean((count(k) - 0.05) / window, (count(k) + 0.05) / window).0;
         if before.min(after) < self.floor { 0.0 } else { 0.5 * (before + after) - notch() }
     }
 
     /// Returns the depths of the notches at every multiple of 1/N, or every second one, and their number below half the
     /// sampling rate; `None` if more than half of them are below `least`.
-    fn dips(&self, window: f64, every: usize, least: f64) -> Option<([f64; MULTIPLES], usize)> {
-        let mut dips = [0.0; MULTIPLES];
-        let mut humps = [f64::NAN, self.hump(0, window)];
+    fn depths(&self, window: f64, every: usize, least: f64) -> Option<([f64; MULTIPLES], usize)> {
+        let mut depths = [0.0; MULTIPLES];
+        let mut lobes = [f64::NAN, self.lobe(0, window)];
         let below_half = |k: &usize| (count(*k) + 0.8) / window <= 0.5;
         let multiples = (1..).step_by(every).take(MULTIPLES).take_while(below_half).count();
         let mut low = 0;
-        for (k, dip) in (1..).step_by(every).zip(&mut dips[..multiples]) {
-            let before = if every == 1 { humps[1] } else { self.hump(k - 1, window) };
-            humps = [before, self.hump(k, window)];
-            *dip = self.dip(k, window, humps);
-            low += usize::from(*dip < least);
+        for (k, depth) in (1..).step_by(every).zip(&mut depths[..multiples]) {
+            let before = if every == 1 { lobes[1] } else { self.lobe(k - 1, window) };
+            lobes = [before, self.lobe(k, window)];
+            *depth = self.depth(k, window, lobes);
+            low += usize::from(*depth < least);
             if 2 * low > multiples {
                 return None;
             }
         }
-        Some((dips, multiples))
+        Some((depths, multiples))
     }
 }
 
@@ -160,7 +160,7 @@ struct Best {
 }
 
 /// Returns the window length with the highest significant score.
-fn best(spectrum: &Logs, inputs: &[Logs]) -> Option<Best> {
+fn best(spectrum: &LogSpectrum, inputs: &[LogSpectrum]) -> Option<Best> {
     let longest = (spectrum.segment / WINDOWS_IN_SEGMENT).min(*WINDOWS.end());
     let mut best: Option<Best> = None;
     for window in *WINDOWS.start()..=longest {
@@ -182,24 +182,24 @@ fn best(spectrum: &Logs, inputs: &[Logs]) -> Option<Best> {
 }
 
 /// Returns the score of a window from every multiple of 1/N, or every second one, if it is significant and at least `least`.
-fn scored(spectrum: &Logs, inputs: &[Logs], window: usize, (every, least): (usize, f64)) -> Option<Best> {
+fn scored(spectrum: &LogSpectrum, inputs: &[LogSpectrum], window: usize, (every, least): (usize, f64)) -> Option<Best> {
     let length = count(window);
-    let (mut dips, multiples) = spectrum.dips(length, every, least)?;
+    let (mut depths, multiples) = spectrum.depths(length, every, least)?;
     if multiples == 0 {
         return None;
     }
-    let mut explained = [0.0_f64; MULTIPLES];
+    let mut of_input = [0.0_f64; MULTIPLES];
     for input in inputs {
-        let (dips, _) = input.dips(length, every, f64::NEG_INFINITY)?;
-        explained.iter_mut().zip(dips).for_each(|(most, dip)| *most = most.max(dip));
+        let (depths, _) = input.depths(length, every, f64::NEG_INFINITY)?;
+        of_input.iter_mut().zip(depths).for_each(|(most, depth)| *most = most.max(depth));
     }
-    let dips = &mut dips[..multiples];
-    dips.iter_mut().zip(explained).for_each(|(dip, explained)| *dip -= explained);
-    dips.sort_unstable_by(f64::total_cmp);
-    let score = median(dips);
+    let depths = &mut depths[..multiples];
+    depths.iter_mut().zip(of_input).for_each(|(depth, of_input)| *depth -= of_input);
+    depths.sort_unstable_by(f64::total_cmp);
+    let score = median(depths);
     // The logarithm (base 10) of one bin of noise has a standard deviation of 0.56. A depth is a mean over the bins of a
     // notch, and the lobes add a quarter to its variance. The median of n depths has the variance of a mean of n/1.57.
-    let bins = spectrum.mean(0.95 / length, 1.05 / length).1 * spectrum.worth;
+    let bins = spectrum.mean(0.95 / length, 1.05 / length).1 * spectrum.averages;
     let error = 0.56 * 1.25_f64.sqrt() / bins.max(0.7).sqrt() / (count(multiples) / 1.57).max(1.0).sqrt();
     (score >= least && score >= SURE * error).then_some(Best { window, score })
 }

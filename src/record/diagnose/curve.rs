@@ -5,7 +5,7 @@ use crate::numeric::{count, mean, slope, whole};
 use crate::text::significant;
 
 /// Largest rate of change of the voltage (standard deviation of its differences over its own) for a static characteristic.
-const RESTLESS: f64 = 0.3;
+const ROUGHNESS: f64 = 0.3;
 /// Number of bins of |voltage|.
 const BINS: usize = 12;
 /// Largest number of blocks over which samples are averaged.
@@ -15,7 +15,7 @@ const SAMPLES_MIN: usize = 100;
 
 pub(super) fn curve(view: &View<'_>, findings: &mut Vec<Finding>) {
     let Some(speed) = view.speed.as_ref().filter(|speed| speed.range > 0.0 && !view.loaded) else { return };
-    if view.restless >= RESTLESS || view.input.range == 0.0 || view.len() < SAMPLES_MIN {
+    if view.roughness >= ROUGHNESS || view.input.range == 0.0 || view.len() < SAMPLES_MIN {
         return;
     }
     let Some(points) = static_curve(view, speed) else { return };

@@ -24,8 +24,8 @@ fn clipped(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
             continue;
         }
         let at_top = runs(values.len(), |n| (sign * values[n]).to_bits() == extreme.to_bits());
-        let is_told = |run: &Range<usize>| run.len() >= CLIPPED_MIN && enters_and_leaves(view, current, run, sign);
-        if at_top.iter().any(is_told) {
+        let is_clipped = |run: &Range<usize>| run.len() >= CLIPPED_MIN && enters_and_leaves(view, current, run, sign);
+        if at_top.iter().any(is_clipped) {
             // One such run establishes the level; shorter runs at the level are clipped too.
             places.extend(at_top);
         }
@@ -49,8 +49,8 @@ fn enters_and_leaves(view: &View<'_>, current: &Channel<'_>, run: &Range<usize>,
     let (values, top) = (current.values, sign * current.values[run.start]);
     let before = run.start.checked_sub(2).map(|n| top - sign * values[n]);
     let jump = (0.1 * current.range).max(4.0 * if current.is_fine() { 0.0 } else { current.quantum });
-    let Some(stretch) = view.constant_inputs.iter().find(|s| s.samples.contains(&(run.end - 1))) else { return false };
-    let after = &values[run.end..stretch.samples.end.max(run.end)];
+    let Some(segment) = view.constant_inputs.iter().find(|s| s.samples.contains(&(run.end - 1))) else { return false };
+    let after = &values[run.end..segment.samples.end.max(run.end)];
     let falls = after.iter().fold(0.0, |fall: f64, i| fall.max(top - sign * i));
     // The decrease must be steep: at a flat maximum a quantized current decreases by single steps.
     let steep = values.get(run.end + run.len()).is_some_and(|i| top - sign * i > 2.5 * current.quantum);
@@ -62,7 +62,7 @@ fn enters_and_leaves(view: &View<'_>, current: &Channel<'_>, run: &Range<usize>,
 fn limited(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
     let speed = view.speed.as_ref().filter(|speed| speed.range > 0.0 && !view.loaded)?;
     let long = view.constant_inputs.iter().filter(|s| s.samples.len() >= 20 && view.part(s.volts) > 0.2);
-    let places: Vec<_> = long.filter_map(|stretch| plateau(current, speed, stretch)).collect();
+    let places: Vec<_> = long.filter_map(|segment| plateau(current, speed, segment)).collect();
     let level = mean(&current.values[places.first()?.clone()]);
     let shown = engineering(level, "A", 3);
     let message = format!("the current stays at {shown} while the motor speeds up, as under a current limit");
@@ -71,10 +71,10 @@ fn limited(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
 }
 
 /// Returns the samples of a segment in which the current stays at its limit.
-fn plateau(current: &Channel<'_>, speed: &Channel<'_>, stretch: &ConstantInput) -> Option<Range<usize>> {
-    let sign = stretch.volts.signum();
+fn plateau(current: &Channel<'_>, speed: &Channel<'_>, segment: &ConstantInput) -> Option<Range<usize>> {
+    let sign = segment.volts.signum();
     let i = |n: usize| sign * current.values[n];
-    let samples = stretch.samples.clone();
+    let samples = segment.samples.clone();
     let top = samples.clone().max_by(|a, b| i(*a).total_cmp(&i(*b)))?;
     let level = i(top);
     // The noise must be within the band.

@@ -15,11 +15,11 @@ pub(super) fn input(view: &View<'_>, findings: &mut Vec<Finding>) {
 fn single_edge(view: &View<'_>, end: usize) -> Option<Finding> {
     let mut changes: Vec<usize> = Vec::new();
     let mut level = view.constant_inputs[0].volts;
-    for stretch in view.constant_inputs.iter().skip(1).take_while(|s| s.samples.start < end) {
-        if view.part(stretch.volts - level) > 0.05 {
-            changes.push(stretch.samples.start);
+    for segment in view.constant_inputs.iter().skip(1).take_while(|s| s.samples.start < end) {
+        if view.part(segment.volts - level) > 0.05 {
+            changes.push(segment.samples.start);
         }
-        level = stretch.volts;
+        level = segment.volts;
     }
     let (&first, &last) = (changes.first()?, changes.last()?);
     // A step that takes up to three samples is one change; a pulse is not.

@@ -56,11 +56,11 @@ impl<'a> Blocks<'a> {
         let mut best: Option<Fit> = None;
         let mut try_one = |constant: f64| {
             let decay = (-1.0 / constant).exp();
-            let (solution, left) = self.fit_with(&ends, decay);
+            let (solution, sse) = self.fit_with(&ends, decay);
             let mut gains = Row::default();
             solution.coefficients.iter().enumerate().for_each(|(k, c)| gains[k % functions.len()] += c);
-            if is_allowed(&gains) && best.as_ref().is_none_or(|best| left < best.left) {
-                best = Some(Fit { constant, decay, gains, left });
+            if is_allowed(&gains) && best.as_ref().is_none_or(|best| sse < best.sse) {
+                best = Some(Fit { constant, decay, gains, sse });
             }
             best.as_ref().map(|best| best.constant)
         };
@@ -80,9 +80,9 @@ impl<'a> Blocks<'a> {
         let mut sums = Sums::default();
         self.rows(ends, decay, |row, speed| sums.add(row, speed));
         let solution = sums.solve();
-        let mut left = 0.0;
-        self.rows(ends, decay, |row, speed| left += (speed - solution.predicted(row)).powi(2));
-        (solution, left)
+        let mut sse = 0.0;
+        self.rows(ends, decay, |row, speed| sse += (speed - solution.predicted(row)).powi(2));
+        (solution, sse)
     }
 
     /// Visits the rows of regressors: each function behind the first lag, then each behind the second.
@@ -118,5 +118,5 @@ pub(super) struct Fit {
     /// Gain of each function, summed over the lags.
     pub gains: Row,
     /// Sum of squared residuals.
-    pub left: f64,
+    pub sse: f64,
 }

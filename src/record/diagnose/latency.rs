@@ -77,8 +77,8 @@ fn edge(view: &View<'_>, channel: &Channel<'_>, k: usize, length: usize) -> Opti
     let level = tail(at, few);
     let change = tail(end, few) - level;
     let earlier = tail(at - few.min(at - before.start), few.min(at - before.start).max(1));
-    let stood = k == 1 && before.len() >= 3 || (level - earlier).abs() < 0.05 * change.abs() + channel.noise;
-    (stood && change.abs() > channel.floor() && change.abs() > 0.05 * channel.range).then_some(Edge {
+    let was_steady = k == 1 && before.len() >= 3 || (level - earlier).abs() < 0.05 * change.abs() + channel.noise;
+    (was_steady && change.abs() > channel.floor() && change.abs() > 0.05 * channel.range).then_some(Edge {
         at,
         before: level,
         change,

@@ -212,6 +212,6 @@ impl Record {
 }
 
 /// Returns the segments in which the voltage changes faster than it is sampled.
-pub(super) fn undersampled_stretches(record: &Record) -> Vec<Range<usize>> {
-    undersampled::stretches(&View::new(record))
+pub(super) fn undersampled_segments(record: &Record) -> Vec<Range<usize>> {
+    undersampled::segments(&View::new(record))
 }

@@ -57,14 +57,14 @@ fn from_the_start(view: &View<'_>, current: &Channel<'_>, none: f64) -> Option<R
         let still = (0.1 * order_statistic(&mut sizes, 0.95)).max(5.0 * speed.noise);
         speed.values[strong[0]..end].iter().all(|w| w.abs() <= still)
     };
-    let is_told = match &view.speed {
+    let is_off = match &view.speed {
         Some(speed) => stands(speed),
         // Without a measured speed the motor could run idle, but a change of the voltage would still cause a current.
         None => {
             changes(view, strong[0].max(1)..end - least / 2) || swings(view, i, none, &strong) || begins(view, i, end)
         }
     };
-    is_told.then_some(begin..end)
+    is_off.then_some(begin..end)
 }
 
 /// Returns true if the voltage jumps within some samples, or from rest before them.
@@ -101,8 +101,8 @@ fn begins(view: &View<'_>, i: &[f64], at: usize) -> bool {
         (with, all) = (with + usize::from(i[n].abs() > none), all + 1);
     }
     let jumps = around.clone().skip(1).any(|n| (v[n] - v[n - 1]).abs() > 0.1 * view.input.peak);
-    let stood = v[at / 2..at].iter().all(|of| (of - v[at]).abs() < 0.05 * view.input.peak);
-    rises && !jumps && v[at].abs() > 0.3 * view.input.peak && (stood || 10 * with >= 9 * all)
+    let was_constant = v[at / 2..at].iter().all(|of| (of - v[at]).abs() < 0.05 * view.input.peak);
+    rises && !jumps && v[at].abs() > 0.3 * view.input.peak && (was_constant || 10 * with >= 9 * all)
 }
 
 /// Detects voltage without current at less than half of the proportional speed, where v − K ω = R i cannot be 0.

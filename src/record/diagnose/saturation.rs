@@ -72,7 +72,7 @@ fn friction(view: &View<'_>) -> impl Fn(f64) -> f64 {
 fn linear(view: &View<'_>, speed: &Channel<'_>, blocks: &Blocks<'_>, near: Option<f64>) -> Option<Fit> {
     let fit = blocks.fit(&[&|v| v, &friction(view), &|_| 1.0], near, |_| true)?;
     let noise = speed.noise.powi(2) * count(blocks.speed.len()) / count(blocks.length);
-    (fit.left >= NOISE * noise).then_some(fit)
+    (fit.sse >= NOISE * noise).then_some(fit)
 }
 
 /// Fit with one gain up to a level and another above it.
@@ -82,7 +82,7 @@ struct Level {
     /// Time constant \[blocks\].
     constant: f64,
     /// Sum of squared residuals.
-    left: f64,
+    sse: f64,
     /// Gains below and above the level \[rad/s/V\].
     gains: [f64; 2],
 }
@@ -103,19 +103,14 @@ fn best_level(view: &View<'_>, blocks: &Blocks<'_>, constant: f64, levels: &[f64
         let above = |v: f64| (v.abs() - level * peak).max(0.0) * v.signum();
         let is_flat = |g: &super::regression::Row| g[0] > 0.0 && (g[0] + g[3]).abs() < FLAT * g[0];
         let fit = blocks.fit(&[&|v| v, &friction(view), &|_| 1.0, &above], Some(constant), is_flat)?;
-        Some(Level {
-            level,
-            constant: fit.constant,
-            left: fit.left,
-            gains: [fit.gains[0], fit.gains[0] + fit.gains[3]],
-        })
+        Some(Level { level, constant: fit.constant, sse: fit.sse, gains: [fit.gains[0], fit.gains[0] + fit.gains[3]] })
     };
-    levels.iter().filter_map(|level| fit(*level)).min_by(|a, b| a.left.total_cmp(&b.left))
+    levels.iter().filter_map(|level| fit(*level)).min_by(|a, b| a.sse.total_cmp(&b.sse))
 }
 
 fn finding(view: &View<'_>, blocks: &Blocks<'_>, linear: &Fit, best: &Level) -> Option<Finding> {
     let squares = blocks.squares();
-    if linear.left < (BETTER * best.left).max(best.left + SEEN * SEEN * squares) || best.left > LEFT * squares {
+    if linear.sse < (BETTER * best.sse).max(best.sse + SEEN * SEEN * squares) || best.sse > LEFT * squares {
         return None;
     }
     let above_level = |n: usize| view.input.values[n].abs() > best.level * view.input.peak;

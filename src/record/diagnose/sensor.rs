@@ -2,7 +2,7 @@
 //!
 //! The expected current comes from the winding's equation if the speed is known, and from steps of the voltage otherwise.
 
-use super::winding::{Shows, Winding};
+use super::winding::{Sensor, Winding};
 use super::{Channel, Finding, Quantity, View, text};
 use crate::numeric::{count, order_statistic, runs};
 use std::ops::Range;
@@ -87,7 +87,7 @@ fn running_peak(view: &View<'_>, sign: f64) -> Vec<f64> {
 /// recording clearly better than a bidirectional one.
 fn by_speed(view: &View<'_>, speed: &[f64], current: &[f64], sign: f64) -> Option<(Vec<f64>, f64)> {
     let [both, magnitude, positive] = [|i: f64| i, f64::abs, |i: f64| i.max(0.0)]
-        .map(|shows: Shows| Winding::fitted(view, speed, current, sign, shows));
+        .map(|sensor: Sensor| Winding::fitted(view, speed, current, sign, sensor));
     let best = [magnitude?, positive?].into_iter().min_by(|a, b| a.error.total_cmp(&b.error))?;
     let explains = best.error <= SURE * EXPECTED * view.current.as_ref()?.peak && best.error < BETTER * both?.error;
     let oriented = |i: f64| sign * i;

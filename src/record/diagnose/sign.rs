@@ -24,7 +24,7 @@ pub(super) fn sign_reversed(view: &View<'_>, findings: &mut Vec<Finding>) {
     let voltage = view.input.values;
     // A voltage acts from its sample on, so its response includes the next sample.
     let [vi, iw, vw] =
-        [(voltage, &*answer(current)), (current, speed), (voltage, &*answer(speed))].map(|(a, b)| sign_of(a, b));
+        [(voltage, &*with_next(current)), (current, speed), (voltage, &*with_next(speed))].map(|(a, b)| sign_of(a, b));
     let sums = |values: &[f64]| running_sums(values.iter().copied());
     let by_products = || match (vi, iw, vw) {
         // A product can come from an offset of the sensor, a covariance with the voltage cannot.
@@ -118,11 +118,11 @@ fn sign_of_first(rows: impl Iterator<Item = ([f64; 3], f64)> + Clone) -> Option<
             moments[row].iter_mut().zip(line).for_each(|(v, l)| *v -= part * l);
         }
     }
-    let (own, together, left) = (moments[0][0], moments[0][3], moments[3][3]);
-    let slope = together / own;
-    let rest = (left - slope * together).max(0.0);
-    let error = (rest / (count - 4.0) / own).sqrt();
-    let sure = slope.is_finite() && slope.abs() > ERRORS * error && all - rest > EXPLAINED * all;
+    let (xx, xy, yy) = (moments[0][0], moments[0][3], moments[3][3]);
+    let slope = xy / xx;
+    let sse = (yy - slope * xy).max(0.0);
+    let error = (sse / (count - 4.0) / xx).sqrt();
+    let sure = slope.is_finite() && slope.abs() > ERRORS * error && all - sse > EXPLAINED * all;
     sure.then_some(if slope < 0.0 { -1 } else { 1 })
 }
 
@@ -133,7 +133,7 @@ fn sign_of(a: &[f64], b: &[f64]) -> i32 {
 }
 
 /// Returns the sum of each value and the next one; the last value counts twice.
-fn answer(values: &[f64]) -> Vec<f64> {
+fn with_next(values: &[f64]) -> Vec<f64> {
     let last = values.last().map(|v| 2.0 * v);
     values.windows(2).map(|w| w[0] + w[1]).chain(last).collect()
 }

@@ -51,7 +51,7 @@ fn late(view: &View<'_>, speed: &Channel<'_>) -> Option<Finding> {
     let plain = |v: f64| v;
     let sign = |v: f64| if v.abs() > 0.05 * view.input.peak { v.signum() } else { 0.0 };
     let fit = blocks.fit(&[&plain, &sign], None, |c| c[0] > 0.0)?;
-    if fit.left > LEFT * w[onset..].iter().map(|w| w * w).sum::<f64>() / count(blocks.length) {
+    if fit.sse > LEFT * w[onset..].iter().map(|w| w * w).sum::<f64>() / count(blocks.length) {
         return None;
     }
     let decay = fit.decay.powf(1.0 / count(blocks.length));

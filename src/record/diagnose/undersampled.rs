@@ -7,7 +7,7 @@ use crate::text::significant;
 use std::ops::Range;
 
 /// Smallest ratio of the standard deviation of the differences to that of the voltage for an undersampled recording.
-const RESTLESS: f64 = 0.7;
+const ROUGHNESS: f64 = 0.7;
 /// Length of the window that detects the start of a segment \[samples\]: four periods of the slowest undersampled sine.
 const WINDOW: usize = 24;
 /// Distance between windows \[samples\].
@@ -27,24 +27,24 @@ const PAUSE: usize = 4 * WINDOW;
 const LEFT: f64 = 0.25;
 
 pub(super) fn undersampled(view: &View<'_>, findings: &mut Vec<Finding>) {
-    let stretches = stretches(view);
-    if stretches.is_empty() {
+    let segments = segments(view);
+    if segments.is_empty() {
         findings.extend(throughout(view));
         return;
     }
-    let [from, to] = [stretches[0].start, stretches[0].end - 1].map(|n| significant(view.time[n], 6));
+    let [from, to] = [segments[0].start, segments[0].end - 1].map(|n| significant(view.time[n], 6));
     let message =
         format!("the voltage is undersampled from {from} s to {to} s: its intersample behaviour is not known there");
     let remedy = text!("Record at a higher rate, or leave these samples out: " [Mask = "auto"] ".");
     let finding = Finding::new("undersampled_input", Quantity::Voltage, message, remedy);
-    findings.push(finding.mention_if(true).at(stretches));
+    findings.push(finding.mention_if(true).at(segments));
 }
 
 /// Detects a voltage that changes from sample to sample. A voltage that is constant for two or more samples between changes, as
 /// a binary sequence, is resolved.
 fn throughout(view: &View<'_>) -> Option<Finding> {
     // A constant voltage with noise is excluded.
-    if view.restless <= RESTLESS || view.volts_spread < 0.1 || view.len() < 10 {
+    if view.roughness <= ROUGHNESS || view.volts_spread < 0.1 || view.len() < 10 {
         return None;
     }
     let single = view.constant_inputs.iter().filter(|s| s.samples.len() == 1).count();
@@ -53,16 +53,16 @@ fn throughout(view: &View<'_>) -> Option<Finding> {
     let message = "the voltage changes from sample to sample: its intersample behaviour is not known";
     let remedy = "Record at a higher rate, or keep each voltage for several samples.";
     let finding = Finding::new("undersampled_input", Quantity::Voltage, message, remedy);
-    (share > 0.2).then(|| finding.figure("ratio", view.restless))
+    (share > 0.2).then(|| finding.figure("ratio", view.roughness))
 }
 
 /// Returns the undersampled segments; none if too little of the recording is outside them.
 ///
 /// A segment lasts from the first fast window to a long pause or the end, because sines near the sampling rate look slow again.
-pub(super) fn stretches(view: &View<'_>) -> Vec<Range<usize>> {
+pub(super) fn segments(view: &View<'_>) -> Vec<Range<usize>> {
     let values = view.input.values;
     let mut found: Vec<Range<usize>> = Vec::new();
-    if values.len() < 4 * WINDOW || view.restless == 0.0 {
+    if values.len() < 4 * WINDOW || view.roughness == 0.0 {
         return found;
     }
     let spread = view.volts_spread * view.input.peak;

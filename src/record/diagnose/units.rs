@@ -110,9 +110,9 @@ fn resistance(view: &View<'_>, current: &Channel<'_>) -> Option<f64> {
     rows().for_each(|(row, volts)| sums.add(&row, volts));
     let solution = sums.solve();
     let [r, k] = [solution.coefficients[0] / current.peak, solution.coefficients[1] / speed.peak];
-    let left: f64 = rows().map(|(row, volts)| (volts - solution.predicted(&row)).powi(2)).sum();
+    let sse: f64 = rows().map(|(row, volts)| (volts - solution.predicted(&row)).powi(2)).sum();
     let all: f64 = v.iter().map(|v| v * v).sum();
-    (r > 0.0 && k > 0.0 && left < 0.05 * all).then_some(r)
+    (r > 0.0 && k > 0.0 && sse < 0.05 * all).then_some(r)
 }
 
 /// Returns true if nearly all nonzero values are whole numbers, with a median beyond ±1.

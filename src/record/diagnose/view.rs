@@ -49,7 +49,7 @@ pub(super) struct View<'a> {
     /// Voltage, or current if no voltage was recorded.
     pub input: Channel<'a>,
     /// Ratio of the standard deviation of the input's differences to that of the input: its rate of change; 0 if constant.
-    pub restless: f64,
+    pub roughness: f64,
     /// Ratio of the standard deviation of the input to its peak.
     pub volts_spread: f64,
     /// Segments of constant input, within six standard deviations of the noise and at most a tenth of the range.
@@ -74,7 +74,7 @@ impl<'a> View<'a> {
             record,
             time: &samples.time_s,
             volts_spread: if own > 0.0 { own / input.peak } else { 0.0 },
-            restless: if own > 0.0 { standard_deviation(&differences(voltage)) / own } else { 0.0 },
+            roughness: if own > 0.0 { standard_deviation(&differences(voltage)) / own } else { 0.0 },
             constant_inputs: constant_inputs(voltage, tolerance),
             input,
             current: samples.current.as_deref().map(|values| Channel::new(Quantity::Current, values)),

@@ -19,7 +19,7 @@ const DROP: [f64; 2] = [0.01, 0.2];
 const ROUNDS: usize = 30;
 
 /// Characteristic of a current sensor: the measured current as a function of the true one.
-pub(super) type Shows = fn(f64) -> f64;
+pub(super) type Sensor = fn(f64) -> f64;
 
 /// Fitted winding `di/dt = (g (v − K ω, less a drop) − i)/τ`, and the standard deviation of its residuals.
 #[derive(Debug, Clone, Copy)]
@@ -34,11 +34,11 @@ pub(super) struct Winding {
 
 impl Winding {
     /// Fits the winding to a measured current; `None` if the motor does not turn in the direction of `sign` under voltage.
-    pub(super) fn fitted(view: &View<'_>, speed: &[f64], current: &[f64], sign: f64, shows: Shows) -> Option<Self> {
+    pub(super) fn fitted(view: &View<'_>, speed: &[f64], current: &[f64], sign: f64, sensor: Sensor) -> Option<Self> {
         let v = view.input.values;
         let first = v.iter().position(|v| *v != 0.0)?.saturating_sub(1);
         let fitted = first..v.len().min(first + FITTED_MAX);
-        let fit = Fit { v: &v[fitted.clone()], w: &speed[fitted.clone()], i: &current[fitted], sign, shows };
+        let fit = Fit { v: &v[fitted.clone()], w: &speed[fitted.clone()], i: &current[fitted], sign, sensor };
         let fast = view.speed.as_ref()?.peak;
         let driven = |n: &usize| sign * fit.w[*n] > 0.3 * fast && sign * fit.v[*n] > 0.0;
         let mut ratios: Vec<f64> = (0..fit.v.len()).filter(driven).map(|n| fit.v[n] / fit.w[n]).collect();
@@ -51,22 +51,22 @@ impl Winding {
 
     /// Returns the current \[A\] of the winding under the voltage and speed of a complete recording.
     pub(super) fn current(&self, voltage: &[f64], speed: &[f64]) -> Vec<f64> {
-        let mut course = Vec::with_capacity(voltage.len());
-        courses(self.at, voltage, speed, |i| course.push(self.conductance * i));
-        course
+        let mut current = Vec::with_capacity(voltage.len());
+        simulate(self.at, voltage, speed, |i| current.push(self.conductance * i));
+        current
     }
 }
 
 /// Simulates the winding and passes R i \[V\] of each sample to `take`.
-fn courses([back, lag, drop]: [f64; 3], v: &[f64], w: &[f64], mut take: impl FnMut(f64)) {
+fn simulate([back, lag, drop]: [f64; 3], v: &[f64], w: &[f64], mut take: impl FnMut(f64)) {
     let decay = (-(-lag).exp()).exp();
     let mut state = 0.0;
     take(state);
     for n in 1..v.len() {
         let volts = v[n - 1] - back * 0.5 * (w[n] + w[n - 1]);
         // A brush drop or a deadband reduces the voltage in both directions.
-        let left = volts - volts.clamp(-drop, drop);
-        state = left + decay * (state - left);
+        let driving = volts - volts.clamp(-drop, drop);
+        state = driving + decay * (state - driving);
         take(state);
     }
 }
@@ -77,7 +77,7 @@ struct Fit<'a> {
     w: &'a [f64],
     i: &'a [f64],
     sign: f64,
-    shows: Shows,
+    sensor: Sensor,
 }
 
 impl Fit<'_> {
@@ -85,15 +85,15 @@ impl Fit<'_> {
     fn winding(&self, at: [f64; 3]) -> Winding {
         let [mut square, mut product, mut all] = [0.0; 3];
         let mut current = self.i.iter();
-        courses(at, self.v, self.w, |i| {
-            let (shown, measured) = ((self.shows)(self.sign * i), current.next().map_or(0.0, |i| self.sign * i));
+        simulate(at, self.v, self.w, |i| {
+            let (shown, measured) = ((self.sensor)(self.sign * i), current.next().map_or(0.0, |i| self.sign * i));
             square += shown * shown;
             product += shown * measured;
             all += measured * measured;
         });
         let conductance = if square > 0.0 { product / square } else { 0.0 };
-        let left = if conductance > 0.0 { all - conductance * product } else { all };
-        Winding { at, conductance: conductance.max(0.0), error: (left.max(0.0) / count(self.i.len())).sqrt() }
+        let sse = if conductance > 0.0 { all - conductance * product } else { all };
+        Winding { at, conductance: conductance.max(0.0), error: (sse.max(0.0) / count(self.i.len())).sqrt() }
     }
 
     /// Improves a fit by coordinate search: a step grows by 1.3 after a success and is halved after a failure.

@@ -1,6 +1,6 @@
 //! Masks: segments of time, and samples with findings, that are excluded from the criterion or cut out.
 
-use crate::record::diagnose::{findings, undersampled_stretches};
+use crate::record::diagnose::{findings, undersampled_segments};
 use crate::record::{Excluded, Quantity, Record};
 use crate::setting::text;
 use crate::text::{counted, excerpt};
@@ -63,7 +63,7 @@ fn one(item: &str) -> Result<Mask> {
 }
 
 /// Fewest samples of a segment that is kept as a recording.
-const STRETCH_MIN: usize = 20;
+const SEGMENT_MIN: usize = 20;
 
 /// Applies masks to a recording, which may be cut into several.
 pub(super) fn apply(masks: &[Mask], record: Record) -> Result<Vec<Record>> {
@@ -111,7 +111,7 @@ fn cut(record: &Record, cuts: &[Range<usize>], notes: &[String]) -> Result<Vec<R
         start = cut.end.max(start);
     }
     pieces.push(start..record.len());
-    pieces.retain(|piece| piece.len() >= STRETCH_MIN);
+    pieces.retain(|piece| piece.len() >= SEGMENT_MIN);
     if pieces.is_empty() {
         let message = text!([Mask = "auto"] " leaves nothing of the recording");
         return Err(Error::data(message, text!("Leave " [Mask = "auto"] " out, or record again.")));
@@ -135,7 +135,7 @@ impl Record {
     /// no such segment that is not excluded already.
     pub(crate) fn without_undersampled(&self) -> Option<Self> {
         let is_masked = |place: &Excluded| self.excluded.iter().any(|e| e.start <= place.start && place.end <= e.end);
-        let places = undersampled_stretches(self).into_iter().map(whole);
+        let places = undersampled_segments(self).into_iter().map(whole);
         let more: Vec<Excluded> = places.filter(|place| !is_masked(place)).collect();
         let excluded = self.excluded.iter().chain(&more).copied().collect();
         (!more.is_empty()).then(|| Self { excluded, ..self.clone() })

@@ -116,7 +116,7 @@ impl Preparation {
     }
 
     fn resampled(&self, record: Record) -> Result<Record> {
-        let Some(rate) = self.rate_hz else { return every_nth(record.lined(self), self.decimate.unwrap_or(1)) };
+        let Some(rate) = self.rate_hz else { return every_nth(record.with_slopes(self), self.decimate.unwrap_or(1)) };
         check_rate(rate)?;
         let time = &record.samples().time_s;
         if (time[time.len() - 1] - time[0]) * rate > count(SAMPLES_MAX) {
@@ -135,13 +135,13 @@ impl Preparation {
             return Err(Error::usage(message, format!("Give at most {highest} Hz.")));
         }
         if record.steps().step_index.is_empty() && (fine / record.period_s() - 1.0).abs() < 1e-6 {
-            return every_nth(record.lined(self), every);
+            return every_nth(record.with_slopes(self), every);
         }
         if !time::gaps(&record.samples().time_s).is_empty() {
             let hint = text!("Add " [Gaps = "split"] ", or use " [Gaps = "keep"] " without " [Rate] ".");
             return Err(Error::usage(text!([Rate] " would interpolate over a gap in time"), hint));
         }
-        let record = record.lined(self);
+        let record = record.with_slopes(self);
         let note = format!("resampled to a regular clock of {}", engineering(1.0 / fine, "Hz", 5));
         let made = regular(record.samples(), &record.slope, fine);
         let record = Record { interpolated: true, ..record.resampled(made, note)? };
@@ -159,7 +159,7 @@ impl Preparation {
             FilterKind::Chebyshev { ripple_db } => format!("Chebyshev ({ripple_db} dB)"),
         };
         let (order, cutoff) = (filter.order, engineering(filter.cutoff_hz, "Hz", 4));
-        let note = format!("all signals low-pass filtered: {name}, order {order}, {cutoff}");
+        let note = format!("all signals through the same low-pass: {name}, order {order}, {cutoff}");
         let tail = whole((2.0 / (filter.cutoff_hz * record.period_s())).ceil());
         let widened = |e: &Excluded| Excluded { end: e.end.saturating_add(tail).min(record.len()), ..*e };
         let excluded = record.excluded().iter().map(widened).collect();
@@ -264,7 +264,7 @@ impl Record {
     }
 
     /// Represents the input by its mean and slope over each step if the recording will be resampled.
-    fn lined(self, preparation: &Preparation) -> Self {
+    fn with_slopes(self, preparation: &Preparation) -> Self {
         if !self.slope.is_empty() || (preparation.rate_hz.is_none() && preparation.decimate.is_none_or(|n| n <= 1)) {
             return self;
         }
