@@ -25,6 +25,7 @@ pub(super) enum Need {
 /// Specification of the table to read: requests, requirements and known properties.
 #[derive(Clone, Copy)]
 pub(super) struct TableSpec<'a> {
+    /// Columns that the user assigns to quantities.
     pub requests: &'a [ColumnRequest],
     pub need: Need,
     /// True if time follows from a sample rate.
@@ -81,6 +82,7 @@ pub(super) struct Used {
     pub at: Option<usize>,
     pub column: Column,
     pub formula: Formula,
+    /// Factor from the unit of the column to SI units, after the formula.
     pub factor: f64,
 }
 
@@ -97,6 +99,7 @@ impl Used {
         self.operands().into_iter().filter_map(quantity).collect()
     }
 
+    /// Returns the operands of the expression; none for a column.
     fn operands(&self) -> Vec<Operand> {
         if let Formula::Expression(expression) = &self.formula { expression.names() } else { Vec::new() }
     }
@@ -166,6 +169,7 @@ fn chosen(headings: &[Heading], spec: &TableSpec<'_>) -> Result<(Vec<Used>, Vec<
     Err(Error::data(message, "Name a different column for each quantity."))
 }
 
+/// Returns the error for a quantity in a formula that the table lacks.
 fn not_there(spec: &TableSpec<'_>, quantity: Quantity) -> Error {
     let whose = |request: &&ColumnRequest| request.quantity != quantity && request.name.contains(quantity.key());
     let of =
@@ -202,6 +206,7 @@ pub(super) fn order(used: &[Used]) -> std::result::Result<Vec<usize>, usize> {
     Ok(order)
 }
 
+/// Selects the column of a quantity by the user's request, else by its heading; `None` if the table has no such column.
 fn one(headings: &[Heading], spec: &TableSpec<'_>, quantity: Quantity) -> Result<Option<Used>> {
     let request = spec.request(quantity);
     let used = match request {
@@ -229,10 +234,12 @@ fn headed_twice(headings: &[Heading], at: usize, quantity: Quantity) -> Result<(
     Err(Error::data(message, text!("Name the column by its number: " [Columns = "{}=#{first}", quantity.key()] ".")))
 }
 
+/// Returns all headings in quotation marks.
 pub(super) fn listed(headings: &[Heading]) -> String {
     headings.iter().map(|heading| quoted(&heading.name)).collect::<Vec<_>>().join(", ")
 }
 
+/// Selects the column of a quantity by its heading: the canonical one, else the only one that names the quantity.
 fn recognized(headings: &[Heading], requests: &[ColumnRequest], quantity: Quantity) -> Result<Option<Used>> {
     let taken: Vec<usize> = requests.iter().filter_map(|r| locate(headings, &r.name)).map(|(at, ..)| at).collect();
     let free = || headings.iter().enumerate().filter(|(at, _)| !taken.contains(at));
@@ -259,6 +266,7 @@ fn recognized(headings: &[Heading], requests: &[ColumnRequest], quantity: Quanti
     column(quantity, Some(at), heading, Formula::AS_IT_IS, unit).map(Some)
 }
 
+/// Creates the selection of a column, or of an expression for `at = None`, after a check of its unit.
 pub(super) fn column(
     quantity: Quantity,
     at: Option<usize>,

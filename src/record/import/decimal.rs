@@ -47,7 +47,7 @@ pub(super) fn number(line: &[u8], start: usize) -> Option<Number> {
     }
 }
 
-/// Parses a number with the standard library, for the cases that [`number`] cannot round with certainty.
+/// Parses a number with the standard library, for the cases that [`number`] does not handle.
 #[cold]
 fn any(line: &[u8], start: usize) -> Option<Number> {
     let plain = |b: &u8| b.is_ascii_digit() || matches!(b, b'.' | b'-' | b'+' | b'e' | b'E');

@@ -8,7 +8,7 @@ use crate::record::heading::Quantity;
 use crate::setting::{Text, text};
 
 /// Returns the missing quantities by their canonical headings. Without a voltage, the current is the input and the speed the
-/// output, unless `drives` says that an unused column looks like a voltage.
+/// output, unless `drives` is true because an unused column looks like a voltage.
 pub(super) fn missing(has: &dyn Fn(Quantity) -> bool, need: Need, drives: bool, timed: bool) -> Vec<&'static str> {
     let moves = has(Quantity::Speed) || has(Quantity::Position);
     let output = || has(Quantity::Current) || moves;
@@ -63,10 +63,12 @@ pub(super) fn lacking(headings: &[Heading], missing: &[&str], named: Option<Text
             ),
         });
         if missing == ["voltage_V"] {
-            hint.push(text!(" If this column does not drive the motor, declare that there is no voltage: " [Columns = "voltage=-"] "."));
+            hint.push(text!(
+                " If this column does not drive the motor, declare that there is no voltage: " [Columns = "voltage=-"] "."
+            ));
         }
     } else if missing.contains(&"voltage_V or speed_rad_s") {
-        hint.push(" A current alone identifies nothing: a voltage in addition gives R and L, a speed the mechanical parameters.");
+        hint.push(" A current alone identifies nothing: it takes a voltage for R and L, or a speed for the mechanical parameters.");
     } else if missing.contains(&"voltage_V or current_A") {
         hint.push(" A speed alone identifies nothing: its input, a voltage or a current, is needed.");
     }

@@ -84,6 +84,7 @@ pub fn read_bytes(bytes: &[u8], path: Option<&Path>, options: &ReadOptions) -> R
     records_of(bytes, path, options).map_err(located)
 }
 
+/// Reads the recordings from a reader; `path` is their origin.
 fn records_of(reader: impl Read, path: Option<&Path>, options: &ReadOptions) -> Result<Vec<Record>> {
     let mut records = Vec::new();
     for mut table in tables(reader, options, Need::Recording)? {
@@ -122,7 +123,7 @@ pub fn read_joined(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<Recor
     split(Signals { source, ..signals }, options)
 }
 
-/// Reads the last recording of a file of any format, with default options but for the columns.
+/// Reads a recording from a file of any format with default options but for the columns; the last one if there are several.
 ///
 /// # Errors
 /// Returns an error in the cases of [`read`], and a `Data` error if the file holds no recording.
@@ -230,6 +231,7 @@ fn with_changing_outputs(records: Vec<Record>) -> Vec<Record> {
     changing
 }
 
+/// Opens a file, and refuses a folder.
 fn open(path: &Path) -> Result<File> {
     let file = File::open(path).map_err(|e| crate::file::unreadable(path, &e))?;
     if file.metadata().map_err(|e| unreadable(&e))?.is_dir() {
@@ -238,6 +240,7 @@ fn open(path: &Path) -> Result<File> {
     Ok(file)
 }
 
+/// Reads the tables of the file at a path.
 fn tables_in(path: &Path, options: &ReadOptions, need: Need) -> Result<Vec<Signals>> {
     open(path).and_then(|file| tables(file, options, need)).map_err(|error| error.in_file(path))
 }
@@ -286,6 +289,7 @@ fn tables(mut reader: impl Read, options: &ReadOptions, need: Need) -> Result<Ve
     (format.tables)(&bytes, options.sheet.as_deref())?.iter().map(read).collect()
 }
 
+/// Returns the error located in a part of the file, if there is one.
 fn in_part(error: Error, part: Option<&str>) -> Error {
     part.into_iter().fold(error, Error::in_part)
 }

@@ -31,12 +31,15 @@ impl Signals {
             let is_inside = |line: &&u64| Some(**line) > first && Some(**line) < last;
             if let Some(&line) = self.left_out.iter().find(is_inside) {
                 let message = "time is counted in rows, but this row cannot be read and may or may not be a sample";
-                let hint = text!("Remove the line if it is a message of the logger, or cut the recording there; with a time column there is no need for " [Rate] ".");
+                let hint = text!(
+                    "Remove the line if it is a message of the logger, or cut the recording there; a time column needs \
+                     no " [Rate] "."
+                );
                 return Err(Error::data(message, hint).at_line(line));
             }
             let time = (0..lines.len()).map(|n| count(n) / rate).collect();
             self.list.insert(0, (Quantity::Time, time));
-            self.source.notes.push(format!("time counted at {}", engineering(rate, "Hz", 6)));
+            self.source.notes.push(format!("time computed from a sample rate of {}", engineering(rate, "Hz", 6)));
         }
         Ok(self)
     }
@@ -181,7 +184,7 @@ impl Signals {
         Err(Error::data(message, hint).at_line(self.source.lines.get(n + 1)))
     }
 
-    /// Returns the signals as samples. A missing voltage or time is empty; the checks of a recording refuse it.
+    /// Returns the signals as samples. A missing voltage or time is empty; the checks of a recording decide on it.
     ///
     /// # Errors
     /// Returns a `Data` error if the speed is to be computed from a position that wraps around or has one sample only.

@@ -3,7 +3,7 @@
 //! A file holds four tests: the voltage ramps `slow-forward` and `slow-backward`, the voltage steps `fast-forward` and
 //! `fast-backward`. Each is a list of rows of numbers; `test` names the mechanism:
 //!
-//! * SysId (the key `sysid` is there), one motor: time, voltage, position, speed.
+//! * SysId (the key `sysid` is present), one motor: time, voltage, position, speed.
 //! * SysId, `Drivetrain` and `Drivetrain (Angular)`: time, voltages, positions and speeds, each left before right, then
 //!   angle and rate of the gyro.
 //! * frc-characterization, any mechanism: time, battery voltage, commanded speed as a fraction of full speed, then
@@ -48,7 +48,7 @@ const TWO_SIDES: &[&str] = &[
 /// Index of the commanded speed in a row of frc-characterization.
 const OLD_COMMAND: usize = 2;
 
-/// The layout of the rows of a file.
+/// Layout of the rows of a file.
 struct Layout {
     headings: &'static [&'static str],
     /// Index of each column in a row of the file.

@@ -1,7 +1,7 @@
 //! Workbooks in the .xlsx format.
 //!
-//! Cells are streamed, and no memory is allocated for missing rows, so that a single cell at the far end of a sheet is refused
-//! rather than allocated for.
+//! Cells are streamed, and empty rows and cells after the last filled one take no memory, so that a single cell at the far
+//! end of a sheet is cheap.
 
 use super::archive::{SAVE_AGAIN, check};
 use super::cells::{COLUMNS_MAX, Cells, number, shortened, unpacked_limits};
