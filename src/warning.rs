@@ -56,7 +56,7 @@ impl fmt::Display for Place {
         if more > 0 {
             parts.push(format!("{more} more"));
         }
-        f.write_str(&if parts.is_empty() { "the whole recording".to_owned() } else { parts.join(", ") })
+        f.write_str(&if parts.is_empty() { "the complete recording".to_owned() } else { parts.join(", ") })
     }
 }
 

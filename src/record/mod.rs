@@ -185,9 +185,9 @@ impl Record {
         Ok([part(0..at, "first")?, part(at..self.len(), "held-out")?])
     }
 
-    /// Returns the rise of the input over each step, in V or A; [`Self::input`] is then the mean over the step.
+    /// Returns the rise of the input over each step, in V or A; [`Self::input`] is then its mean over the step.
     ///
-    /// Only recordings whose rate was changed have slopes. Empty otherwise: the input is as recorded.
+    /// A change of the sampling rate introduces slopes. Empty if the input is as recorded.
     #[must_use]
     pub fn slope(&self) -> &[f64] {
         &self.slope

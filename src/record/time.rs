@@ -64,7 +64,7 @@ const PERIOD_MAX: f64 = 1e6;
 /// Largest magnitude of a time \[s\]; seconds since 1970 are within it.
 const TIME_MAX: f64 = 1e12;
 
-/// Fractions of a period to which irregular times are rounded, so that the table of their steps is small.
+/// Resolution of irregular times, in ticks per period; rounding to it keeps the table of steps small.
 const TICKS_PER_PERIOD: f64 = 1000.0;
 
 /// Checks at least two times and returns their steps.
@@ -123,7 +123,7 @@ pub(super) fn steps(time_s: &[f64], lines: &Lines, keep: &dyn Fn(usize, f64) -> 
     }
     let jitter = [shortest, longest].map(|step| (step / period_s - 1.0).abs());
     let jitter = jitter[0].max(jitter[1]);
-    // Times as large as seconds since 1970 have few digits after the point: the mean step is more precise than the median.
+    // Times such as seconds since 1970 have few digits after the point: the mean step is more precise than the median.
     let mean = rounded((last - first) / count(time_s.len() - 1), 10);
     let is_near = |period: &f64| (period / period_s - 1.0).abs() < 1e-3;
     if let Some(period_s) = [period_s, mean].into_iter().filter(is_near).find(|period| is_on_grid(time_s, *period)) {
@@ -142,7 +142,7 @@ const IRREGULAR_FRACTION: f64 = 0.1;
 /// Deviation of a step from the median, relative to it, that counts as irregular.
 const IRREGULAR_STEP: f64 = 0.03;
 
-/// Largest deviation from an integer number of periods at which a long step is explained by lost samples.
+/// Largest deviation from an integer number of periods at which a long step is attributed to lost samples.
 const MULTIPLE: f64 = 0.1;
 
 /// Returns the longest step that is not a gap \[s\].
@@ -190,7 +190,7 @@ pub(crate) fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
-/// Returns whether all times lie on a regular grid.
+/// Returns true if all times are on a regular grid within [`TIME_JITTER_UNIFORM`].
 fn is_on_grid(time_s: &[f64], period_s: f64) -> bool {
     let on_grid = |n: usize, t: f64| ((t - time_s[0]) / period_s - count(n)).abs() <= TIME_JITTER_UNIFORM;
     time_s.iter().enumerate().all(|(n, &t)| on_grid(n, t))

@@ -29,7 +29,7 @@ pub(super) fn off(view: &View<'_>, findings: &mut Vec<Finding>) {
         return;
     }
     let samples = count(places.iter().map(Range::len).sum());
-    let message = "there is voltage but no current while the motor stands or coasts: the drive was off";
+    let message = "there is a voltage but no current while the motor stands still or coasts: the drive was off";
     let remedy = text!(
         "Cut the recording there with " [Mask = "auto"] ", or record the voltage at the motor: a disabled drive does \
          not short it."

@@ -67,7 +67,7 @@ pub(super) fn one_sided(view: &View<'_>, current: &Channel<'_>) -> Option<Findin
     let what = if is_mirrored { "the sensor measures its magnitude" } else { "the sensor clips it at 0 A" };
     let message = format!("the current never changes its sign, although the motor brakes: {what}");
     let remedy = text!(
-        "Leave these samples of the current out with " [Mask = "auto"] ", or record with a sensor for both directions."
+        "Leave these samples of the current out with " [Mask = "auto"] ", or record with a bidirectional sensor."
     );
     let finding = Finding::new("current_clipped", Quantity::Current, message, remedy);
     Some(finding.figure("level", 0.0).figure("samples", count(samples)).at(places))

@@ -38,7 +38,7 @@ pub(super) fn sign_reversed(view: &View<'_>, findings: &mut Vec<Finding>) {
     let Some(reversed) = by_dynamics(view).unwrap_or_else(by_products) else { return };
     let message = format!("the sign of the {reversed} is reversed: it contradicts the other columns");
     let heading = heading(view, reversed);
-    let remedy = text!("Swap its sign: " [Columns = "{}={heading}*-1", reversed.key()] ".");
+    let remedy = text!("Reverse its sign: " [Columns = "{}={heading}*-1", reversed.key()] ".");
     findings.push(Finding::new("sign_reversed", reversed, message, remedy));
 }
 
@@ -56,7 +56,7 @@ fn reversed_current(view: &View<'_>) -> Option<Finding> {
     }
     let message = "the sign of current or speed is reversed: the current slows the motor down";
     let heading = heading(view, Quantity::Current);
-    let remedy = text!("Swap the sign of one: " [Columns = "current={heading}*-1"] ".");
+    let remedy = text!("Reverse the sign of one of them: " [Columns = "current={heading}*-1"] ".");
     let reversed = sign_of_first(mechanical(view.input.values, speed.values)) == Some(-1);
     reversed.then(|| Finding::new("sign_reversed", Quantity::Current, message, remedy))
 }

@@ -27,7 +27,7 @@ const FINER_MAX: u32 = 100;
 
 /// Size limits of preparation.
 pub(super) const LIMITS: [Limit; 2] = [
-    limit("samples that a rate makes of each", FINER_MAX as u64, "refused, with the highest rate"),
+    limit("samples of a new rate for each recorded one", FINER_MAX as u64, "refused, with the highest rate"),
     limit_of("order of a low-pass", filter::ORDER_MAX, "refused"),
 ];
 
@@ -90,7 +90,7 @@ impl Preparation {
             let time = &record.samples().time_s;
             let (count, first, last) = (range.len(), time[0], time[time.len() - 1]);
             let message = text!([Crop] " leaves {count} samples of a recording from {first} s to {last} s");
-            return Err(Error::usage(message, "Give FROM:TO in the recording's own time, in seconds."));
+            return Err(Error::usage(message, "Give FROM:TO in the time of the recording, in seconds."));
         }
         record.cut_to(range, "cropped")
     }
