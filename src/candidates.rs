@@ -16,7 +16,7 @@ impl<'a> Candidates<'a> {
     pub fn new(values: &'a [f64], width: usize) -> Self {
         assert!(
             if width == 0 { values.is_empty() } else { values.len().is_multiple_of(width) },
-            "{} values are not whole rows of {width}",
+            "{} values do not fill rows of {width}",
             values.len()
         );
         Self { values, width }

@@ -290,7 +290,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_front_end_spells_references_and_no_word_beside_them() {
+    fn a_front_end_spells_references_only() {
         let symbol = "K";
         let text = text!("set {symbol} by " [Fix = "{symbol}=…"] " or " [TimeOrigin] "; " [Command::Devices]);
         assert_eq!(text.to_string(), "set K by fix K=… or time_origin; the list of devices");
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn each_setting_has_a_name_of_its_own() {
+    fn names_of_settings_are_unique() {
         let mut names: Vec<&str> = Setting::ALL.iter().map(|setting| setting.name()).collect();
         names.sort_unstable();
         names.dedup();

@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_those_of_the_standard_library() {
+    fn numbers_equal_those_of_the_standard_library() {
         let mut state = 1_u64;
         let mut next = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn middles_between_two_numbers_are_rounded_to_even() {
+    fn midpoints_between_two_numbers_are_rounded_to_even() {
         for odd in (0..2_000_u64).map(|n| (1 << 53) + 1 + 2 * n * 1_234_567) {
             for places in 1..=4_usize {
                 let whole = (odd * 5_u64.pow(u32::try_from(places).unwrap())).to_string();
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_plain_number_is_left_to_others() {
+    fn other_texts_are_left_to_the_general_parser() {
         for none in
             ["", "-", ".", "-.", "+1", "1.2.3", "nan", "inf", "--1", "1 ", "1e", "1e400", "1,5", "\"1\"", "1e5e"]
         {

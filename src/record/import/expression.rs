@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_expression_is_named() {
+    fn syntax_errors_are_named() {
         for (text, part) in [
             ("x+", "the end"),
             ("x+*2", "*2"),

@@ -154,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quotes_hold_separators() {
+    fn quoted_cells_may_contain_separators() {
         let mut row = Vec::new();
         let mut split = |line: &'static str, separator| -> Vec<&'static str> {
             cells(line, separator, &mut row);
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_and_what_is_none() {
+    fn numbers_and_other_cells() {
         assert_eq!(parse_number(" 1,5e-3 ", true), Ok(0.0015));
         assert_eq!(parse_number("-2.5", true), Ok(-2.5));
         for (cell, comma) in

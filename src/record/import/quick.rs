@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_row_is_read_or_left_to_others() {
+    fn a_row_is_parsed_or_left_to_the_general_parser() {
         let mut quick = Quick::new(b',', 4, [0, 2, 3].into_iter());
         let read = |quick: &mut Quick, line: &str| quick.row_at(line.as_bytes(), 0) == Some(line.len());
         assert!(read(&mut quick, "0.5,some text,-3,4e-1"));

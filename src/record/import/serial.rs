@@ -163,7 +163,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pairs_and_what_is_none() {
+    fn pairs_and_other_lines() {
         assert_eq!(pairs("t:0 pwm:0 rpm:-1.5"), [("t", "0"), ("pwm", "0"), ("rpm", "-1.5")]);
         assert_eq!(pairs("t = 3, motor speed: 4;"), [("t", "3"), ("motor speed", "4")]);
         for none in ["", "1,2,3", "t:0 4", "12:00:00,1", "time [s],u", "\"a\":1", "t:1,\"b\":2", "::", "a", "t:0 \u{0}"]

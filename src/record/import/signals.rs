@@ -249,7 +249,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_position_that_wraps_goes_on() {
+    fn a_wrapped_position_is_unwrapped() {
         let true_position: Vec<f64> = (0..50).map(|n| f64::from(n) * 0.4 - 1.0).collect();
         let wrapped: Vec<f64> = true_position.iter().map(|p| p.rem_euclid(std::f64::consts::TAU)).collect();
         let shifted = unwrapped(wrapped);

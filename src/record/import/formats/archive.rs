@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn what_unpacks_to_too_much_is_refused() {
+    fn archives_that_decompress_to_too_much_are_refused() {
         let bomb = archive(4, 1 << 20);
         assert!(bomb.len() < 10_000);
         assert!(check(&bomb, 4 << 20).is_ok());

@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_give_themselves_again() {
+    fn numbers_parse_to_the_same_value() {
         for value in [0.1, -1e-300, 1.0 / 3.0, 5e-324, f64::MAX, 3.0, 1e-6, 123_456_789e9, 1e17] {
             assert_eq!(number(value).parse(), Ok(value));
             assert!(number(value).len() < 25);

@@ -129,7 +129,7 @@ mod tests {
     use std::io::Write as _;
 
     #[test]
-    fn what_unpacks_to_too_much_is_refused() {
+    fn files_that_decompress_to_too_much_are_refused() {
         let mut bomb = include_bytes!("../../../../tests/golden/formats/tiny.mat")[..128].to_vec();
         let mut packed = ZlibEncoder::new(Vec::new(), Compression::best());
         packed.write_all(&vec![0; 1 << 20]).unwrap();

@@ -254,7 +254,7 @@ mod tests {
 
     /// The limit of the decompressed size grows with the size of the file.
     #[test]
-    fn what_is_unpacked_is_limited_by_the_size_of_the_file() {
+    fn the_decompressed_size_is_limited_by_the_size_of_the_file() {
         let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
         zip.start_file("xl/worksheets/sheet1.xml", zip::write::SimpleFileOptions::default()).unwrap();
         let row = "<row><c><v>1</v></c></row>".repeat(1000);

@@ -124,7 +124,7 @@ fn a_file_cut_off_anywhere_is_noticed() {
 }
 
 #[test]
-fn sizes_that_lie_are_noticed() {
+fn wrong_sizes_are_refused() {
     // Offsets of the dimensions of t, 1 × 2, and of its two numbers, 16 bytes.
     let dimensions = index_of(TINY, b"\x05\0\0\0\x08\0\0\0\x01\0\0\0\x02\0\0\0\x01\0\x01\0t") + 8;
     let numbers = index_of(TINY, b"t\0\0\0\x09\0\0\0\x10\0\0\0") + 8;

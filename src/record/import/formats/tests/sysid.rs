@@ -64,7 +64,7 @@ fn the_old_format_stores_magnitudes_of_voltages() {
 }
 
 #[test]
-fn the_sort_of_file_is_recognized() {
+fn the_kind_of_file_is_recognized() {
     assert!([SIMPLE, DRIVETRAIN, OLD].into_iter().all(is_sysid));
     assert!(is_sysid(b"\xef\xbb\xbf {\"sysid\":true"));
     for other in [&b""[..], b"time_s,voltage_V\n0,1\n", b"{\"a\": 1}", b"[\"sysid\"]", b"\xff\xfe{"] {
@@ -77,7 +77,7 @@ fn refused(text: &str) -> Error {
 }
 
 #[test]
-fn what_is_wrong_is_named() {
+fn errors_name_test_and_row() {
     let simple = String::from_utf8_lossy(SIMPLE).into_owned();
     let broken = |from: &str, to: &str| {
         assert!(simple.contains(from), "{from}");

@@ -111,7 +111,7 @@ fn dimensions_and_empty_cells_cost_nothing() {
 }
 
 #[test]
-fn positions_that_cannot_be_are_refused() {
+fn impossible_positions_are_refused() {
     let row = |cells: &str| sheet("A1", &format!("{TWO_ROWS}<row r=\"3\">{cells}</row>"));
     let cell = |at: &str| format!("<c r=\"{at}\"><v>1</v></c>");
     assert!(refused(&row(&(cell("A3") + &cell("A3"))), None).contains("cell A3 is repeated or out of order"));
@@ -130,14 +130,14 @@ fn positions_that_cannot_be_are_refused() {
 }
 
 #[test]
-fn parts_that_lie_or_miss_are_refused() {
+fn wrong_or_missing_files_of_the_archive_are_refused() {
     assert!(refused(&with(&[("xl/worksheets/sheet1.xml", None)]), None).contains("\"Sheet\" cannot be read"));
     assert!(refused(&with(&[("xl/worksheets/sheet1.xml", Some("<worksheet>"))]), None).contains("cannot be read"));
     assert!(refused(&with(&[("xl/workbook.xml", None)]), None).contains("no sheet holds two rows"));
     assert!(refused(&sheet("A1", ""), Some("Sheet")).contains("is empty"));
     let strings = |sst: &str| with(&[("xl/sharedStrings.xml", Some(sst))]);
-    let lying = strings("<sst uniqueCount=\"900000000000000\"><si><t>a</t></si></sst>");
-    assert!(refused(&lying, None).contains("has uniqueCount=\"900000000000000\", which is impossible"));
+    let wrong = strings("<sst uniqueCount=\"900000000000000\"><si><t>a</t></si></sst>");
+    assert!(refused(&wrong, None).contains("has uniqueCount=\"900000000000000\", which is impossible"));
     let missing = with(&[
         ("xl/sharedStrings.xml", Some("<sst uniqueCount=\"1\"><si><t>a</t></si></sst>")),
         (
