@@ -4,7 +4,7 @@
 use super::normal::{Fit, Normal, Sigma};
 use super::refined::{EVALUATIONS_MAX, Refined, STEP_MAX};
 use super::uncertainty::{uncertainty, whiteness};
-use super::weights::{balanced, is_far, is_sacrificed, likeliest, residual_sigma};
+use super::weights::{balanced, is_far, is_sacrificed, maximum_likelihood, residual_sigma};
 use crate::evaluate::Signals;
 use crate::numeric;
 use crate::setting::text;
@@ -12,7 +12,7 @@ use crate::{Error, ErrorKind, Result};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
-/// Damping below which the length of a step equals the distance to the optimum.
+/// Damping below which the length of a step is taken as the distance to the optimum.
 const UNDAMPED: f64 = 1e-2;
 /// Longest step of a coordinate.
 const TRUST: f64 = 1.0;
@@ -23,12 +23,12 @@ pub(super) enum Weighting {
     /// Balanced weights, which sacrifice no channel and no recording.
     Balanced,
     /// Maximum-likelihood weights.
-    Likeliest,
+    MaximumLikelihood,
 }
 
 /// State of a descent.
 #[derive(Clone)]
-pub(super) struct Search<'a> {
+pub(super) struct Descent<'a> {
     fit: &'a Fit<'a>,
     lower: DVector<f64>,
     upper: DVector<f64>,
@@ -40,7 +40,7 @@ pub(super) struct Search<'a> {
     evaluations_max: usize,
 }
 
-impl<'a> Search<'a> {
+impl<'a> Descent<'a> {
     pub(super) fn new(fit: &'a Fit<'a>, start: &[f64], sigma: Sigma) -> Result<Self> {
         let axes = fit.problem.space().free();
         let bound = |of: &dyn Fn(usize) -> f64, open: f64| {
@@ -76,8 +76,8 @@ impl<'a> Search<'a> {
         self
     }
 
-    /// Descends until a step is shorter than `enough` standard errors; returns false if the limits ended it before.
-    pub(super) fn run(&mut self, enough: f64) -> bool {
+    /// Descends until a step is shorter than `tolerance` standard errors; returns false if the limits ended it before.
+    pub(super) fn run(&mut self, tolerance: f64) -> bool {
         let mut growth = 2.0;
         while self.evaluations < self.evaluations_max {
             let (matrix, gradient) = self.fit.weighted(&self.normal, &self.sigma);
@@ -100,8 +100,8 @@ impl<'a> Search<'a> {
             }
             // Another simulation would improve the estimate by far less than its standard error. Between rounds of weights
             // the step is not taken: the next round starts from the sums at the current point.
-            if length < enough && self.damping < UNDAMPED {
-                if enough <= STEP_MAX {
+            if length < tolerance && self.damping < UNDAMPED {
+                if tolerance <= STEP_MAX {
                     self.at = next;
                 }
                 return true;
@@ -115,18 +115,18 @@ impl<'a> Search<'a> {
                 self.damping = (self.damping * (1.0 / 3.0_f64).max(1.0 - (2.0 * ratio - 1.0).powi(3))).max(1e-14);
                 growth = 2.0;
                 (self.at, self.normal) = (next, normal);
-                if length < enough {
+                if length < tolerance {
                     return true;
                 }
             } else {
                 // A short step that changes the cost by no more than rounding ends the descent.
-                if length < enough.max(1e-3) && (after - cost).abs() <= 1e-12 * cost {
+                if length < tolerance.max(1e-3) && (after - cost).abs() <= 1e-12 * cost {
                     return true;
                 }
                 self.damping = (self.damping * growth).max(1e-12);
                 growth *= 2.0;
                 if self.damping > 1e16 {
-                    return length < enough.max(1e-3);
+                    return length < tolerance.max(1e-3);
                 }
             }
         }
@@ -172,9 +172,9 @@ impl<'a> Search<'a> {
         let (signals, residual) = (self.fit.problem.signals(), self.residual_sigma());
         let sigma = match by {
             Weighting::Balanced => balanced(signals, &residual),
-            Weighting::Likeliest => {
+            Weighting::MaximumLikelihood => {
                 let is_extended = !self.fit.problem.features().is_linear();
-                likeliest(signals, &residual, is_extended.then(|| self.pooled_sigma()))
+                maximum_likelihood(signals, &residual, is_extended.then(|| self.pooled_sigma()))
             }
         };
         let pairs = sigma.iter().flatten().zip(self.sigma.iter().flatten());

@@ -27,8 +27,8 @@ impl Panel {
 /// Sums of products of the columns of two panels, shape `[8, 8]`.
 pub(super) type Square = [[f64; WIDE]; WIDE];
 
-/// Returns the Gram matrix `XᵀX` of the columns, each centred on its mean over `rows`, which must ascend; shape `[columns,
-/// columns]`.
+/// Returns the Gram matrix `XᵀX` of the columns, each centred on its mean over `rows`, which must ascend; shape
+/// `[columns, columns]`.
 pub(crate) fn products_about_means(columns: &[&[f64]], rows: &[usize]) -> DMatrix<f64> {
     products_at(Level::best(), columns, rows)
 }

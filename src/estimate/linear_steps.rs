@@ -13,7 +13,7 @@ pub(super) const ROW: usize = 8;
 /// Index of the first initial state in a row; the error follows both.
 pub(super) const INITIAL: usize = 5;
 
-/// A one-step map with its derivatives, a lane for each entry of a row.
+/// A one-step map with its derivatives; each derivative has a lane for each entry of a row.
 pub(super) struct Step {
     map: StepMap,
     d: [[f64; ROW]; 4],
@@ -71,15 +71,15 @@ pub(super) struct SplitTables<'a> {
     pub coarse: Vec<Step>,
     pub fine: Vec<Step>,
     /// True for a first-order hold.
-    pub is_line: bool,
+    pub is_first_order_hold: bool,
 }
 
 impl Steps<2> for SplitTables<'_> {
     #[inline(always)]
     fn parts(&self, run: &Run) -> [Part<'_>; 2] {
         let step = usize::from(run.step);
-        let ([coarse, fine], [v, v_next]) = (self.split.places[step], run.voltage);
-        let between = if self.is_line { v + self.split.coarse_share[step] * (v_next - v) } else { v };
+        let ([coarse, fine], [v, v_next]) = (self.split.part_indices[step], run.voltage);
+        let between = if self.is_first_order_hold { v + self.split.coarse_fraction[step] * (v_next - v) } else { v };
         let first = Part::new(&self.coarse[coarse], [v, between], run.torque);
         [first, Part::new(&self.fine[fine], [between, v_next], run.torque)]
     }

@@ -25,7 +25,7 @@ pub(super) struct Fit<'a> {
     /// is free.
     pub unknowns: usize,
     /// For each recording, pairs of the index of an unknown and the index of its entry in a row.
-    places: Vec<Vec<(usize, usize)>>,
+    entries: Vec<Vec<(usize, usize)>>,
 }
 
 /// The sums JᵀJ, Jᵀe and eᵀe of each recording and channel, with sensitivities J and residuals e.
@@ -59,29 +59,29 @@ impl<'a> Fit<'a> {
     pub(super) fn new(problem: &'a Problem) -> Self {
         let axes = problem.space().free();
         let mut unknowns = axes.len();
-        let mut places = Vec::with_capacity(problem.signals().len());
+        let mut entries = Vec::with_capacity(problem.signals().len());
         for (recording, signals) in problem.signals().iter().enumerate() {
             let covers = |axis: &Axis| axis.scope.covers(u32::try_from(recording).unwrap_or(u32::MAX));
             let own = axes.iter().enumerate().filter(|(_, axis)| covers(axis));
             // Rows of the linear motor have an entry for each of the five parameters, rows of extended motors for the free
             // ones only.
             let linear = problem.features().is_linear();
-            let place =
+            let entry =
                 |(n, (axis, of)): (usize, (usize, &Axis))| (axis, if linear { of.parameter as usize } else { n });
-            let mut own: Vec<(usize, usize)> = own.enumerate().map(place).collect();
+            let mut own: Vec<(usize, usize)> = own.enumerate().map(entry).collect();
             if signals.initial_is_free {
                 let first = if linear { INITIAL } else { own.len() };
                 own.extend([(unknowns, first), (unknowns + 1, first + 1)]);
                 unknowns += 2;
             }
-            places.push(own);
+            entries.push(own);
         }
-        Self { problem, unknowns, places }
+        Self { problem, unknowns, entries }
     }
 
     /// Returns the indices of the unknowns of a recording: its axes in their order, then its initial state if that is free.
     pub(super) fn unknowns_of(&self, recording: usize) -> Vec<usize> {
-        self.places[recording].iter().map(|place| place.0).collect()
+        self.entries[recording].iter().map(|entry| entry.0).collect()
     }
 
     /// Returns the number of measured values that count, over all channels and recordings.
@@ -139,7 +139,7 @@ impl<'a> Fit<'a> {
                 .map(|sums| DMatrix::from_fn(sums.len(), sums.len(), |a, b| sums[a][b]))
         } else {
             let axes = self.problem.space().free().len();
-            let own: Vec<usize> = self.places[recording].iter().map(|place| place.0).filter(|n| *n < axes).collect();
+            let own: Vec<usize> = self.entries[recording].iter().map(|entry| entry.0).filter(|n| *n < axes).collect();
             sensitivity::products(self.problem, recording, &own, values, initial)
         };
         let idle = self.problem.idle_sums(signals);
@@ -158,11 +158,11 @@ impl<'a> Fit<'a> {
     pub(super) fn weighted(&self, normal: &Normal, sigma: &Sigma) -> (DMatrix<f64>, DVector<f64>) {
         let mut matrix = DMatrix::zeros(self.unknowns, self.unknowns);
         let mut gradient = DVector::zeros(self.unknowns);
-        for ((places, sums), sigma) in self.places.iter().zip(&normal.0).zip(sigma) {
+        for ((entries, sums), sigma) in self.entries.iter().zip(&normal.0).zip(sigma) {
             for (sums, sigma) in sums.iter().zip(sigma) {
                 let weight = 1.0 / (sigma * sigma);
-                for &(row, a) in places {
-                    for &(column, b) in places {
+                for &(row, a) in entries {
+                    for &(column, b) in entries {
                         matrix[(row, column)] += weight * sums[(a, b)];
                     }
                     gradient[row] += weight * sums[(a, sums.nrows() - 1)];

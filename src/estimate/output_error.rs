@@ -69,7 +69,7 @@ fn run<const TILE: usize, const FMA: bool>(case: &Case<'_>) -> [Products; 2] {
     for maps in &tables[1] {
         fine.push(Step::new(maps));
     }
-    walk::<TILE, FMA, 2>(case, &SplitTables { split, coarse, fine, is_line: method.uses_next_input() })
+    walk::<TILE, FMA, 2>(case, &SplitTables { split, coarse, fine, is_first_order_hold: method.uses_next_input() })
 }
 
 /// Returns the sums over the active samples; each step has `PARTS` parts.
@@ -86,7 +86,7 @@ fn walk<const TILE: usize, const FMA: bool, const PARTS: usize>(
     let mut totals = [[[0.0; ROW]; ROW]; 2];
     let mut rows = [Panel::EMPTY; 2];
     let mut filled = 0;
-    // Masks are rare, so a masked sample is simply a row of zeros.
+    // A masked sample becomes a row of zeros; masks are too rare for a separate loop.
     let masked = !signals.weight.is_empty();
     for run in signals.active_runs() {
         let parts = steps.parts(run);

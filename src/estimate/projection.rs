@@ -73,7 +73,7 @@ fn ranges(problem: &Problem) -> [[f64; 2]; 2] {
 
 /// Returns the cost and (p, q, r) at up to [`LANES`] points.
 fn project(problem: &Problem, points: &[[f64; 2]], sigma: &Sigma) -> Vec<(f64, [f64; 3])> {
-    // Sums of both channels in units of their σ. φ₀² has a sum for each channel.
+    // Sums over both channels in units of their σ; φ₀² has a sum for each channel.
     let mut totals = [[0.0; LANES]; SUMS];
     let mut power = [0.0; 2];
     for (signals, sigma) in problem.signals().iter().zip(sigma) {

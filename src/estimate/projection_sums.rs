@@ -8,7 +8,7 @@ use multiversion::multiversion;
 
 /// Points that are evaluated side by side: two vectors of AVX-512, which hide the latency between dependent steps.
 pub(super) const LANES: usize = 16;
-/// Number of sums of a point: φ₁², φ₁φ₀, φ₀², iφ₁ and iφ₀ over the samples of the current that count, ωφ₀ and φ₀² over
+/// Number of sums of a point: φ₁², φ₁φ₀, φ₀², iφ₁ and iφ₀ over the samples of the current that count, then ωφ₀ and φ₀² over
 /// those of the speed.
 pub(super) const SUMS: usize = 7;
 
@@ -96,10 +96,9 @@ fn by_runs<const FMA: bool, const WEIGHTED: bool>(signals: &Signals, maps: &Step
     sums
 }
 
-/// Returns the sums on an irregular clock, where each sample has its own step length and mostly its own run. `LINES` is
-/// true for a first-order hold.
+/// Returns the sums on an irregular clock, where each sample has its own step length and mostly its own run of inputs.
 #[inline(always)]
-fn by_samples<const FMA: bool, const WEIGHTED: bool, const LINES: bool>(
+fn by_samples<const FMA: bool, const WEIGHTED: bool, const FIRST_ORDER_HOLD: bool>(
     signals: &Signals,
     table: &[StepMaps<LANES>],
 ) -> Sums {
@@ -112,7 +111,7 @@ fn by_samples<const FMA: bool, const WEIGHTED: bool, const LINES: bool>(
         for axis in 0..2 {
             for lane in 0..LANES {
                 gain[axis][lane] = maps.taps[0][axis][lane] * v;
-                if LINES {
+                if FIRST_ORDER_HOLD {
                     gain[axis][lane] = multiply_add::<FMA>(maps.taps[1][axis][lane], v_next, gain[axis][lane]);
                 }
             }
@@ -123,8 +122,8 @@ fn by_samples<const FMA: bool, const WEIGHTED: bool, const LINES: bool>(
     sums
 }
 
-/// Adds the products of a sample. φ₀² of the speed is omitted where all samples count, because it equals that of the
-/// current.
+/// Adds the products of a sample. The sum of φ₀² of the speed is omitted if all samples count, because it equals that of
+/// the current.
 #[inline(always)]
 fn add<const FMA: bool, const WEIGHTED: bool>(sums: &mut Sums, x: &[[f64; LANES]; 2], signals: &Signals, n: usize) {
     let [current, speed] = signals.measured[n];

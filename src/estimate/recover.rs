@@ -1,10 +1,10 @@
 //! Conversion of two discrete-time transfer functions to motor parameters.
 //!
-//! The first samples h₁, h₂, h₃ of the impulse response (vectors of current and speed) give `Φ = [h₂ h₃][h₁ h₂]⁻¹`, `A =
-//! ln(Φ)/h` and the continuous-time input vector b. Besides the denominator `s² + α₁ s + α₀` the transfer functions have
-//! four coefficients: β₁ s + β₀ of the current and γ₁ s + γ₀ of the speed. γ₁ is zero in the model. Dropping it reaches the
-//! Cramér–Rao bound, which reading the entries of A directly does not: `L = 1/β₁`, `B/J = β₀/β₁`, `R = L(α₁ − B/J)`, `K/J =
-//! γ₀/β₁`, `K²/J = α₀ L − R·B/J`.
+//! The first samples h₁, h₂, h₃ of the impulse response (vectors of current and speed) give `Φ = [h₂ h₃][h₁ h₂]⁻¹`,
+//! `A = ln(Φ)/h` and the continuous-time input vector b. Besides the denominator `s² + α₁ s + α₀` the transfer functions
+//! have four coefficients: β₁ s + β₀ of the current and γ₁ s + γ₀ of the speed. γ₁ is zero in the model. Dropping it
+//! reaches the Cramér–Rao bound, which reading the entries of A directly does not: `L = 1/β₁`, `B/J = β₀/β₁`,
+//! `R = L(α₁ − B/J)`, `K/J = γ₀/β₁`, `K²/J = α₀ L − R·B/J`.
 
 use super::failure::SmFailure;
 use crate::motor::{Discretization, Parameters, inverse, matrix_logarithm, product, times};

@@ -31,7 +31,7 @@ pub struct Reference {
     pub refined: Refined,
     /// Number of starts that were refined.
     pub starts: usize,
-    /// Number of refinements that ended in this optimum.
+    /// Number of refinements that ended in this optimum; 1 for variable projection.
     pub arrivals: usize,
 }
 
@@ -53,8 +53,8 @@ const BASINS: usize = 4;
 /// start is left.
 ///
 /// # Errors
-/// As [`super::refine`]; `Usage` if a σ is not positive and finite, the number of pairs differs from that of the
-/// recordings, `known` is NaN, or no parameter is free; `NotIdentified` if the motor diverges everywhere.
+/// Returns the errors of [`super::refine`]; `Usage` if a σ is not positive and finite, the number of pairs differs from
+/// that of the recordings, `known` is NaN, or no parameter is free; `NotIdentified` if the motor diverges everywhere.
 pub fn global_reference(problem: &Problem, sigma: &[[f64; 2]], known: Option<f64>) -> Result<Reference> {
     check_sigma(problem, sigma, known)?;
     let sigma = &sigma.to_vec();

@@ -4,7 +4,7 @@
 //! likelihood of white Gaussian noise of known σ but for a constant. If σ is not given, it is estimated from the residuals
 //! in rounds of reweighting until it converges; the fixed point is the maximum-likelihood estimate.
 
-use super::descent::{Search, Weighting};
+use super::descent::{Descent, Weighting};
 use super::normal::Fit;
 use super::refined::{EVALUATIONS_MAX, Refined, SMALLEST, STEP_MAX};
 use crate::criterion::{Criterion, Norm, Scale};
@@ -44,7 +44,8 @@ pub fn refine(records: &[Record], space: &Space, start: &[f64], options: &Refine
 /// Like [`refine`], on a problem made by [`fit_problem`], which many refinements can share.
 ///
 /// # Errors
-/// As [`refine`]; also `Usage` if the problem has another criterion.
+/// Returns the errors of [`refine`], and `Usage` if the problem has another criterion or the number of σ pairs differs from
+/// that of the recordings.
 pub fn refine_on(problem: &Problem, start: &[f64], sigma: Option<&[[f64; 2]]>) -> Result<Refined> {
     check_plain(problem)?;
     if sigma.is_some_and(|sigma| sigma.len() != problem.signals().len()) {
@@ -90,7 +91,7 @@ pub(super) fn first_sigma(signals: &Signals) -> [f64; 2] {
     })
 }
 
-/// The effort of a refinement.
+/// Effort of a refinement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Effort {
     /// Ends at a hundredth of a standard error, under the initial weights.
@@ -100,7 +101,7 @@ pub(super) enum Effort {
 }
 
 /// Descends in rounds of weights until they converge; returns true if the descent of the last round converged.
-fn rounds(search: &mut Search<'_>, by: Weighting) -> bool {
+fn rounds(search: &mut Descent<'_>, by: Weighting) -> bool {
     let mut converged = false;
     for _ in 0..ROUNDS_MAX {
         let last = search.reweight(by) < SIGMA_CHANGE;
@@ -139,7 +140,7 @@ pub(super) fn refine_problem(
         return Err(Error::usage(message, "Give one value per free parameter, positive for R, L, K, B and J."));
     }
     let thorough = effort == Effort::Thorough;
-    let mut search = Search::new(
+    let mut search = Descent::new(
         &fit,
         start,
         sigma.map_or_else(|| problem.signals().iter().map(|s| first_sigma(s)).collect(), <[_]>::to_vec),
@@ -156,10 +157,10 @@ pub(super) fn refine_problem(
         converged = rounds(&mut search, Weighting::Balanced);
         if search.is_far() {
             // The maximum-likelihood rounds have a budget of their own, whatever the balanced rounds used.
-            let mut likeliest = search.clone().at_most(EVALUATIONS_MAX);
-            let ended = rounds(&mut likeliest, Weighting::Likeliest);
-            if !likeliest.sacrifices(&search) {
-                (search, converged) = (likeliest, ended);
+            let mut maximum_likelihood = search.clone().at_most(EVALUATIONS_MAX);
+            let ended = rounds(&mut maximum_likelihood, Weighting::MaximumLikelihood);
+            if !maximum_likelihood.sacrifices(&search) {
+                (search, converged) = (maximum_likelihood, ended);
             }
         }
     }

@@ -14,17 +14,17 @@ use rayon::prelude::*;
 /// test of the residuals. It serves to compare starts.
 ///
 /// # Errors
-/// As [`super::refine_on`].
+/// Propagates the errors of [`super::refine_on`].
 pub fn refine_roughly(problem: &Problem, start: &[f64], sigma: &[[f64; 2]]) -> Result<Refined> {
     check_plain(problem)?;
     RoughProblem::new(problem).refine(start, sigma)
 }
 
-/// Absolute difference of two sums of squares, in units of σ², up to which they belong to one optimum: a rough refinement
-/// ends within a hundredth of a standard error.
+/// Difference of two sums of squares, in units of σ², up to which they belong to one optimum: a rough refinement ends
+/// within a hundredth of a standard error.
 const SAME: f64 = 0.01;
-/// Relative difference added to [`SAME`].
-const SAME_PART: f64 = 1e-6;
+/// Difference relative to the lower sum, added to [`SAME`].
+const SAME_RELATIVE: f64 = 1e-6;
 /// Ratio of an optimum on rounded times to the lowest one above which it is discarded.
 const FAR: f64 = 1.5;
 /// Largest number of optima on rounded times that are refined on the recorded times.
@@ -32,7 +32,7 @@ const OPTIMA: usize = 4;
 
 /// Returns true if a sum of squares, in units of σ², belongs to the lowest optimum.
 pub(super) fn is_same(cost: f64, lowest: f64) -> bool {
-    cost <= lowest + SAME + SAME_PART * lowest
+    cost <= lowest + SAME + SAME_RELATIVE * lowest
 }
 
 /// A problem for rough refinements of many starts.
@@ -51,7 +51,7 @@ impl<'a> RoughProblem<'a> {
     /// Refines a start on rounded times, or on the recorded times if there is no rounded problem.
     ///
     /// # Errors
-    /// As [`super::refine`].
+    /// Propagates the errors of [`super::refine`].
     pub(super) fn approach(&self, start: &[f64], sigma: &[[f64; 2]]) -> Result<Refined> {
         refine_problem(self.coarse.as_ref().unwrap_or(self.problem), start, Some(sigma), Effort::Rough)
     }
@@ -83,7 +83,7 @@ impl<'a> RoughProblem<'a> {
     /// Refines a start and ends on the recorded times.
     ///
     /// # Errors
-    /// As [`super::refine`].
+    /// Propagates the errors of [`super::refine`].
     pub(super) fn refine(&self, start: &[f64], sigma: &[[f64; 2]]) -> Result<Refined> {
         let near = self.approach(start, sigma)?;
         if self.coarse.is_none() {

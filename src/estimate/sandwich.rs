@@ -1,12 +1,12 @@
 //! Standard errors that hold for correlated residuals: a sandwich estimate of the covariance.
 //!
-//! With the output sensitivities X of all unknowns (coordinates of the parameters and free initial states), weights `w =
-//! 1/σ²` and residuals of covariance Γ in each recording and channel, the estimate has the covariance `H⁻¹ Ω H⁻¹`, `H = Σ w
-//! XᵀX`, `Ω = Σ w² XᵀΓX`: P. J. Huber (1967), H. White (1980); L. Ljung, System Identification (1999), ch. 9. White
-//! residuals have `Γ = σ² I`, which gives `H⁻¹`, the Cramér–Rao bound. Γ is the covariance of an autoregression fitted to
-//! the residuals (J. P. Burg 1967), its order chosen by AIC: a parametric estimate of the long-run covariance (K. N. Berk
-//! 1974), where W. K. Newey and K. D. West (1987) weight sample autocovariances. Residuals of the two channels and of
-//! different recordings are taken as independent.
+//! With the output sensitivities X of all unknowns (coordinates of the parameters and free initial states), weights
+//! `w = 1/σ²` and residuals of covariance Γ in each recording and channel, the estimate has the covariance `H⁻¹ Ω H⁻¹`,
+//! `H = Σ w XᵀX`, `Ω = Σ w² XᵀΓX`: P. J. Huber (1967), H. White (1980); L. Ljung, System Identification (1999), ch. 9.
+//! White residuals have `Γ = σ² I`, which gives `H⁻¹`, the Cramér–Rao bound. Γ is the covariance of an autoregression
+//! fitted to the residuals (J. P. Burg 1967), its order chosen by AIC: a parametric estimate of the long-run covariance
+//! (K. N. Berk 1974), where W. K. Newey and K. D. West (1987) weight sample autocovariances. Residuals of the two channels and
+//! of different recordings are taken as independent.
 
 use super::normal::{Fit, Sigma};
 use super::refined::Refined;

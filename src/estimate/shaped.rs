@@ -1,8 +1,8 @@
 //! Sums of products of output sensitivities after a shaping filter: `Xᵀ Γ X` with the covariance Γ of a stationary
 //! autoregression.
 //!
-//! With innovations of variance one the residuals are `e[n] = Σ h[k] ε[n−k]`, h the impulse response of `1/A`. Hence `Xᵀ Γ
-//! X = Σ_m Z[m] Z[m]ᵀ` with `Z[m] = Σ_n X[n] h[n−m]` over all m: X filtered backwards in time, including the ring-out
+//! With innovations of variance one the residuals are `e[n] = Σ h[k] ε[n−k]`, h the impulse response of `1/A`. Hence
+//! `Xᵀ Γ X = Σ_m Z[m] Z[m]ᵀ` with `Z[m] = Σ_n X[n] h[n−m]` over all m: X filtered backwards in time, including the ring-out
 //! before the first sample. The sums depend on `Σ h[k] h[k+l]` alone, so the filter may equally run forwards with its
 //! ring-out after the last sample. The ring-out contributes `Sᵀ P S` for the state S of the filter after the last sample,
 //! `P = a aᵀ + Fᵀ P F` with the filter's companion matrix F and its coefficients a.

@@ -20,7 +20,7 @@ use std::sync::Arc;
 const GRID: u32 = 32;
 /// Number of rounds over the axes.
 const ROUNDS: usize = 2;
-/// Delays, in samples, of the voltage that Steiglitz–McBride is given.
+/// Delays of the voltage given to Steiglitz–McBride \[samples\].
 const LAGS: [usize; 8] = [0, 1, 2, 5, 10, 20, 40, 80];
 
 /// Returns the grid of values along an axis.
@@ -180,7 +180,7 @@ fn added(space: &Space, from: &Space) -> Vec<usize> {
 const LIMITS: [f64; 4] = [0.8, 0.6, 0.45, 0.3];
 
 /// Returns starts with a fixed saturation, improved along the other axes. A search along the saturation axis alone would
-/// not find it: the motor was fitted without saturation, has too low a gain, and the cost rises with a limit.
+/// not find it: the motor was fitted without saturation, has too low a gain, so that any saturation increases the cost.
 fn limited(problem: &Arc<Problem>, motors: &[[f64; 5]], order: &[usize]) -> Result<Vec<(f64, Vec<f64>)>> {
     let axes = problem.space().free();
     let Some(place) = axes.iter().position(|axis| axis.parameter == Parameter::Saturation) else {

@@ -1,9 +1,10 @@
 //! Steiglitz–McBride: both transfer functions, with a shared denominator, by iterated prefiltering and least squares.
 //!
-//! Each iteration filters all signals by 1/Â, with Â the current denominator, and solves `y_F(n) = −a₁ y_F(n−1) − a₂
-//! y_F(n−2) + Σ b_k u_F(n−k)` for current and speed together by QR, each channel divided by its noise σ. Roots outside the
-//! unit circle are reflected. The iteration ends when a step is far below its standard error. Reference: K. Steiglitz, L.
-//! E. McBride, IEEE Trans. Automatic Control 10 (1965). [`super::recover`] converts the result to motor parameters.
+//! Each iteration filters all signals by 1/Â, with Â the current denominator, and solves
+//! `y_F(n) = −a₁ y_F(n−1) − a₂ y_F(n−2) + Σ b_k u_F(n−k)` for current and speed together by QR, each channel divided by its
+//! noise σ. Roots outside the unit circle are reflected. The iteration ends when a step is far below its standard error.
+//! Reference: K. Steiglitz, L. E. McBride, IEEE Trans. Automatic Control 10 (1965). [`super::recover`] converts the result
+//! to motor parameters.
 
 use super::failure::SmFailure;
 use super::recover::{Sampled, recover};
@@ -69,7 +70,7 @@ struct Columns<'a> {
     first_tap: usize,
     /// True if a torque was recorded and is not zero.
     torque: bool,
-    /// True if the transient of an initial state needs columns of its own.
+    /// True if the transient from the first sample needs columns of its own.
     moving: bool,
     /// Noise σ of current \[A\] and speed \[rad/s\].
     sigma: [f64; 2],

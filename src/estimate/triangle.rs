@@ -83,11 +83,11 @@ fn fold<const FMA: bool>(Triangle { ends, r, block }: &mut Triangle) {
         }
         let head = r[pivot][pivot];
         let norm = (head * head + below).sqrt();
-        let turned = if head > 0.0 { -norm } else { norm };
-        // v = (head − turned, own); H = I − 2 v vᵀ / vᵀv.
-        let v0 = head - turned;
+        let reflected = if head > 0.0 { -norm } else { norm };
+        // v = (head − reflected, own); H = I − 2 v vᵀ / vᵀv.
+        let v0 = head - reflected;
         let scale = 2.0 / (v0 * v0 + below);
-        r[pivot][pivot] = turned;
+        r[pivot][pivot] = reflected;
         for (value, other) in r[pivot][pivot + 1..end].iter_mut().zip(rest) {
             let along = scale * (v0 * *value + dot::<FMA>(own, other));
             *value -= along * v0;

@@ -59,7 +59,11 @@ pub(super) fn balanced(signals: &[Arc<Signals>], residual: &Sigma) -> Sigma {
 
 /// Returns maximum-likelihood weights (as σ): the standard deviations of the residuals. For an extended motor the σ of
 /// residuals far above the noise is that of all recordings together, because a model error acts on all of them.
-pub(super) fn likeliest(signals: &[Arc<Signals>], residual: &Sigma, pooled: Option<[Option<f64>; 2]>) -> Sigma {
+pub(super) fn maximum_likelihood(
+    signals: &[Arc<Signals>],
+    residual: &Sigma,
+    pooled: Option<[Option<f64>; 2]>,
+) -> Sigma {
     let Some(pooled) = pooled else { return residual.clone() };
     let of = |(signals, own): (&Arc<Signals>, &[f64; 2])| {
         [0, 1].map(|channel| {

@@ -1,7 +1,7 @@
 //! One-step maps for many step lengths at once.
 //!
-//! On an irregular clock all step lengths are multiples of one unit. The map of `32 a + b` units is composed of that of `32
-//! a` and that of `b` units, so that few series are summed.
+//! On an irregular clock all step lengths are multiples of one unit. The map of `32 a + b` units is composed of that of
+//! `32 a` and that of `b` units, so that few series are summed.
 
 use super::discretize::{Method, StepMaps, step_maps};
 use super::dual::Number;
@@ -20,9 +20,9 @@ pub(crate) struct SplitSteps {
     /// Distinct coarse parts as multiples of [`COARSE`] units, and distinct fine parts as multiples of one unit.
     multiples: [Vec<usize>; 2],
     /// For each step the indices of its coarse and of its fine part in `multiples`.
-    pub places: Vec<[usize; 2]>,
+    pub part_indices: Vec<[usize; 2]>,
     /// For each step the fraction of its length that the coarse part takes.
-    pub coarse_share: Vec<f64>,
+    pub coarse_fraction: Vec<f64>,
 }
 
 impl SplitSteps {
@@ -39,11 +39,11 @@ impl SplitSteps {
             distinct.dedup();
             distinct
         });
-        let place = |part: usize, n: usize| multiples[part].partition_point(|known| *known < n);
-        let places = parts.iter().map(|&[coarse, fine]| [place(0, coarse), place(1, fine)]).collect();
+        let index = |part: usize, n: usize| multiples[part].partition_point(|known| *known < n);
+        let part_indices = parts.iter().map(|&[coarse, fine]| [index(0, coarse), index(1, fine)]).collect();
         let share = |&[coarse, fine]: &[usize; 2]| count(COARSE * coarse) / count(COARSE * coarse + fine);
-        let coarse_share = parts.iter().map(share).collect();
-        Some(Self { unit_s, multiples, places, coarse_share })
+        let coarse_fraction = parts.iter().map(share).collect();
+        Some(Self { unit_s, multiples, part_indices, coarse_fraction })
     }
 
     /// Returns the maps of the distinct coarse parts and those of the distinct fine parts.
@@ -79,8 +79,8 @@ impl SplitSteps {
         step: usize,
         method: Method,
     ) -> StepMaps<1, T> {
-        let [coarse, fine] = self.places[step];
-        let share = if method.uses_next_input() { Some(self.coarse_share[step]) } else { None };
+        let [coarse, fine] = self.part_indices[step];
+        let share = if method.uses_next_input() { Some(self.coarse_fraction[step]) } else { None };
         tables[0][coarse].then(&tables[1][fine], share)
     }
 }

@@ -264,8 +264,8 @@ fn series<T: Number, const N: usize>(m: &[[T; N]; 4], method: Discretization, in
 }
 
 /// Composes two equal steps into one of twice the length in the lanes that still need it: `D ← 2D + D²`, and gains of
-/// constant inputs `g ← 2g + D g`. For a first-order hold, whose middle is the mean of its ends, `w = g₀ + Φ g₁`, `g₀ ← Φ
-/// g₀ + w/2`, `g₁ ← g₁ + w/2`.
+/// constant inputs `g ← 2g + D g`. For a first-order hold, whose middle is the mean of its ends, `w = g₀ + Φ g₁`,
+/// `g₀ ← Φ g₀ + w/2`, `g₁ ← g₁ + w/2`.
 #[inline(always)]
 fn double<T: Number, const N: usize>(maps: &mut StepMaps<N, T>, halvings: &[u32; N], done: u32, foh: bool) {
     for n in 0..N {

@@ -1,8 +1,8 @@
 //! Response to changes of the input within a step.
 //!
-//! An input whose value jumps by Δv and whose slope changes by Δr at a duration s before the end of a step adds `Δv Γ(s) +
-//! Δr Γ₂(s)` to both states at the end. `Γ(s) = ∫₀ˢ e^{Aτ} b dτ` is the step response, `Γ₂(s) = ∫₀ˢ Γ(τ) dτ` the ramp
-//! response. Their derivatives with respect to s are `e^{As} b` and Γ(s).
+//! An input whose value jumps by Δv and whose slope changes by Δr at a duration s before the end of a step adds
+//! `Δv Γ(s) + Δr Γ₂(s)` to both states at the end. `Γ(s) = ∫₀ˢ e^{Aτ} b dτ` is the step response, `Γ₂(s) = ∫₀ˢ Γ(τ) dτ` the
+//! ramp response. Their derivatives with respect to s are `e^{As} b` and Γ(s).
 
 use super::discretize::{Discretization, Input, Method, step_maps};
 use super::dual::Number;

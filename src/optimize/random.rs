@@ -8,7 +8,7 @@ pub(super) const SEARCH: Search = Search {
     name: "random",
     text: "Random search",
     settings: &[],
-    usual: Values::default,
+    defaults: Values::default,
     begin: |setup, _| Ok(Box::new(Moving::new(Random, setup)?)),
     debug: |_| "Random".to_owned(),
 };

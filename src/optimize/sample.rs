@@ -146,8 +146,8 @@ impl Sample {
         let (mut row, mut column) = (index / width, index % width);
         loop {
             for round in 0..PAIRS {
-                row = turned(row, column ^ key ^ (round << 58), height);
-                column = turned(column, row ^ !key ^ (round << 58), width);
+                row = rotated(row, column ^ key ^ (round << 58), height);
+                column = rotated(column, row ^ !key ^ (round << 58), width);
             }
             let number = row * width + column;
             if number < self.count {
@@ -159,7 +159,7 @@ impl Sample {
 
 /// Returns `number`, below `size`, advanced modulo `size` by a hash of `by`.
 #[inline]
-fn turned(number: u64, by: u64, size: u64) -> u64 {
+fn rotated(number: u64, by: u64, size: u64) -> u64 {
     let hashed = (by ^ (by >> 32)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let hashed = (hashed ^ (hashed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let step = ((u128::from(hashed) * u128::from(size)) >> 64) as u64;

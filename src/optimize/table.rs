@@ -16,7 +16,7 @@ pub struct Search {
     pub text: &'static str,
     /// Settings specific to the search.
     pub settings: &'static [Hyperparameter],
-    pub(super) usual: fn() -> Values,
+    pub(super) defaults: fn() -> Values,
     pub(super) begin: fn(SearchSettings, &Values) -> Result<Box<dyn Optimizer>>,
     pub(super) debug: fn(&Values) -> String,
 }
@@ -127,7 +127,7 @@ macro_rules! search {
         $search:ident = $name:literal, $text:literal;
         $(#[$meta:meta])*
         pub struct $options:ident {
-            $($(#[doc = $doc:literal])+ $field:ident: $type:ty = $usual:expr, $setting:literal in $range:expr;)*
+            $($(#[doc = $doc:literal])+ $field:ident: $type:ty = $default:expr, $setting:literal in $range:expr;)*
         }
     ) => {
         $(#[$meta])*
@@ -138,7 +138,7 @@ macro_rules! search {
 
         impl Default for $options {
             fn default() -> Self {
-                Self { $($field: $usual),* }
+                Self { $($field: $default),* }
             }
         }
 
@@ -162,7 +162,7 @@ macro_rules! search {
             name: $name,
             text: $text,
             settings: &[$(Hyperparameter { name: $setting, text: concat!($($doc),+).trim_ascii(), range: $range }),*],
-            usual: || $options::default().values(),
+            defaults: || $options::default().values(),
             begin: |setup, values| {
                 let rule = $search { options: $options::of(values), ..$search::default() };
                 Ok(Box::new($crate::optimize::population::Moving::new(rule, setup)?))

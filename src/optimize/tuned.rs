@@ -29,7 +29,7 @@ impl PartialEq for Tuned {
 impl From<&'static Search> for Tuned {
     /// Makes a search with the default values of its settings.
     fn from(search: &'static Search) -> Self {
-        Self { search, values: (search.usual)() }
+        Self { search, values: (search.defaults)() }
     }
 }
 
@@ -64,9 +64,9 @@ impl Tuned {
     /// Returns the names of the settings that differ from their defaults, with their values formatted as in settings.
     #[must_use]
     pub fn changed(&self) -> Vec<(&'static str, String)> {
-        let usual = (self.search.usual)();
+        let defaults = (self.search.defaults)();
         let places = self.search.settings.iter().enumerate();
-        let changed = places.filter(|(place, _)| self.values.0[*place].to_bits() != usual.0[*place].to_bits());
+        let changed = places.filter(|(place, _)| self.values.0[*place].to_bits() != defaults.0[*place].to_bits());
         changed.map(|(place, setting)| (setting.name, self.shown(place))).collect()
     }
 
