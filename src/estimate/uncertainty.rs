@@ -233,5 +233,5 @@ pub fn describe(direction: &[f64], axes: &[Axis]) -> String {
     }
     let ratios: Vec<String> =
         parts.iter().map(|(_, step)| crate::text::significant(sign * step / smallest, 2)).collect();
-    format!("{} together, their logarithms moving as {}", symbols.join(", "), ratios.join(" : "))
+    format!("{} jointly, with steps of their logarithms in the ratio {}", symbols.join(", "), ratios.join(" : "))
 }

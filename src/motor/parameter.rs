@@ -37,7 +37,7 @@ const NOT_NEGATIVE: (f64, bool) = (0.0, false);
 const AT_LEAST_ONE: (f64, bool) = (1.0, false);
 const ANY: (f64, bool) = (f64::NEG_INFINITY, true);
 
-/// Defines the parameters as a table: text, variant, symbol, unit, name, lowest value, neutral value, usual bounds.
+/// Defines the table of parameters: description, variant, symbol, unit, name, lowest value, neutral value, default bounds.
 macro_rules! parameters {
     (
         motor { $($(#[doc = $motor_text:literal])+ $motor:ident = ($($motor_fact:expr),+);)+ }

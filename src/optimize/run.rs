@@ -38,7 +38,7 @@ named! {
     }
 }
 
-/// The state of a search after a generation, for observers.
+/// Progress of a search after a batch, for observers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     /// Number of completed generations.

@@ -211,8 +211,8 @@ mod tests {
 
     #[test]
     fn the_order_of_parts_is_as_random_as_a_shuffle() {
-        // Over 2000 seeds each of 7 rows meets each of 7 parts, and each other row's stratum, as often as any: a chi-square of
-        // 36 degrees of freedom is below 75 but once in 10^4, of 2·7^2 such tables less often still.
+        // Over 2000 seeds each of 7 rows falls into each of 7 intervals equally often. χ² with 36 degrees of freedom
+        // exceeds 75 with probability 1e-4.
         let seeds = 2000_u32;
         let order = |seed: u32| -> Vec<usize> {
             let rows = rows(Sampling::LatinHypercube, 7, u64::from(seed));
@@ -229,7 +229,8 @@ mod tests {
         };
         let by_place = chi2(counts.as_flattened(), f64::from(seeds) / 7.0);
         assert!(by_place < 75.0, "{by_place}");
-        // From a row to the next all steps around the circle are alike: 5 degrees of freedom, 30 once in 10^5.
+        // All cyclic steps from a row to the next are equally likely: χ² with 5 degrees of freedom exceeds 30 with
+        // probability 1e-5.
         let by_step = chi2(&steps, f64::from(seeds));
         assert!(by_step < 30.0, "{by_step}");
     }
@@ -246,7 +247,8 @@ mod tests {
         let rows = rows(Sampling::Uniform, 100_000, 1);
         let mean = |f: &dyn Fn(&Vec<f64>) -> f64| rows.iter().map(f).sum::<f64>() / 100_000.0;
         let (x, y) = (|r: &Vec<f64>| r[0] - 0.5, |r: &Vec<f64>| (r[1] - 15.0) / 10.0);
-        // Mean 0 ± 0.0009, variance 1/12 ± 0.0002, covariance 0 ± 0.0003: five standard deviations.
+        // Standard deviations of the mean, variance and covariance: 0.0009, 0.0002, 0.0003. The limits are five times
+        // these.
         assert!(mean(&x).abs() < 0.005 && mean(&y).abs() < 0.005);
         assert!((mean(&|r| x(r) * x(r)) - 1.0 / 12.0).abs() < 0.0012);
         assert!(mean(&|r| x(r) * y(r)).abs() < 0.0014);
