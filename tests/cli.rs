@@ -727,7 +727,7 @@ fn unidentifiable_recordings_are_errors() {
     fails(
         &["identify", &folder.file("far.csv", format!("{head}-1e308,1,0,0\n1e308,1,1,1\n"))],
         3,
-        "none of a recording",
+        "are out of range",
     );
     let nonsense = folder.file("nonsense.csv", format!("{head}{}", rows(5.0)));
     fails(&["identify", &nonsense], 4, "the recordings");

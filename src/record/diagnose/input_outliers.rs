@@ -80,6 +80,7 @@ fn pulses(view: &View<'_>) -> Vec<Range<usize>> {
 struct Model<'a> {
     values: &'a [f64],
     solution: Solution,
+    /// Standard deviation of the residuals, estimated from a quantile.
     scale: f64,
 }
 

@@ -22,7 +22,9 @@ pub(super) static TWO_LAGS: [f64; 2] = [1.0, 0.2];
 
 /// A voltage, and the means of a speed over blocks of samples.
 pub(super) struct Blocks<'a> {
+    /// Voltage of each sample \[V\].
     pub volts: &'a [f64],
+    /// Mean speed of each block \[rad/s\].
     pub speed: Vec<f64>,
     /// Number of samples in a block.
     pub length: usize,

@@ -6,9 +6,13 @@ use std::ops::Range;
 
 /// A signal with its statistics.
 pub(super) struct Channel<'a> {
+    /// Quantity of the signal.
     pub quantity: Quantity,
+    /// Samples in SI units.
     pub values: &'a [f64],
+    /// Largest absolute value.
     pub peak: f64,
+    /// Largest less smallest value.
     pub range: f64,
     /// Standard deviation of the white noise.
     pub noise: f64,
@@ -38,13 +42,17 @@ impl<'a> Channel<'a> {
 /// A segment of constant input.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ConstantInput {
+    /// Samples of the segment.
     pub samples: Range<usize>,
+    /// Mean of the input over the segment, in V or A.
     pub volts: f64,
 }
 
 /// A recording with the properties that several rules use.
 pub(super) struct View<'a> {
+    /// The recording.
     pub record: &'a Record,
+    /// Time of each sample \[s\].
     pub time: &'a [f64],
     /// Voltage, or current if no voltage was recorded.
     pub input: Channel<'a>,
@@ -54,7 +62,9 @@ pub(super) struct View<'a> {
     pub volts_spread: f64,
     /// Segments of constant input, within six standard deviations of the noise and at most a tenth of the range.
     pub constant_inputs: Vec<ConstantInput>,
+    /// Measured current.
     pub current: Option<Channel<'a>>,
+    /// Measured speed.
     pub speed: Option<Channel<'a>>,
     /// True if a load torque was recorded that is not zero; it can cause motion and currents without voltage.
     pub loaded: bool,
