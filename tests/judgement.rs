@@ -354,10 +354,10 @@ fn the_program_shows_train_and_held_out_side_by_side() {
     let ceiling = &document["repeatability"];
     assert_eq!(ceiling["groups"][0]["records"], serde_json::json!([0, 1, 2]));
     let text = ok(&args);
-    for part in ["independent of the voltage: no in 1 of 2, no in 1 of 2", "3 recordings with the same input repeat to"]
+    for part in ["independent of the voltage: no in 1 of 2, no in 1 of 2", "3 recordings with the same input agree to"]
     {
         assert!(text.contains(part), "{text}\nlacks {part}");
     }
     let page = std::fs::read_to_string(format!("{out}/report.html")).unwrap();
-    assert!(page.contains("independent of the voltage") && page.contains("Ceiling: 3 recordings"));
+    assert!(page.contains("independent of the voltage") && page.contains("Noise floor: 3 recordings"));
 }

@@ -170,7 +170,7 @@ fn held_out_files_do_not_change_the_fit_and_are_on_the_page() {
         assert!((held - fitted).abs() < 1e-9, "{held} {fitted}");
     }
     let page = std::fs::read_to_string(format!("{out}/report.html")).unwrap();
-    assert!(page.contains("Held out") && page.contains("other.csv"));
+    assert!(page.contains("Held-out recordings") && page.contains("other.csv"));
 }
 
 #[test]
