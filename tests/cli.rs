@@ -724,11 +724,7 @@ fn unidentifiable_recordings_are_errors() {
     let short = folder.file("short.csv", format!("{head}0,1,0,0\n0.001,1,0.1,0.1\n"));
     fails(&["identify", &short], 4, "4 measured values under voltage for 5 free parameters");
     fails(&["identify", EXAMPLE, "--criterion", "itae", "--time-origin", "100"], 4, "no sample has weight");
-    fails(
-        &["identify", &folder.file("far.csv", format!("{head}-1e308,1,0,0\n1e308,1,1,1\n"))],
-        3,
-        "are out of range",
-    );
+    fails(&["identify", &folder.file("far.csv", format!("{head}-1e308,1,0,0\n1e308,1,1,1\n"))], 3, "are out of range");
     let nonsense = folder.file("nonsense.csv", format!("{head}{}", rows(5.0)));
     fails(&["identify", &nonsense], 4, "the recordings");
     let document = json(&["identify", &nonsense, "--json", "--method", "gwo", "--polish", "none"]);
