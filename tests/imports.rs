@@ -348,7 +348,7 @@ fn gaps_and_repeats_are_treated_as_asked() {
     assert!((kept.steps().step(24) - 0.21).abs() < 1e-9, "{}", kept.steps().step(24));
     let split = with(Gaps::Split);
     assert_eq!(split.iter().map(Record::len).collect::<Vec<_>>(), [25, 35]);
-    assert_eq!(split[1].source().part.as_deref(), Some("stretch 2"));
+    assert_eq!(split[1].source().part.as_deref(), Some("segment 2"));
     assert_eq!(split[1].source().lines.get(0), Some(27));
     let repeated = "t,u,i\n0,0,1\n0.1,1,2\n0.1,1,3\n0.2,1,4\n0.3,1,5\n";
     assert!(refused(repeated, "").hint().to_string().contains("drop_repeats"));

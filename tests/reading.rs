@@ -215,7 +215,7 @@ fn an_input_reset_and_a_drive_that_is_off_are_cut() {
     assert!(plain["warnings"].to_string().contains("voltage_without_current"), "{}", plain["warnings"]);
     let cut = json(&["identify", &path, "--json", "--mask", "auto"]);
     assert_eq!(cut["records"].as_array().unwrap().len(), 2);
-    assert_eq!(cut["records"][1]["part"], "stretch 2");
+    assert_eq!(cut["records"][1]["part"], "segment 2");
     // Fifty Euler steps a sample are not exact: half a percent.
     let worst = |document: &Value| {
         let truth = ["R", "L", "K", "B", "J"].into_iter().zip(p);

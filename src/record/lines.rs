@@ -30,8 +30,8 @@ impl Lines {
         if sample >= self.count {
             return None;
         }
-        let stretch = self.stretches.partition_point(|&(first, _)| first <= sample).checked_sub(1)?;
-        let (first, line) = self.stretches[stretch];
+        let run = self.stretches.partition_point(|&(first, _)| first <= sample).checked_sub(1)?;
+        let (first, line) = self.stretches[run];
         line.checked_add((sample - first) as u64)
     }
 
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stretches_are_lines() {
+    fn consecutive_lines_form_runs() {
         let list = [2, 3, 4, 8, 9, 20];
         let mut lines = Lines::default();
         list.into_iter().for_each(|line| lines.push(line));
