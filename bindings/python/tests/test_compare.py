@@ -124,7 +124,7 @@ def test_a_callback_ends_it():
         ({"methods": "sm"}, "methods names no search"),
         ({"methods": ["gwo", "gwo"]}, "names gwo twice"),
         ({"methods": "wolf"}, "wolf"),
-        ({"methods": "auto"}, "auto is no method"),
+        ({"methods": "auto"}, "auto cannot be compared"),
         ({"criteria": "nrmse:nothing"}, "nrmse:nothing"),
         ({"criteria": ["mse:std", "mse:std"]}, "criteria has a value twice"),
         ({"generations": [3, 3]}, "generations has a value twice"),

@@ -369,7 +369,7 @@ def test_errors_of_workers_come_back(client, study, tmp_path, monkeypatch):
         if state.shards_done == 0:
             (out / "results-2-of-2.jsonl").write_text("no results\n")
 
-    with pytest.raises(motorfit.DataError, match="no results file") as caught:
+    with pytest.raises(motorfit.DataError, match="not a results file") as caught:
         dask.sweep(client, study, out, shards=2, shared=True, retries=0, progress=spoil)
     assert caught.value.remedy
 

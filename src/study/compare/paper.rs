@@ -93,7 +93,7 @@ pub const NOTES: [(&str, &str); 8] = [
     ("b", "GA's .044, 1.06 and .058 are inconsistent: the average of ten runs with one of 1.06 is at least .1456."),
     (
         "c",
-        "Table 6 swaps Jaya's K and B and their errors: only K = .291812 gives its steady-state current of .0827 A. \
+        "Jaya's K and B and their errors are swapped in Table 6: only K = .291812 gives its steady-state current of .0827 A. \
            That K is outside the bounds of Table 2. The paper's results are those of Jaya without its greedy step.",
     ),
     (
