@@ -47,7 +47,7 @@ impl Reading {
             check_rate(rate)?;
         }
         if self.preparation.decimate == Some(0) {
-            return Err(Error::usage(text!([Decimate] " is 0"), "Give a whole number from 1 on."));
+            return Err(Error::usage(text!([Decimate] " is 0"), "Give a whole number of at least 1."));
         }
         Ok(())
     }
@@ -127,7 +127,7 @@ pub fn parse_offset(text: &str) -> Result<Offset> {
             return Err(Error::usage(message, "Give voltage, current, speed or load_torque."));
         };
         if list.iter().any(|(q, _)| *q == quantity) {
-            return Err(Error::usage(text!([Offset] " gives {quantity} twice"), "Give each once."));
+            return Err(Error::usage(text!([Offset] " gives {quantity} twice"), "Give each signal once."));
         }
         list.push((quantity, number(value, Setting::Offset)?));
     }

@@ -182,7 +182,7 @@ pub(super) fn check_rate(rate_hz: f64) -> Result<()> {
     if rate_hz.is_finite() && rate_hz >= RATE_MIN {
         return Ok(());
     }
-    Err(Error::usage(text!([Rate] " is {rate_hz}"), format!("Give samples per second, {RATE_MIN} at least.")))
+    Err(Error::usage(text!([Rate] " is {rate_hz}"), format!("Give samples per second, at least {RATE_MIN}.")))
 }
 
 /// Decimates a recording by an integer factor.
