@@ -95,7 +95,7 @@ pub struct EvaluateDocument {
     pub candidates: u64,
     /// True if the user ended the evaluation early.
     pub interrupted: bool,
-    /// Duration of the evaluation [s].
+    /// Duration of the evaluation \[s\].
     pub seconds: f64,
 }
 

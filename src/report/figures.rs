@@ -11,7 +11,7 @@ use crate::record::{Quantity, Record};
 use crate::report::compare::quartiles;
 use crate::study::compare::{Block, Comparison, MethodEstimates, MethodResult, Reached, reached};
 
-/// Simulates a motor under the input of a recording and returns current [A] and speed [rad/s]; both are empty if the
+/// Simulates a motor under the input of a recording and returns current \[A\] and speed \[rad/s\]; both are empty if the
 /// recording cannot be simulated.
 #[must_use]
 pub fn model(record: &Record, parameters: &Parameters, initial: [f64; 2], how: Discretization) -> [Vec<f64>; 2] {
@@ -78,7 +78,7 @@ pub fn responses(id: &str, record: &Record, name: &str, signals: &[Vec<f64>; 2])
     }
 }
 
-/// Returns the interval around the largest change of the input [s], or at the start of a constant input.
+/// Returns the interval around the largest change of the input \[s\], or at the start of a constant input.
 fn transient(record: &Record) -> [f64; 2] {
     let samples = record.samples();
     let (time, voltage) = (&samples.time_s, record.input());
@@ -88,8 +88,7 @@ fn transient(record: &Record) -> [f64; 2] {
     [time[at] - 0.005 * whole, time[at] + 0.05 * whole]
 }
 
-/// Returns the figure of the correlations of the estimates; `None` without a covariance or with more than
-/// [`CORRELATED`] parameters.
+/// Returns the figure of the correlations of the estimates; `None` without a covariance or with too many parameters.
 #[must_use]
 pub fn correlations(found: &Identification) -> Option<Figure> {
     let uncertainty = found.uncertainty.as_ref()?;

@@ -23,7 +23,7 @@ pub struct Contender {
     pub driver: Option<(String, String)>,
     /// Operations (multiply–adds, additions, multiplications) per candidate-step.
     pub operations: f64,
-    /// Time to open and check the device [s].
+    /// Time to open and check the device \[s\].
     pub opening_s: f64,
     evaluator: Box<dyn Evaluator>,
     pool: Option<rayon::ThreadPool>,
@@ -48,7 +48,7 @@ impl Contender {
         Ok(Self { name, device, kind, precision, threads, driver, operations, opening_s: 0.0, evaluator, pool })
     }
 
-    /// Returns the mean time of one evaluation over `repeats` evaluations [s].
+    /// Returns the mean time of one evaluation over `repeats` evaluations \[s\].
     pub(super) fn seconds(&mut self, groups: &[Group<'_>], costs: &mut [f64], repeats: usize) -> Result<f64> {
         self.run(|evaluator| {
             let begun = Instant::now();
@@ -59,7 +59,7 @@ impl Contender {
         })
     }
 
-    /// Returns the time that the device computes in one evaluation and the time of that evaluation end to end [s];
+    /// Returns the time that the device computes in one evaluation and the time of that evaluation end to end \[s\];
     /// `None` if the device has no clock.
     pub(super) fn kernel_seconds(&mut self, groups: &[Group<'_>], costs: &mut [f64]) -> Result<Option<[f64; 2]>> {
         self.run(|evaluator| {

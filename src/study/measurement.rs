@@ -17,16 +17,16 @@ pub struct Measurement {
     pub population: usize,
     /// Number of samples of the recording.
     pub samples: usize,
-    /// Median time of a batch [s]; `None` if the time budget does not allow a round.
+    /// Median time of a batch \[s\]; `None` if the time budget does not allow a round.
     pub seconds: Option<f64>,
-    /// 95 % confidence interval of the median [s]; NaN with fewer than six rounds, which cannot give one.
+    /// 95 % confidence interval of the median \[s\]; NaN with fewer than six rounds, which cannot give one.
     pub interval: [f64; 2],
     /// Number of rounds.
     pub rounds: usize,
     /// Time that the device computed in one evaluation, by its own clock, and the time of that evaluation end to end
-    /// [s]; `None` if the device has no clock.
+    /// \[s\]; `None` if the device has no clock.
     pub kernel: Option<[f64; 2]>,
-    /// Median and interval of the control, the second measurement of the baseline [s]; `None` for other evaluators.
+    /// Median and interval of the control, the second measurement of the baseline \[s\]; `None` for other evaluators.
     pub again: Option<(f64, [f64; 2])>,
 }
 
@@ -44,13 +44,13 @@ impl Measurement {
         Self { contender, population, samples, seconds, interval, rounds, kernel: None, again: None }
     }
 
-    /// Returns the throughput end to end [candidate-steps/s].
+    /// Returns the throughput end to end \[candidate-steps/s\].
     #[must_use]
     pub fn rate(&self) -> Option<f64> {
         self.seconds.map(|seconds| self.steps() / seconds)
     }
 
-    /// Returns the throughput by the device's own clock [candidate-steps/s].
+    /// Returns the throughput by the device's own clock \[candidate-steps/s\].
     #[must_use]
     pub fn kernel_rate(&self) -> Option<f64> {
         self.kernel.map(|[seconds, _]| self.steps() / seconds)
@@ -63,7 +63,7 @@ impl Measurement {
         self.seconds.map(|median| half / median).filter(|spread| spread.is_finite())
     }
 
-    /// Returns the bounds of the time [s]: the interval or, with fewer than six rounds, the median divided and
+    /// Returns the bounds of the time \[s\]: the interval or, with fewer than six rounds, the median divided and
     /// multiplied by [`UNCERTAINTY_FACTOR`].
     fn limits(&self) -> Option<[f64; 2]> {
         self.seconds.map(|s| {
@@ -126,7 +126,7 @@ pub struct Throughput {
     pub refused: Vec<String>,
     /// One measurement per evaluator and case.
     pub measurements: Vec<Measurement>,
-    /// Peak rate of one core, measured in the same run [multiply–adds/s]; `None` without FMA instructions.
+    /// Peak rate of one core, measured in the same run \[multiply–adds/s\]; `None` without FMA instructions.
     pub fma_peak: Option<f64>,
     /// True if the observer ended the benchmark early.
     pub interrupted: bool,

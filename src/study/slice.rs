@@ -21,7 +21,7 @@ pub struct CostMap {
     pub found: Identification,
 }
 
-/// Half-width of a map without given bounds [standard errors].
+/// Half-width of a map without given bounds \[standard errors\].
 const REACH: f64 = 8.0;
 /// The 95 % quantile of χ² with two degrees of freedom.
 const CHI2: f64 = 5.991_464_547_107_98;

@@ -26,24 +26,24 @@ use std::time::Instant;
 /// Settings of a throughput benchmark.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ThroughputSpec {
-    /// Population sizes [candidates].
+    /// Population sizes \[candidates\].
     pub populations: Vec<usize>,
-    /// Lengths of the recordings [samples]; every sample is simulated.
+    /// Lengths of the recordings \[samples\]; every sample is simulated.
     pub samples: Vec<usize>,
-    /// Approximate time budget [s].
+    /// Approximate time budget \[s\].
     pub budget_s: f64,
 }
 
 /// Fewest rounds of a case, below which there is no 95 % interval, and most. A case that cannot afford the fewest has
 /// one.
 const ROUNDS: (usize, usize) = (6, 25);
-/// Shortest round [s].
+/// Shortest round \[s\].
 const ROUND_S: f64 = 0.003;
 /// Most evaluations in a round.
 const REPEATS: f64 = 3000.0;
 /// Evaluations whose kernel time is measured.
 const TIMED: usize = 5;
-/// Largest population [candidates]: 1 GiB of values.
+/// Largest population \[candidates\]: 1 GiB of values.
 pub(super) const POPULATION_MAX: usize = (1 << 27) / 5;
 
 impl ThroughputSpec {
@@ -110,7 +110,7 @@ pub fn throughput(
     Ok(result)
 }
 
-/// Returns the highest rate of multiply–adds of one core over 15 trials [1/s]; `None` without FMA instructions.
+/// Returns the highest rate of multiply–adds of one core over 15 trials \[1/s\]; `None` without FMA instructions.
 fn fma_peak() -> Option<f64> {
     let level = Level::best();
     let try_once = || {
@@ -195,7 +195,7 @@ impl Case<'_> {
         (if affordable < ROUNDS.0 { 1 } else { affordable.min(ROUNDS.1) }, whole(repeats))
     }
 
-    /// Returns the mean time of an evaluation of the first `size` candidates [s]; `None` if the evaluator fails, which
+    /// Returns the mean time of an evaluation of the first `size` candidates \[s\]; `None` if the evaluator fails, which
     /// excludes it from then on.
     fn seconds(&mut self, result: &mut Throughput, contender: usize, size: usize, repeats: usize) -> Option<f64> {
         let candidates = Candidates::new(&self.values[..5 * size], 5);

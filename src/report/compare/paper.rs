@@ -93,13 +93,13 @@ fn parameters(comparison: &Comparison, (printed, ours): &Pair) -> Table {
     table
 }
 
-/// Returns for each parameter the relative error of the best run and the mean over runs [%]; NaN for a method that is
+/// Returns for each parameter the relative error of the best run and the mean over runs \[%\]; NaN for a method that is
 /// not compared.
 fn errors(ours: Option<&MethodEstimates>) -> [[f64; 2]; 5] {
     ours.map_or([[f64::NAN; 2]; 5], |ours| ours.errors(&Parameters::M2))
 }
 
-/// Returns the mean squared errors (Eq. 14) of current [A²] and speed [rad²/s²] on the first recording.
+/// Returns the mean squared errors (Eq. 14) of current \[A²\] and speed \[rad²/s²\] on the first recording.
 fn mean_squares(comparison: &Comparison, motor: &Parameters) -> Option<[f64; 2]> {
     let model = simulated(comparison, motor)?;
     let [current, speed] = comparison.subject.records.first()?.measured();

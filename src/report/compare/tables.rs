@@ -271,7 +271,7 @@ fn targets(comparison: &Comparison, block: &Block) -> Table {
     table
 }
 
-/// Simulates a motor under the input of the first recording; returns current [A] and speed [rad/s].
+/// Simulates a motor under the input of the first recording; returns current \[A\] and speed \[rad/s\].
 pub(super) fn simulated(comparison: &Comparison, motor: &Parameters) -> Option<[Vec<f64>; 2]> {
     let drive = crate::experiment::drive(comparison.subject.records.first()?);
     let initial = comparison.initial.first().copied().unwrap_or_default();

@@ -10,7 +10,7 @@ use kuva::render::plots::Plot;
 
 /// Smallest and largest number of bins.
 const BINS: [f64; 2] = [5.0, 60.0];
-/// Distance beyond the quartiles up to which values are drawn [interquartile ranges].
+/// Distance beyond the quartiles up to which values are drawn \[interquartile ranges\].
 const FENCE: f64 = 15.0;
 
 /// A panel with one histogram.

@@ -3,7 +3,7 @@
 use super::words::many;
 use crate::report::Table;
 
-/// Width of a terminal [characters].
+/// Width of a terminal \[characters\].
 const WIDTH: usize = 80;
 /// Columns that are removed first from a table that is too wide.
 const SPARED: [&str; 4] = ["5 %", "95 %", "25 %", "75 %"];
@@ -11,7 +11,7 @@ const SPARED: [&str; 4] = ["5 %", "95 %", "25 %", "75 %"];
 const COLUMNS: usize = 11;
 /// Start of the part of a cell that is removed next.
 const SPREAD: &str = " ±";
-/// Shortest length to which a cell is truncated [characters].
+/// Shortest length to which a cell is truncated \[characters\].
 const SHORTEST: usize = 12;
 
 /// Returns a table with at most `rows` rows and the width of a terminal; its notes mention what was removed.

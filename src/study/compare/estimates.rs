@@ -13,7 +13,7 @@ pub struct MethodEstimates {
     pub best: Option<Parameters>,
     /// Estimates of all runs that did not diverge; for Steiglitz–McBride, from records with new noise.
     pub all: Vec<Parameters>,
-    /// Time of one run without the others [s]; `None` if interrupted before it was measured.
+    /// Time of one run without the others \[s\]; `None` if interrupted before it was measured.
     pub seconds: Option<f64>,
 }
 
@@ -24,7 +24,7 @@ impl MethodEstimates {
         self.all.iter().map(|found| found.get(parameter)).collect()
     }
 
-    /// Returns for each parameter the relative error of the best run and the mean relative error over runs [%], shape
+    /// Returns for each parameter the relative error of the best run and the mean relative error over runs \[%\], shape
     /// `[5, 2]`; NaN without runs.
     #[must_use]
     pub fn errors(&self, expected: &Parameters) -> [[f64; 2]; 5] {

@@ -54,7 +54,7 @@ pub struct MethodResult {
     pub method: Method,
     /// Runs in the order of their numbers.
     pub runs: Vec<Outcome>,
-    /// Time of one run without the others [s]; `None` if the comparison was interrupted before it was measured.
+    /// Time of one run without the others \[s\]; `None` if the comparison was interrupted before it was measured.
     pub seconds: Option<f64>,
 }
 
@@ -85,7 +85,7 @@ pub struct Comparison {
     pub steiglitz: Option<Steiglitz>,
     /// Refined estimate of the recordings, or the reason why there is none.
     pub reference: std::result::Result<Box<Identification>, Text>,
-    /// Initial state `[i, ω]` of each recording in the searches [A, rad/s].
+    /// Initial state `[i, ω]` of each recording in the searches \[A, rad/s\].
     pub initial: Vec<[f64; 2]>,
     /// Kind (`cpu` or `gpu`), name and precision of the device that evaluated.
     pub device: (&'static str, String, &'static str),
@@ -95,7 +95,7 @@ pub struct Comparison {
     pub interrupted: bool,
     /// Number of candidates evaluated.
     pub evaluations: u64,
-    /// Time of all batches of runs [s].
+    /// Time of all batches of runs \[s\].
     pub batch_seconds: f64,
 }
 
@@ -143,7 +143,7 @@ struct Entry {
     run: u64,
 }
 
-/// Largest work of the estimates that an interrupted comparison still computes [samples].
+/// Largest work of the estimates that an interrupted comparison still computes \[samples\].
 const INTERRUPTED_MAX: usize = 4_000_000;
 /// Work of the refined estimate, relative to Steiglitz–McBride on one record with new noise.
 const REFERENCE: usize = 20;
@@ -278,7 +278,7 @@ impl ComparisonRun<'_> {
         Ok((runs, stop))
     }
 
-    /// Measures the time of one run of each method without the others [s]: the median of three.
+    /// Measures the time of one run of each method without the others \[s\]: the median of three.
     fn alone(&mut self, blocks: &mut [Block], observe: &mut dyn FnMut() -> ControlFlow<()>) -> Result<ControlFlow<()>> {
         for (s, block) in blocks.iter_mut().enumerate() {
             for (m, result) in block.results.iter_mut().enumerate() {

@@ -14,7 +14,7 @@ use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
 
-/// Largest length of the first line [bytes].
+/// Largest length of the first line \[bytes\].
 const LONGEST: u64 = 1 << 16;
 
 /// The sweep that results files belong to.

@@ -215,7 +215,7 @@ fn check(text: &str) -> String {
     hexadecimal(&Sha256::digest(text).as_slice()[..4])
 }
 
-/// Splits a line into the result and its time [s]; `None` if the line is damaged.
+/// Splits a line into the result and its time \[s\]; `None` if the line is damaged.
 pub(super) fn split(line: &str) -> Option<(String, f64)> {
     let at = line.rfind(TIMING)?;
     let (text, timing) = (&line[..at], line[at + TIMING.len()..].strip_suffix('}')?);

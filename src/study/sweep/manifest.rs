@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 /// Version of the format of manifest and results.
 pub(super) const FORMAT: u32 = 1;
-/// Size of the blocks in which a file is read [bytes].
+/// Size of the blocks in which a file is read \[bytes\].
 const PIECE: u64 = 64 << 10;
 /// Largest number of runs of a sweep.
 pub(super) const RUNS_MAX: u64 = 100_000_000;
@@ -29,7 +29,7 @@ pub struct File {
     /// SHA-256 digest of the bytes, or of the joined digests of several files joined by `+`; `None` if it could not be
     /// read.
     pub sha256: Option<String>,
-    /// Size [bytes].
+    /// Size \[bytes\].
     pub bytes: u64,
 }
 
@@ -292,7 +292,7 @@ fn pinned(folder: &Path, file: &str) -> File {
     File { path: file.to_owned(), sha256, bytes }
 }
 
-/// Returns the SHA-256 digest of a file and its size [bytes].
+/// Returns the SHA-256 digest of a file and its size \[bytes\].
 fn digest(path: &Path) -> std::io::Result<(String, u64)> {
     let (mut file, mut hasher, mut bytes) = (std::fs::File::open(path)?, Sha256::new(), 0);
     let mut piece = Vec::new();

@@ -60,7 +60,7 @@ pub struct SweepStatus {
     pub shards: Vec<ShardStatus>,
 }
 
-/// Location of the line of a run: number of the file (from 1; 0 for none), length and offset [bytes].
+/// Location of the line of a run: number of the file (from 1; 0 for none), length and offset \[bytes\].
 type Spot = (u32, u32, u64);
 
 /// Returns the location of the line of each run and the number of damaged lines.

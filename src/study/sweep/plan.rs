@@ -19,7 +19,7 @@ use std::path::Path;
 
 /// File name of the manifest.
 const NAME: &str = "manifest.json";
-/// Largest size of a study [bytes].
+/// Largest size of a study \[bytes\].
 pub(super) const BYTES_MAX: u64 = 16 << 20;
 
 impl Sweep {

@@ -24,7 +24,7 @@ pub(super) fn no_results(path: &Path) -> Error {
     Error::data("is not a results file", "Move it away; its runs will be repeated.").in_file(path).at_line(1)
 }
 
-/// Returns the offset of the end of the last complete line of a file [bytes].
+/// Returns the offset of the end of the last complete line of a file \[bytes\].
 pub(super) fn whole_lines(mut file: &File) -> std::io::Result<u64> {
     let mut end = file.seek(SeekFrom::End(0))?;
     let mut piece = vec![0; 64 << 10];
@@ -82,7 +82,7 @@ impl ResultsFile<'_> {
     }
 }
 
-/// Location of a line in a results file [bytes], and its run.
+/// Location of a line in a results file \[bytes\], and its run.
 pub(super) struct Place {
     pub offset: u64,
     pub length: u32,

@@ -28,19 +28,19 @@ pub struct SweepProgress {
     pub failed: u64,
     /// Work in progress, in units of one run.
     pub under_way: f64,
-    /// Time since the start of this session [s].
+    /// Time since the start of this session \[s\].
     pub seconds: f64,
 }
 
 impl SweepProgress {
-    /// Returns the throughput [runs/s]; `None` before any work is done.
+    /// Returns the throughput \[runs/s\]; `None` before any work is done.
     #[must_use]
     pub fn rate(&self) -> Option<f64> {
         let rate = (count_u64(self.done.saturating_sub(self.before)) + self.under_way) / self.seconds;
         (rate.is_finite() && rate > 0.0).then_some(rate)
     }
 
-    /// Returns the remaining time at this throughput [s].
+    /// Returns the remaining time at this throughput \[s\].
     #[must_use]
     pub fn remaining(&self) -> Option<f64> {
         Some(((count_u64(self.total.saturating_sub(self.done)) - self.under_way) / self.rate()?).max(0.0))
@@ -112,7 +112,7 @@ pub struct Tally {
     pub device: Option<(String, &'static str)>,
     /// Warnings about the results files and the device.
     pub warnings: Vec<Warning>,
-    /// Duration of the session [s].
+    /// Duration of the session \[s\].
     pub seconds: f64,
 }
 

@@ -13,7 +13,7 @@ use std::io::{Read as _, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Largest size of the lines that wait for space on the disk [bytes]; beyond it the run ends.
+/// Largest size of the lines that wait for space on the disk \[bytes\]; beyond it the run ends.
 const WAITING_MAX: usize = 16 << 20;
 /// Longest time that lines wait for space on the disk; after it the run ends.
 const WAITING_TIME_MAX: Duration = Duration::from_secs(60);
@@ -28,7 +28,7 @@ const SYNC: Duration = Duration::from_secs(1);
 pub(super) struct Log {
     file: File,
     path: PathBuf,
-    /// Length of the complete lines [bytes].
+    /// Length of the complete lines \[bytes\].
     whole: u64,
     /// Lines that are not written yet.
     waiting: String,

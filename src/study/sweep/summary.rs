@@ -68,7 +68,7 @@ pub struct Cell {
     pub costs: Vec<f64>,
     /// Estimates of each parameter, in the order of the runs: R, L, K, B, J, then the other parameters.
     pub parameters: Vec<(Named, Vec<f64>)>,
-    /// Total time of the runs [s].
+    /// Total time of the runs \[s\].
     pub seconds: f64,
 }
 
