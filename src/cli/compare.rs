@@ -11,7 +11,7 @@ use motorfit::report::{Table, compare_page};
 use motorfit::settings::Value;
 use motorfit::study::compare::{Block, CompareSettings, CompareSpec, Comparison, Subject, compare, reached};
 
-/// Width of printed tables [characters].
+/// Width of printed tables \[characters\].
 const WIDTH: usize = 80;
 
 pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {

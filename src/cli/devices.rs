@@ -14,7 +14,8 @@ pub(super) fn run(args: &DevicesArgs) -> Result<Outcome> {
     let levels: Vec<&str> = Level::available().map(Level::name).collect();
     let mut text = String::new();
     let _ = writeln!(text, "{STRONG}cpu{STRONG:#}  {}", cpu_name());
-    let _ = writeln!(text, "     {threads} threads, f64, SIMD {} (available: {})", Level::best().name(), levels.join(", "));
+    let _ =
+        writeln!(text, "     {threads} threads, f64, SIMD {} (available: {})", Level::best().name(), levels.join(", "));
     gpus(&mut text);
     data(&text)?;
     Ok(Outcome::Done)

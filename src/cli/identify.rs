@@ -121,7 +121,7 @@ fn curves(records: &[Record], found: &Identification) -> String {
     out::curves(&heads.map(str::to_owned), &columns)
 }
 
-/// Width of printed tables [characters].
+/// Width of printed tables \[characters\].
 const WIDTH: usize = 100;
 
 /// Returns the level of trust with its reasons, and the recommended next command if there is one.
@@ -227,7 +227,9 @@ fn lines(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Vec
         "grid" if found.input == Input::Current => {
             "start by least squares, and grids over the parameters of extensions".to_owned()
         }
-        "grid" => "starts from Steiglitz–McBride or one channel, and grids over the parameters of extensions".to_owned(),
+        "grid" => {
+            "starts from Steiglitz–McBride or one channel, and grids over the parameters of extensions".to_owned()
+        }
         search => format!(
             "{search}, {} agents × {} generations, {} evaluations, seed {}",
             spec.population, spec.generations, found.evaluations, spec.seed

@@ -53,8 +53,9 @@ impl Out {
         let foreign = list.iter().map(|(name, _)| name).find(|name| is_foreign(name));
         let beside = foreign.map(|name| {
             let found = self.folder.join(name).display().to_string();
-            style
-                .note(&format!("{found} was not written by this program and is kept: the report goes to another folder"));
+            style.note(&format!(
+                "{found} was not written by this program and is kept: the report goes to another folder"
+            ));
             self.beside()
         });
         let target = beside.as_ref().unwrap_or(&self.folder);
@@ -112,9 +113,7 @@ pub(super) fn write_parts<T>(
             return fill(&mut |text| device.write_all(text.as_bytes()).map_err(failed));
         }
         Ok(metadata) if metadata.permissions().readonly() => {
-            return Err(
-                Error::data("is read-only", "Choose another file, or make it writable.").in_file(path)
-            );
+            return Err(Error::data("is read-only", "Choose another file, or make it writable.").in_file(path));
         }
         _ => {}
     }

@@ -99,7 +99,10 @@ fn give_up(is_quiet: bool, end: impl FnOnce(i32)) {
         std::thread::sleep(LOOK);
         if ANSWERED.load(Ordering::Relaxed) {
             std::thread::sleep(GRACE.saturating_sub(begun.elapsed()));
-            return say(is_quiet, "interrupted: completing the result so far; a second signal ends the program at once");
+            return say(
+                is_quiet,
+                "interrupted: completing the result so far; a second signal ends the program at once",
+            );
         }
         let grace = if SEARCHING.load(Ordering::Relaxed) { SEARCH_GRACE } else { GRACE };
         if begun.elapsed() < grace {

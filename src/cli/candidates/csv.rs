@@ -52,13 +52,13 @@ fn broken(name: &str, error: &csv::Error) -> Error {
     Error::data(format!("{name}: {}", printable(&error.to_string())), "Give a CSV with a heading and numbers.")
 }
 
-/// Largest length of a line [bytes]. The CSV reader keeps a line in memory.
+/// Largest length of a line \[bytes\]. The CSV reader keeps a line in memory.
 const LINE_MAX: usize = 64 << 10;
 
 /// A reader that fails on lines longer than [`LINE_MAX`].
 struct Capped {
     input: Box<dyn Read + Send>,
-    /// Length of the current line up to now [bytes].
+    /// Length of the current line up to now \[bytes\].
     line: usize,
 }
 

@@ -15,7 +15,7 @@ use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, Tally};
 use std::io::Read as _;
 use trust::{level_text, trusted};
 
-/// Width of printed tables [characters].
+/// Width of printed tables \[characters\].
 const WIDTH: usize = 80;
 /// Largest number of printed rows of a table.
 const ROWS: usize = 40;
@@ -175,7 +175,10 @@ impl<'a> Show<'a> {
 fn check_parquet(path: &Path) -> Result<()> {
     if cfg!(not(feature = "parquet")) {
         let message = "this build cannot write Parquet";
-        return Err(Error::usage(message, "Build with the feature parquet, or use results.jsonl, which has the same data."));
+        return Err(Error::usage(
+            message,
+            "Build with the feature parquet, or use results.jsonl, which has the same data.",
+        ));
     }
     let mut head = [0; 4];
     let file = std::fs::File::open(path);
