@@ -10,8 +10,8 @@
 //! clipped, and the state is exactly zero while the motor sticks. Shader: `shaders/friction.wgsl`.
 //!
 //! The oracle, its derivatives, the kernel and the shaders share this formula. It is tested against closed forms and a
-//! simulation with finer steps in `tests/extensions/meaning.rs` (`friction_holds_the_motor_up_to_its_torque`,
-//! `held_friction_is_that_of_a_finer_simulation`, `brushes_take_their_drop`).
+//! simulation with finer steps in `tests/extensions/meaning.rs` (`the_motor_sticks_up_to_the_friction_torque`,
+//! `friction_converges_with_the_step`, `brushes_reduce_the_voltage_by_their_drop`).
 
 use super::discretize::StepMaps;
 use super::dual::Number;

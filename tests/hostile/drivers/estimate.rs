@@ -1,4 +1,4 @@
-//! The estimators on recordings that are odd, and still identify the motor.
+//! Calls of `estimate` with unusual recordings that identify the motor.
 
 use crate::arguments::step;
 use crate::calls::{Calls, ask, drive};
@@ -11,7 +11,7 @@ use motorfit::experiment::with_noise;
 use motorfit::motor::{Axis, Parameter, Parameters, Scope, Space};
 use motorfit::record::{Record, Samples};
 
-/// Recordings of a step with noise: scaled, late, reversed, on another clock, without a channel.
+/// Returns recordings of a step with noise: scaled, shifted, reversed, irregularly sampled, without a channel.
 fn identifiable() -> Vec<Record> {
     let plain = with_noise(&step(150), [0.01, 0.1], 1).unwrap();
     let scaled = |signal: &Option<Vec<f64>>, by: f64| signal.as_ref().map(|s| s.iter().map(|v| by * v).collect());
@@ -74,6 +74,6 @@ pub fn identifiable_recordings(calls: &mut Calls) {
             referred += usize::from(found.is_some());
         }
     }
-    // Most reach the end: what returns early proves nothing of the estimators.
+    // Most calls reach the end of the estimators instead of an early return.
     assert!(estimated > 10 && refined_all > 150 && referred > 2, "{estimated} {refined_all} {referred}");
 }

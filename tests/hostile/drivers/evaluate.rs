@@ -1,4 +1,4 @@
-//! Problems, evaluators and devices.
+//! Calls of `evaluate` and `device`: problems, evaluators and devices.
 
 use crate::arguments::{COUNTS, FEW, NUMBERS, WIDE, records, signals, step, texts};
 use crate::calls::{Calls, ask, drive};
@@ -17,7 +17,7 @@ use motorfit::named::Named;
 use motorfit::optimize::Evaluate;
 use std::sync::Arc;
 
-/// Spaces whose problems are extended in every way.
+/// Returns spaces with every kind of extension.
 pub fn spaces() -> Vec<Space> {
     let with = |p: Parameter, (min, max): (f64, f64)| {
         let mut free = Space::table2().free().to_vec();
@@ -75,7 +75,7 @@ pub fn problems(calls: &mut Calls) {
     drive!(calls, (); "evaluate::Initial::name" => Initial::ALL.map(Initial::name));
 }
 
-/// Candidates of a width with values that none has.
+/// Returns candidates of `width` parameters with extreme values.
 fn candidates(width: usize) -> Vec<f64> {
     let mut values: Vec<f64> = NUMBERS.iter().flat_map(|v| vec![*v; width]).collect();
     values.extend(NUMBERS.iter().cycle().take(width * NUMBERS.len()));
@@ -194,7 +194,7 @@ pub fn levels(calls: &mut Calls) {
         "evaluate::Simd::at" => [Level::Portable, Level::Avx2, Level::Avx512].map(Simd::at),
         "evaluate::Simd::alone" => Simd::alone(),
         "evaluate::cpu_name" => cpu_name(),
-        // Rounds are time: more than the processor does in a second are no question of arguments.
+        // The run time is proportional to the rounds, so larger counts are left out.
         "evaluate::fma_loop" => [0, 1, 1000].map(|rounds| fma_loop(Level::best(), rounds)),
         "evaluate::fma_loop" => [Level::Portable, Level::Avx2, Level::Avx512].map(|level| fma_loop(level, 1)),
     );
@@ -322,7 +322,7 @@ pub fn gpus(calls: &mut Calls) {
         ask!(calls, selector; "evaluate::gpu::Gpu::open" => Gpu::open(&selector, None).map(drop));
     }
     let Some(mut gpu) = calls.ask("evaluate::gpu::Gpu::open", &"the best", || Gpu::open(&Selector::Best, None)) else {
-        // Without an adapter there is nothing to be asked.
+        // Without an adapter these cannot be called.
         calls.called.extend(["evaluate::gpu::Gpu::facts", "evaluate::gpu::Gpu::precision"]);
         return;
     };

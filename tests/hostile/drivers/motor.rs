@@ -1,4 +1,4 @@
-//! The motor: parameters, spaces, step maps, simulation.
+//! Calls of `motor`: parameters, spaces, step maps, simulation.
 
 use crate::arguments::{COUNTS, FEW, NUMBERS, signals, texts};
 use crate::calls::{Calls, ask, drive};
@@ -116,7 +116,7 @@ pub fn features_and_spaces(calls: &mut Calls) {
     }
 }
 
-/// Motors with values that none has.
+/// Returns motors with extreme values.
 fn motors() -> Vec<Extended> {
     let mut all: Vec<Extended> = NUMBERS.iter().map(|v| Extended::from(&Parameters::from_array([*v; 5]))).collect();
     all.push(Extended::from(&Parameters::M2));
@@ -220,7 +220,7 @@ pub fn simulations(calls: &mut Calls) {
             }
         }
     }
-    // A drive that lists its steps is walked whatever the motor is.
+    // A drive that lists its steps can be simulated for every motor.
     let voltage = [0.0, 1.0, 5.0, -3.0, 2.0, 2.0, 1e9, 0.0];
     let drive = Drive { step_s: &[1e-3], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &[] };
     for motor in motors() {

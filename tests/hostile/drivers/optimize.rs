@@ -1,4 +1,4 @@
-//! Searches: settings, samples, the loop.
+//! Calls of `optimize`: settings, samples, the loop.
 
 use crate::arguments::{COUNTS, FEW, WIDE, texts};
 use crate::calls::{Calls, ask, drive};
@@ -15,7 +15,7 @@ fn searches() -> Vec<Tuned> {
     Method::all().iter().filter_map(Method::search).collect()
 }
 
-/// Boxes of all sorts.
+/// Returns valid and invalid boxes.
 fn boxes() -> Vec<Vec<(f64, f64)>> {
     let mut boxes: Vec<Vec<(f64, f64)>> = FEW.iter().flat_map(|a| FEW.map(|b| vec![(*a, b)])).collect();
     boxes.extend([Vec::new(), vec![(0.0, 1.0); 3], vec![(-f64::MAX, f64::MAX); 2], vec![(1.0, 1.0); 65]]);
@@ -46,7 +46,7 @@ pub fn settings(calls: &mut Calls) {
         }
     }
     for number in FEW {
-        // Settings that are written into the typed structures, where nothing checks them.
+        // Values written directly into the structures, which are not checked there.
         let typed = [
             Tuned::from(GeneticOptions { crossover: number, mutation: number, ..GeneticOptions::default() }),
             Tuned::from(PsoOptions { c1: number, velocity: number, ..PsoOptions::default() }),
@@ -74,7 +74,7 @@ pub fn settings(calls: &mut Calls) {
     }
 }
 
-/// Runs a search by hand and by the loop, with costs that are none.
+/// Runs a search by ask and tell and by the loop, with extreme costs.
 fn begun(calls: &mut Calls, tuned: Tuned, bounds: Vec<(f64, f64)>, population: usize, generations: usize) {
     let setup = SearchSettings { bounds, population, generations, seed: u64::MAX, run: 1 };
     let with = (tuned, &setup);

@@ -1,4 +1,4 @@
-//! Recordings: reading, preparation, diagnosis.
+//! Calls of `record`: reading, preparation, diagnostics.
 
 use crate::arguments::{COUNTS, FEW, NUMBERS, WIDE, records, signals, step, texts};
 use crate::calls::{Calls, ask, drive};
@@ -102,7 +102,7 @@ pub fn made_of_signals(calls: &mut Calls) {
     }
 }
 
-/// Returns preparations of a recording.
+/// Returns valid and extreme preparations.
 fn preparations() -> Vec<Preparation> {
     let mut all = vec![
         Preparation { offset: Offset::Auto, mask: vec![Mask::Auto], ..Preparation::default() },
@@ -169,7 +169,7 @@ pub fn recordings(calls: &mut Calls) {
         for fraction in NUMBERS {
             ask!(calls, (fraction, record); "record::Record::split" => record.split(fraction));
         }
-        // Each with a tenth of the preparations: all with all takes minutes.
+        // Each recording gets a tenth of the preparations, because all combinations take minutes.
         for preparation in preparations.iter().skip(n % 10).step_by(10) {
             let made = calls.ask("record::Preparation::apply", &(preparation, record), || preparation.apply(record));
             drive!(calls, preparation; "record::Preparation::is_nothing" => preparation.is_nothing());

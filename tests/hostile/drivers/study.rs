@@ -1,4 +1,4 @@
-//! Comparisons, benchmarks and maps of the cost.
+//! Calls of `study`: comparisons, throughput measurements and slices of the cost.
 
 use crate::arguments::{COUNTS, FEW, NUMBERS, records, step, texts};
 use crate::calls::{Calls, ask, drive};
@@ -25,7 +25,7 @@ fn quick() -> CompareSpec {
     CompareSpec { settings: vec![setting(6, 4)], runs: 7, noise_records: 3, ..CompareSpec::default() }
 }
 
-/// A comparison of some milliseconds, and others with parts that do not fit each other.
+/// Returns a comparison that takes some milliseconds, and inconsistent copies of it.
 pub fn comparisons() -> Vec<Comparison> {
     let subject = Subject { records: vec![step(100)], truth: Some(Parameters::M2) };
     let found = compare(subject, &quick(), &mut |_| ControlFlow::Continue(())).unwrap();
@@ -195,7 +195,7 @@ pub fn maps(calls: &mut Calls) {
     ask!(calls, "none"; "study::cost_map" => cost_map(&[], &spec, [Parameter::R, Parameter::L], 2));
 }
 
-/// Benchmarks whose parts do not fit each other.
+/// Returns inconsistent throughput measurements.
 pub fn benchmarks() -> Vec<Throughput> {
     let mut all = Vec::new();
     for (value, number) in FEW.into_iter().flat_map(|v| COUNTS.map(|n| (v, n))) {
@@ -254,7 +254,7 @@ pub fn speeds(calls: &mut Calls) {
                 most(&spec.populations) * most(&spec.samples) > 100_000 || spec.budget_s > 1.0
             };
             let checked = calls.ask("study::ThroughputSpec::checked", &spec, || spec.clone().checked());
-            // What it takes is what was asked for.
+            // The run time is the requested budget, so only short ones are run.
             if checked.as_ref().is_none_or(|spec| !is_long(spec) && spec.budget_s < 1e-3) {
                 let who =
                     || (vec![Contender::on_cpu(String::new(), Box::new(Simd::default()), 1).unwrap()], Vec::new());
