@@ -354,7 +354,8 @@ fn the_program_shows_train_and_held_out_side_by_side() {
     let ceiling = &document["repeatability"];
     assert_eq!(ceiling["groups"][0]["records"], serde_json::json!([0, 1, 2]));
     let text = ok(&args);
-    for part in ["independent of the voltage: no in 1 of 2, no in 1 of 2", "3 recordings with the same input agree to"]
+    for part in
+        ["independent of the voltage: no in 1 of 2, no in 1 of 2", "3 recordings with the same input limit the fit to"]
     {
         assert!(text.contains(part), "{text}\nlacks {part}");
     }

@@ -27,7 +27,7 @@ pub fn model(record: &Record, parameters: &Parameters, initial: [f64; 2], how: D
 const CHANNELS: [(&str, &str); 2] = [("Current", "current [A]"), ("Speed", "speed [rad/s]")];
 
 /// Returns the figure of measured and modelled signals, their residuals, and the transient enlarged. `name` is the
-/// model's in the legend.
+/// name of the model in the legend.
 #[must_use]
 pub fn responses(id: &str, record: &Record, name: &str, signals: &[Vec<f64>; 2]) -> Figure {
     let time = &record.samples().time_s;

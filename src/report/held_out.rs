@@ -50,7 +50,7 @@ fn table(found: &Identification, validation: &Validation) -> Table {
         "Held-out recordings are simulated with the estimated parameters. The last column lists the quantities that are \
          estimated from the held-out recording: its initial state if it begins in motion, and parameters that each \
          recording has of its own. White and independent of the voltage are the verdicts on the residuals of current and \
-         speed; those of an adequate model are both.",
+         speed; the residuals of an adequate model are both.",
     );
     if let Some(of) = &found.noise_floor {
         table.note(format!("Noise floor: {}.", noise_floor_text(of)));

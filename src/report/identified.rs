@@ -60,5 +60,8 @@ pub fn noise_floor_text(found: &NoiseFloor) -> String {
     let channels = ["current", "speed"].into_iter().zip(found.best_achievable_percent);
     let to: Vec<String> = channels.filter_map(|(name, p)| Some(format!("{name} {:.2} %", p?))).collect();
     let count: usize = found.groups.iter().map(Vec::len).sum();
-    format!("{count} recordings with the same input agree to {}; no model is expected to fit better", to.join(", "))
+    format!(
+        "{count} recordings with the same input limit the fit to {}; no model is expected to fit better",
+        to.join(", ")
+    )
 }

@@ -17,7 +17,7 @@ pub struct CostMap {
     /// Cost at each point of the grid, range ends included, shape `[side, side]`; the first parameter varies along a
     /// row.
     pub costs: Vec<Vec<f64>>,
-    /// Identification whose optimum is the centre of the map.
+    /// Identification with the optimum.
     pub found: Identification,
 }
 

@@ -80,7 +80,7 @@ pub(super) fn holm(p_values: &[f64]) -> Vec<f64> {
     adjusted
 }
 
-/// Returns the probability of superiority P(a < b) + P(a = b) / 2 (Vargha and Delaney 2000); NaN without values.
+/// Returns the probability of superiority `P(a < b) + P(a = b) / 2` (Vargha and Delaney 2000); NaN without values.
 pub(super) fn superiority(a: &[f64], b: &[f64]) -> f64 {
     let pairs = a.iter().flat_map(|x| b.iter().map(move |y| (x, y)));
     let wins = pairs.map(|(x, y)| match x.total_cmp(y) {

@@ -13,7 +13,7 @@ pub struct MethodEstimates {
     pub best: Option<Parameters>,
     /// Estimates of all runs that did not diverge; for Steiglitz–McBride, from records with new noise.
     pub all: Vec<Parameters>,
-    /// Time of one run without the others \[s\]; `None` if interrupted before it was measured.
+    /// Time of a single run \[s\]; `None` if interrupted before it was measured.
     pub seconds: Option<f64>,
 }
 

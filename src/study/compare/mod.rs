@@ -54,7 +54,7 @@ pub struct MethodResult {
     pub method: Method,
     /// Runs in the order of their numbers.
     pub runs: Vec<Outcome>,
-    /// Time of one run without the others \[s\]; `None` if the comparison was interrupted before it was measured.
+    /// Time of a single run \[s\]; `None` if the comparison was interrupted before it was measured.
     pub seconds: Option<f64>,
 }
 
@@ -278,7 +278,7 @@ impl ComparisonRun<'_> {
         Ok((runs, stop))
     }
 
-    /// Measures the time of one run of each method without the others \[s\]: the median of three.
+    /// Measures the time of a single run of each method \[s\]: the median of three.
     fn alone(&mut self, blocks: &mut [Block], observe: &mut dyn FnMut() -> ControlFlow<()>) -> Result<ControlFlow<()>> {
         for (s, block) in blocks.iter_mut().enumerate() {
             for (m, result) in block.results.iter_mut().enumerate() {

@@ -14,7 +14,7 @@ const TARGETS: usize = 51;
 pub struct Reached {
     /// Evaluations of a run after each generation.
     pub evaluations: Vec<f64>,
-    /// Time of a run without the others after each generation \[s\]; empty if it was not measured.
+    /// Time of a single run until the end of each generation \[s\]; empty if it was not measured.
     pub seconds: Vec<f64>,
     /// Fraction of all pairs of a run and a target reached after each generation, from 0 to 1.
     pub share: Vec<f64>,

@@ -27,7 +27,7 @@ enum Part {
 /// match.
 pub(super) fn matched(pattern: &str, folder: &Path) -> Result<Vec<PathBuf>> {
     let wrong = |error: glob::PatternError| {
-        let message = format!("recordings: \"{}\" is no valid pattern: {}", excerpt(pattern), error.msg);
+        let message = format!("recordings: \"{}\" is not a valid pattern: {}", excerpt(pattern), error.msg);
         Error::data(message, "Use * and ? as wildcards in names.")
     };
     Pattern::new(pattern).map_err(wrong)?;
@@ -185,7 +185,7 @@ mod tests {
         let absolute = format!("{}/line/*.csv", root.display());
         assert_eq!(names(&absolute, root), ["line/.f.csv", "line/b.csv"]);
         for wrong in ["***", "a**/b", "[a"] {
-            assert!(matched(wrong, root).unwrap_err().to_string().contains("is no valid pattern"), "{wrong}");
+            assert!(matched(wrong, root).unwrap_err().to_string().contains("is not a valid pattern"), "{wrong}");
         }
     }
 

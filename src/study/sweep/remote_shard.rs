@@ -81,7 +81,7 @@ impl Sweep {
     ///
     /// # Errors
     /// Returns a `Usage` error for an invalid shard, and a `Data` error if `results` is damaged or of another study or
-    /// shard, another run of this shard is active in the folder, or the folder cannot be written.
+    /// shard, another session runs this shard in the folder, or the folder cannot be written.
     pub fn take(&self, shard: Shard, results: &[u8]) -> Result<u64> {
         let shard = shard.checked()?;
         let wrong = |what: &str| {

@@ -1,4 +1,4 @@
-//! Running of the unfinished runs of a shard, in pieces of bounded memory.
+//! Execution of the unfinished runs of a shard, in pieces of bounded memory.
 
 use super::Sweep;
 use super::head::Head;

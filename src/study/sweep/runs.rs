@@ -21,7 +21,7 @@ pub(super) type Levels = [u64; FACTORS];
 /// Index of the noise in [`Levels`].
 pub(super) const NOISE: usize = FACTORS - 1;
 
-/// The numbering of runs: the motor changes slowest, then method, polish, extensions, population, generations, criterion,
+/// Numbering of the runs: the motor changes slowest, then method, polish, model, population, generations, criterion,
 /// scale, noise; the seed fastest.
 #[derive(Debug, Clone)]
 pub(super) struct Runs {
@@ -134,7 +134,7 @@ impl Bits {
     }
 }
 
-/// The level of trust in the result of each run, in two bits.
+/// Levels of trust in the results of the runs, two bits each.
 pub(super) struct TrustLevels([Bits; 2]);
 
 impl TrustLevels {

@@ -13,9 +13,9 @@ use std::io::{Read as _, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Largest size of the lines that wait for space on the disk \[bytes\]; beyond it the run ends.
+/// Largest size of the lines that wait for space on the disk \[bytes\]; beyond it the session ends.
 const WAITING_MAX: usize = 16 << 20;
-/// Longest time that lines wait for space on the disk; after it the run ends.
+/// Longest time that lines wait for space on the disk; after it the session ends.
 const WAITING_TIME_MAX: Duration = Duration::from_secs(60);
 /// Number of attempts to take a lock.
 const LOCK_TRIES: usize = 5;
@@ -67,7 +67,7 @@ impl Log {
                 let message = "is being written by another run of this shard";
                 return Err(Error::data(message, "Wait for it, or run another shard.").in_file(&path));
             }
-            // On a file system without locks a second run cannot be excluded.
+            // On a file system without locks a second session cannot be excluded.
             Err(TryLockError::Error(error)) if error.kind() == std::io::ErrorKind::Unsupported => {}
             Err(TryLockError::Error(error)) => return Err(failed(error)),
         }
@@ -124,7 +124,7 @@ impl Log {
         true
     }
 
-    /// Returns true if the run must end: too many lines wait, they have waited too long, or written lines are lost.
+    /// Returns true if the session must end: too many lines wait, they have waited too long, or written lines are lost.
     pub(super) fn is_stuck(&self) -> bool {
         self.gone.is_some()
             || self.waiting.len() > WAITING_MAX
