@@ -22,12 +22,12 @@ pub struct BatchCosts {
 }
 
 impl BatchCosts {
-    /// Prepares recordings. Automatic bounds are set around the Steiglitz–McBride estimate if there is one. The device is selected
-    /// for as many candidates as the spec's population times its generations.
+    /// Prepares recordings. Automatic bounds are set around the Steiglitz–McBride estimate if there is one. The device is
+    /// selected for as many candidates as the spec's population times its generations.
     ///
     /// # Errors
-    /// Propagates the errors of [`Problem::new`]; returns `Data` for a recording without a voltage and `Device` if the requested
-    /// device is not available.
+    /// Propagates the errors of [`Problem::new`]; returns `Data` for a recording without a voltage and `Device` if the
+    /// requested device is not available.
     pub fn new(records: &[Record], spec: &IdentifySpec) -> Result<Self> {
         let space = search_space(records, spec)?;
         let problem = Arc::new(Problem::new(records, spec.model, space, spec.criterion)?);
@@ -50,8 +50,8 @@ impl BatchCosts {
         self.finish(values, costs)
     }
 
-    /// Submits candidates to the device and returns, so that the caller can continue while a GPU computes. Batches are finished in
-    /// the order in which they begin; two at a time keep the device busy.
+    /// Submits candidates to the device and returns, so that the caller can continue while a GPU computes. Batches are finished
+    /// in the order in which they begin; two at a time keep the device busy.
     ///
     /// # Errors
     /// Returns the same errors as [`BatchCosts::evaluate`].

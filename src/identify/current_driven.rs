@@ -121,8 +121,8 @@ fn warning(records: &[Record], spec: &IdentifySpec, scaled: bool) -> Warning {
     let ratios = match scaled {
         true => Text::default(),
         false => text!(
-            "only ratios are identifiable: kS, kV, kA, kG, gain and time constant; for K, B, J, Tc and TL fix one of them, as in "
-            [Fix = "K=…"] "; "
+            "only ratios are identifiable: kS, kV, kA, kG, gain and time constant; for K, B, J, Tc and TL fix one of "
+            "them, as in " [Fix = "K=…"] "; "
         ),
     };
     let unused = unused_columns(records);

@@ -199,8 +199,8 @@ impl Identification {
         self.space.features().extensions()
     }
 
-    /// Simulates current \[A\] and speed \[rad/s\] of the recordings of the fit, one value per sample. The current is NaN where it
-    /// is the input.
+    /// Simulates current \[A\] and speed \[rad/s\] of the recordings of the fit, one value per sample. The current is NaN where
+    /// it is the input.
     ///
     /// # Errors
     /// Propagates the errors of [`fit_problem`].

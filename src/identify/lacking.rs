@@ -16,7 +16,8 @@ use crate::warning::Warning;
 const STATISTIC: f64 = 12.0;
 /// Smallest shift of a parameter at which a missing effect matters \[standard errors\].
 const SHIFT: f64 = 1.0;
-/// Smallest shift of a parameter at which an effect that is not detected, but not excluded either, is named \[standard errors\].
+/// Smallest shift of a parameter at which an effect that is not detected, but not excluded either, is named \[standard
+/// errors\].
 const UNSEEN: f64 = 10.0;
 
 /// Effects that a model lacks.

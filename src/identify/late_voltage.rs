@@ -1,6 +1,6 @@
 //! Test for a voltage that is recorded late, so that the outputs move before it changes. A logger that is not synchronized with
-//! the drive records a change up to one sampling period late. If this is ignored, the relative error of the inertia is up to the
-//! period divided by the time constant.
+//! the drive records a change up to one sampling period late. If this is ignored, the relative error of the inertia is up to
+//! the period divided by the time constant.
 
 use super::bic::effective;
 use super::extension_bounds::extended_space;
@@ -19,8 +19,8 @@ use std::sync::Arc;
 /// Threshold of the decrease of the sum of squares in units of σ²: χ² with one degree of freedom exceeds it with a one-sided
 /// probability of 1e-3.
 const STATISTIC: f64 = 9.5;
-/// Smallest decrease with the other parameters fixed at which the refinement is worthwhile: even if the others absorb 95 % of the
-/// effect of a shift, a significant one decreases the sum of squares by this much.
+/// Smallest decrease with the other parameters fixed at which the refinement is worthwhile: even if the others absorb 95 % of
+/// the effect of a shift, a significant one decreases the sum of squares by this much.
 const DECREASE_MIN: f64 = 0.5;
 /// Smallest shift of a parameter at which a late voltage matters \[standard errors\].
 const SHIFT: f64 = 1.0;
@@ -35,8 +35,8 @@ pub(super) struct LateVoltage {
     periods: f64,
 }
 
-/// Tests whether the outputs of a finished fit lead the recorded voltage, by a fit with a dead time between minus one period and
-/// zero. The intersample behaviour of the voltage is that of the fit.
+/// Tests whether the outputs of a finished fit lead the recorded voltage, by a fit with a dead time between minus one period
+/// and zero. The intersample behaviour of the voltage is that of the fit.
 pub(super) fn late_voltage(prepared: &Prepared<'_>, fit: &Fit) -> Option<LateVoltage> {
     let model = prepared.plain().model();
     let has_delay = fit.space.features().has(Parameter::DeadTime);
@@ -90,8 +90,8 @@ impl LateVoltage {
         let error = self.error.map_or(String::new(), |error| format!(" ± {}", significant(1e3 * error, 2)));
         let (shown, periods) = (significant(1e3 * self.seconds, 3), significant(self.periods, 2));
         let message = format!(
-            "the motor moves {shown}{error} ms, {periods} of a period, before the recorded voltage changes: the voltage is recorded \
-             late"
+            "the motor moves {shown}{error} ms, {periods} of a period, before the recorded voltage changes: the voltage \
+             is recorded late"
         );
         let all: Vec<&str> = with.iter().chain([&Extension::DeadTime]).map(|e| e.name()).collect();
         let named = text!("Use " [With = "{}", all.join(",")] ", which may be negative");

@@ -64,8 +64,8 @@ fn selected(prepared: &Prepared<'_>, start: &Start) -> Result<Selection> {
     Ok(Selection { space: best.space.clone(), steps: Some(steps), alternatives, best: Some(best) })
 }
 
-/// Returns every Nth recording, with about [`SAMPLES`] samples together; empty if all recordings have no more than that, or if a
-/// parameter has one value per recording.
+/// Returns every Nth recording, with about [`SAMPLES`] samples together; empty if all recordings have no more than that, or if
+/// a parameter has one value per recording.
 fn representative(records: &[Record], space: &Space) -> Vec<Record> {
     let shared = |scope: &Scope| *scope == Scope::Shared;
     let is_shared =

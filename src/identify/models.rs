@@ -116,7 +116,8 @@ impl Models<'_> {
         Ok(Fit::new(with, &plain, refined))
     }
 
-    /// Searches the complete box for a lower optimum if the residuals of a fit are far above the noise; `None` if there is none.
+    /// Searches the complete box for a lower optimum if the residuals of a fit are far above the noise; `None` if there is
+    /// none.
     pub(super) fn lower(&self, own: &Fit) -> Result<Option<Fit>> {
         let plain = self.prepared.fitted(&own.space);
         if !is_far(&plain, &own.refined) {

@@ -23,8 +23,9 @@ pub(super) struct NormalizedModel {
 }
 
 impl NormalizedModel {
-    /// Makes the normalized model around an initial estimate. Free parameters in `assumed` are fixed at the values of `motor`; the
-    /// others are free, with automatic bounds around these values. Parameters in `unknown` that the spec fixes are left out.
+    /// Makes the normalized model around an initial estimate. Free parameters in `assumed` are fixed at the values of `motor`;
+    /// the others are free, with automatic bounds around these values. Parameters in `unknown` that the spec fixes are left
+    /// out.
     ///
     /// # Errors
     /// Propagates the errors of [`Space::new`].

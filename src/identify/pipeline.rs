@@ -39,8 +39,8 @@ pub fn identify(records: &[Record], spec: &IdentifySpec) -> Result<Identificatio
     identify_with(records, spec, &mut |_| ControlFlow::Continue(()))
 }
 
-/// Identifies one motor like [`identify`] and calls `observe` after each generation. If `observe` breaks, the search ends and its
-/// best candidate is refined.
+/// Identifies one motor like [`identify`] and calls `observe` after each generation. If `observe` breaks, the search ends and
+/// its best candidate is refined.
 ///
 /// # Errors
 /// Returns `Usage` for an invalid spec; `Data` for a recording that is given twice; `Device` if the requested device is not

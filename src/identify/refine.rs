@@ -1,5 +1,5 @@
-//! Stage 4, refine: refines the best start to the maximum-likelihood estimate. A population search runs if it is requested, or if
-//! no start leads to a fit.
+//! Stage 4, refine: refines the best start to the maximum-likelihood estimate. A population search runs if it is requested, or
+//! if no start leads to a fit.
 
 use super::bic::is_far;
 use super::method::{Method, Polish};
@@ -98,8 +98,8 @@ fn from_estimate(
 /// Largest number of candidate-steps of a population search that was not requested, about one second.
 const AFFORDABLE: usize = 1_000_000_000;
 
-/// Fits a model from initial estimates of the motor: the parameters of extensions start from grids along their axes, and the best
-/// start is refined. A population search follows if it is requested, or if the fit is poor and the search affordable.
+/// Fits a model from initial estimates of the motor: the parameters of extensions start from grids along their axes, and the
+/// best start is refined. A population search follows if it is requested, or if the fit is poor and the search affordable.
 fn from_motors(prepared: &Prepared<'_>, motors: &[[f64; 5]], space: &Space, observe: &mut Observer<'_>) -> Result<Fit> {
     let spec = prepared.spec.as_ref();
     let problem = prepared.searched(space.clone());
@@ -123,8 +123,8 @@ fn from_motors(prepared: &Prepared<'_>, motors: &[[f64; 5]], space: &Space, obse
     Ok(fit.or_lower(searched(starts)?, prepared.deviations()))
 }
 
-/// Refines the best of the optimum of a search, of the starts for delays that follow from it, and of `others`. The linear motor is
-/// refined from the optimum only.
+/// Refines the best of the optimum of a search, of the starts for delays that follow from it, and of `others`. The linear motor
+/// is refined from the optimum only.
 pub(super) fn from_search(
     prepared: &Prepared<'_>,
     problem: &Arc<Problem>,
@@ -156,8 +156,8 @@ fn from_starts(
 /// Largest number of times that automatic bounds are widened because the refinement ends at them.
 const WIDENINGS: usize = 4;
 
-/// Refines `values`, widens automatic bounds at which the refinement ends, and returns the refinement with its space. `plain` is
-/// the problem of a fit.
+/// Refines `values`, widens automatic bounds at which the refinement ends, and returns the refinement with its space. `plain`
+/// is the problem of a fit.
 pub(super) fn refine_widening(
     plain: &Problem,
     spec: &IdentifySpec,

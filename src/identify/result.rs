@@ -135,8 +135,8 @@ pub struct Identification {
 }
 
 impl Identification {
-    /// Makes the result of a search and of its refinement, if there was one. The problem has the space and the initial states of
-    /// the refinement. The fit and the warnings are left empty.
+    /// Makes the result of a search and of its refinement, if there was one. The problem has the space and the initial states
+    /// of the refinement. The fit and the warnings are left empty.
     pub(super) fn new(problem: &Problem, found: SearchResult, refined: Option<Refined>) -> Self {
         let searched = SearchOutcome {
             method: found.method,
@@ -193,7 +193,8 @@ impl Identification {
         Parameter::ALL.map(|a| Parameter::ALL.map(|b| entry(a, b)))
     }
 
-    /// Returns the bound, `min` or `max`, at which a shared free parameter ended: within 1e-4 of the range and 1 % of the bound.
+    /// Returns the bound, `min` or `max`, at which a shared free parameter ended: within 1e-4 of the range and 1 % of the
+    /// bound.
     #[must_use]
     pub fn at_bound(&self, parameter: Parameter) -> Option<&'static str> {
         let shared = |(axis, _): &(&Axis, &f64)| axis.parameter == parameter && axis.scope == Scope::Shared;
@@ -230,8 +231,8 @@ impl<'a> From<&'a Identification> for FittedMotor<'a> {
     }
 }
 
-/// Validates a result on held-out recordings by simulation with the identified parameters. Only the initial state of a recording
-/// that begins in motion, and parameters with one value per recording, are estimated from the recording itself.
+/// Validates a result on held-out recordings by simulation with the identified parameters. Only the initial state of a
+/// recording that begins in motion, and parameters with one value per recording, are estimated from the recording itself.
 ///
 /// # Errors
 /// Returns `Usage` if there is no recording and `Data` for a recording with another input than those of the fit; propagates the
@@ -248,8 +249,8 @@ pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification)
     validated(&records.iter().map(own).collect::<Vec<_>>())
 }
 
-/// Adds the validation on held-out recordings and the noise floor of all recordings to the result of `records`. Without held-out
-/// recordings the result remains unchanged.
+/// Adds the validation on held-out recordings and the noise floor of all recordings to the result of `records`. Without
+/// held-out recordings the result remains unchanged.
 ///
 /// # Errors
 /// Returns the same errors as [`validate`].

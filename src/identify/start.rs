@@ -1,8 +1,8 @@
 //! Stage 2, start: initial estimates of the motor, and automatic bounds around them.
 //!
-//! The linear motor starts from the Steiglitz–McBride estimate, on an irregular clock of copies that are resampled at even steps.
-//! Other models start from Steiglitz–McBride estimates with the voltage delayed by several lags, from the gain and time constant
-//! of the only measured channel, or from a search of the complete box.
+//! The linear motor starts from the Steiglitz–McBride estimate, on an irregular clock of copies that are resampled at even
+//! steps. Other models start from Steiglitz–McBride estimates with the voltage delayed by several lags, from the gain and time
+//! constant of the only measured channel, or from a search of the complete box.
 
 use super::extension_bounds::extended_space;
 use super::method::Method;
@@ -21,7 +21,8 @@ use crate::{Error, Result};
 
 /// The start of an identification.
 pub(super) struct Start {
-    /// Steiglitz–McBride estimate of the linear motor. It may come from a resampled copy unless the method is requested by name.
+    /// Steiglitz–McBride estimate of the linear motor. It may come from a resampled copy unless the method is requested by
+    /// name.
     pub estimate: std::result::Result<Estimate, SmFailure>,
     /// Initial estimates of R, L, K, B and J, the most likely first; empty for the linear motor.
     pub motors: Vec<[f64; 5]>,
@@ -46,8 +47,8 @@ pub(super) fn start(prepared: &Prepared<'_>) -> Result<Start> {
     Ok(Start { estimate, motors: Vec::new(), space })
 }
 
-/// Returns the Steiglitz–McBride estimate. If it fails on an irregular clock, copies resampled at even steps are used, unless the
-/// method is requested by name. `plain` is the problem of a fit to the recordings.
+/// Returns the Steiglitz–McBride estimate. If it fails on an irregular clock, copies resampled at even steps are used, unless
+/// the method is requested by name. `plain` is the problem of a fit to the recordings.
 pub(super) fn on_any_clock(
     records: &[Record],
     spec: &IdentifySpec,
@@ -61,8 +62,8 @@ pub(super) fn on_any_clock(
     Ok(best_of(records, spec, |(_, record)| steiglitz_mcbride_resampled(record, spec.model))?.or(estimate))
 }
 
-/// Computes the Steiglitz–McBride estimate of each recording and returns the one with the lowest cost on all of them. `plain` is
-/// the problem of a fit to the recordings.
+/// Computes the Steiglitz–McBride estimate of each recording and returns the one with the lowest cost on all of them. `plain`
+/// is the problem of a fit to the recordings.
 pub(super) fn steiglitz_mcbride(
     records: &[Record],
     spec: &IdentifySpec,

@@ -94,8 +94,8 @@ fn is_nothing(prepared: &Prepared<'_>, fit: &Fit) -> bool {
     fit_percent(prepared.records, &fit.refined).iter().flatten().all(|percent| *percent < NOTHING_PERCENT)
 }
 
-/// Returns true if a fit may be a wrong optimum, where identifiability has no meaning: a channel is not fitted and its residuals
-/// are far above its noise.
+/// Returns true if a fit may be a wrong optimum, where identifiability has no meaning: a channel is not fitted and its
+/// residuals are far above its noise.
 fn is_doubtful(prepared: &Prepared<'_>, fit: &Fit) -> bool {
     let percent = fit_percent(prepared.records, &fit.refined);
     let is_far = |channel: usize| {

@@ -114,7 +114,8 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
             false => "need no widening for it".to_owned(),
         };
         let message = format!(
-            "the residuals are correlated, {list}: the model lacks an effect, or the sensors filter; the standard errors {errors}"
+            "the residuals are correlated, {list}: the model lacks an effect, or the sensors filter; the standard \
+             errors {errors}"
         );
         warnings.push(Warning::new("residuals_not_white", message));
     }
@@ -143,7 +144,8 @@ fn not_separated(found: &Identification) -> Option<Warning> {
     (!others.is_empty()).then(|| {
         let taken = named(&found.extensions());
         let message = format!(
-            "the recordings do not distinguish the model {taken} ({}) from {}; its parameters are valid only if it is the right one",
+            "the recordings do not distinguish the model {taken} ({}) from {}; its parameters are valid only if it is \
+             the right one",
             fits(found.fit_percent),
             others.join(" or ")
         );
@@ -171,8 +173,8 @@ pub(super) fn long_dead_time(found: &Identification) -> Option<Warning> {
     let times = significant(dead_time / constant, 2);
     let [dead_time, constant] = [dead_time, constant].map(|seconds| engineering(seconds, "s", 3));
     let message = format!(
-        "the dead time, {dead_time}, is {times} times the motor's time constant ({constant}): possible causes are clocks that are \
-         not aligned and a recording that begins before the drive acts"
+        "the dead time, {dead_time}, is {times} times the motor's time constant ({constant}): possible causes are \
+         clocks that are not aligned and a recording that begins before the drive acts"
     );
     Some(Warning::new("dead_time_long", message))
 }
