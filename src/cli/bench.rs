@@ -105,7 +105,7 @@ fn text(spec: &ThroughputSpec, result: &Throughput) -> String {
     text
 }
 
-fn everyone(result: &Throughput) -> Vec<usize> {
+fn all_contenders(result: &Throughput) -> Vec<usize> {
     (0..result.contenders.len()).collect()
 }
 
@@ -123,12 +123,12 @@ fn table(spec: &ThroughputSpec, result: &Throughput, samples: usize) -> String {
             None => "\u{2013}".to_owned(),
         }
     };
-    laid_out(spec, &everyone(result), &cell)
+    population_table(spec, &all_contenders(result), &cell)
 }
 
 fn kernels(text: &mut String, spec: &ThroughputSpec, result: &Throughput, samples: usize) {
     let has_clock = |n: &usize| result.of(*n).any(|m| m.samples == samples && m.kernel.is_some());
-    let timed: Vec<usize> = everyone(result).into_iter().filter(has_clock).collect();
+    let timed: Vec<usize> = all_contenders(result).into_iter().filter(has_clock).collect();
     if timed.is_empty() {
         return;
     }
@@ -138,11 +138,11 @@ fn kernels(text: &mut String, spec: &ThroughputSpec, result: &Throughput, sample
         let known = result.case(n, population, samples).and_then(share);
         known.map_or("\u{2013}".to_owned(), |(rate, share)| format!("{rate:.2e} {share:>3.0} %"))
     };
-    text.push_str(&laid_out(spec, &timed, &cell));
+    text.push_str(&population_table(spec, &timed, &cell));
 }
 
 /// Returns a table with a row for each population and a column for each evaluator.
-fn laid_out(spec: &ThroughputSpec, contenders: &[usize], cell: &dyn Fn(usize, usize) -> String) -> String {
+fn population_table(spec: &ThroughputSpec, contenders: &[usize], cell: &dyn Fn(usize, usize) -> String) -> String {
     let mut table = comfy_table::Table::new();
     table.load_style(comfy_table::presets::NOTHING);
     let letters = contenders.iter().map(|&n| letter(n).to_string());

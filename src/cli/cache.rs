@@ -7,7 +7,7 @@ use motorfit::{Error, Result};
 use std::path::PathBuf;
 
 /// Returns the path of the cache file, `None` if the user has no home folder.
-fn place() -> Option<PathBuf> {
+fn cache_path() -> Option<PathBuf> {
     use etcetera::BaseStrategy as _;
     let strategy = etcetera::choose_base_strategy().ok()?;
     Some(strategy.cache_dir().join("motorfit").join("bench.json"))
@@ -16,7 +16,7 @@ fn place() -> Option<PathBuf> {
 /// Returns the stored throughput profile if it is of this processor and version. A file that cannot be read is reported and
 /// ignored.
 pub(super) fn paces(style: &Style) -> Option<ThroughputProfile> {
-    let path = place()?;
+    let path = cache_path()?;
     let text = match std::fs::read_to_string(&path) {
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return None,
@@ -36,7 +36,7 @@ pub(super) fn paces(style: &Style) -> Option<ThroughputProfile> {
 
 /// Stores a throughput profile. Returns the path, `None` if the user has no home folder.
 pub(super) fn keep(paces: &ThroughputProfile) -> Result<Option<PathBuf>> {
-    let Some(path) = place() else { return Ok(None) };
+    let Some(path) = cache_path() else { return Ok(None) };
     let text = serde_json::to_string_pretty(paces)
         .map_err(|e| Error::data(format!("the measurement cannot be stored: {e}"), "Add --no-keep."))?;
     if let Some(folder) = path.parent() {

@@ -17,12 +17,12 @@ const WIDTH: usize = 80;
 pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     let device = inputs::device(&args.device, style)?;
     let threads = device.threads;
-    let (subject, asked) = (subject(args)?, asked(args));
-    let spec = spec(args, &asked, device)?;
+    let (subject, requested) = (subject(args)?, requested(args));
+    let spec = spec(args, &requested, device)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
     let mut show = progress::reporter(style, "generation");
     let comparison = with_threads(threads, || {
-        let spec = CompareSpec { space: asked.space(&subject, spec.model)?, ..spec };
+        let spec = CompareSpec { space: requested.space(&subject, spec.model)?, ..spec };
         compare(subject, &spec, &mut |progress| {
             show(progress);
             signals::searching(progress.generation < progress.generations);
@@ -154,7 +154,7 @@ fn subject(args: &CompareArgs) -> Result<Subject> {
     Ok(Subject { records: inputs::records(&args.records, &given)?, truth: None })
 }
 
-fn asked(args: &CompareArgs) -> CompareSettings {
+fn requested(args: &CompareArgs) -> CompareSettings {
     CompareSettings {
         methods: args.methods.clone(),
         criteria: args.criteria.clone(),
@@ -166,15 +166,15 @@ fn asked(args: &CompareArgs) -> CompareSettings {
     }
 }
 
-fn spec(args: &CompareArgs, asked: &CompareSettings, device: IdentifySpec) -> Result<CompareSpec> {
+fn spec(args: &CompareArgs, requested: &CompareSettings, device: IdentifySpec) -> Result<CompareSpec> {
     let model = Model { discretization: args.discretization, initial: Initial::Auto };
     let base = if args.preset.is_some() { CompareSpec::paper() } else { CompareSpec::default() };
     Ok(CompareSpec {
-        settings: if args.preset.is_some() { base.settings } else { asked.settings()? },
+        settings: if args.preset.is_some() { base.settings } else { requested.settings()? },
         runs: args.runs,
         seed: args.seed,
         model,
-        steiglitz_mcbride: asked.methods.contains(&Method::SteiglitzMcBride),
+        steiglitz_mcbride: requested.methods.contains(&Method::SteiglitzMcBride),
         noise_records: args.noise_records,
         target: args.target,
         device: device.device,

@@ -55,23 +55,23 @@ const EXAMPLES: [(&str, &[&str]); 15] = [
 
 /// Returns the program's commands with their examples.
 pub(super) fn command() -> Command {
-    taught(Cli::command(), "")
+    with_examples(Cli::command(), "")
 }
 
-fn taught(command: Command, path: &str) -> Command {
+fn with_examples(command: Command, path: &str) -> Command {
     let examples = EXAMPLES.iter().find(|(of, _)| *of == path).map(|(_, examples)| *examples).unwrap_or_default();
     let command = match examples {
         [] => command,
-        examples => command.before_help(written(examples)).help_template(TEMPLATE),
+        examples => command.before_help(examples_text(examples)).help_template(TEMPLATE),
     };
     let names: Vec<String> = command.get_subcommands().map(|of| of.get_name().to_owned()).collect();
     names.into_iter().fold(command, |command, name| {
         let path = format!("{path} {name}");
-        command.mut_subcommand(&name, |of| taught(of, path.trim_start()))
+        command.mut_subcommand(&name, |of| with_examples(of, path.trim_start()))
     })
 }
 
-fn written(examples: &[&str]) -> StyledStr {
+fn examples_text(examples: &[&str]) -> StyledStr {
     use super::output::STRONG;
     let lines: String = examples.iter().map(|example| format!("  motorfit {example}\n")).collect();
     format!("{STRONG}Examples:{STRONG:#}\n{}", lines.trim_end()).into()

@@ -47,7 +47,7 @@ fn streamed(
     (noise, band): (Option<Noise>, f64),
     style: &Style,
 ) -> Result<Outcome> {
-    let Some(figures) = step.figures(&mut signals::interrupted)? else { return Ok(given_up(style)) };
+    let Some(figures) = step.figures(&mut signals::interrupted)? else { return Ok(interrupted(style)) };
     let sigma = noise.and_then(|noise| figures.sigma(noise)).unwrap_or_default();
     let mut fill = |write: &mut WritePart<'_>| {
         let mut part = |text: &str| {
@@ -60,7 +60,7 @@ fn streamed(
     let responses = if is_stdout { fill(&mut |text| data(text))? } else { out::write_parts(&args.out, &mut fill)? };
     let Some(responses) = responses else {
         // A reader that closes the pipe early is no error.
-        return Ok(if is_read() { given_up(style) } else { Outcome::Done });
+        return Ok(if is_read() { interrupted(style) } else { Outcome::Done });
     };
     if !is_stdout {
         style.note(&format!("wrote {}: {} samples", args.out.display(), step.samples()));
@@ -71,7 +71,7 @@ fn streamed(
     Ok(Outcome::Done)
 }
 
-fn given_up(style: &Style) -> Outcome {
+fn interrupted(style: &Style) -> Outcome {
     style.note(signals::NO_RESULT);
     Outcome::Interrupted
 }

@@ -36,7 +36,7 @@ struct Taps<const L: usize> {
 impl<'a, const L: usize> DelayedInputs<'a, L> {
     pub(super) fn new(problem: &Problem, signals: &'a Signals, motors: &Extended<[f64; L]>) -> Self {
         let (settings, drive) = (problem.settings(signals), signals.drive());
-        let clock = if signals.step_index.is_empty() && !signals.has_own_lines() {
+        let clock = if signals.step_index.is_empty() && !signals.has_slopes() {
             let time = tap_times(&drive, settings);
             let delay = |lane| DelayTaps::new(&motors.lane(lane), drive, settings, time.clone());
             Clock::Even(Box::new(Taps::new(std::array::from_fn(delay), DriveNonlinearity::of(motors))))

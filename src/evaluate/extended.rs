@@ -105,9 +105,9 @@ impl<'a, const L: usize> Simulation<'a, L> {
         match piece.input {
             PieceInput::Constant(gain) => self.pass::<FMA>(piece, std::iter::repeat(gain)),
             PieceInput::Each(gains) => self.pass::<FMA>(piece, gains.iter()),
-            PieceInput::Volts => self.pass::<FMA>(piece, signals.voltage[start..end].iter().copied()),
-            PieceInput::Lines => self.pass::<FMA>(piece, (start..end).map(|n| signals.line(n))),
-            PieceInput::Loads => self.pass::<FMA>(piece, (start..end).map(|n| signals.inputs(n))),
+            PieceInput::ZeroOrderHold => self.pass::<FMA>(piece, signals.voltage[start..end].iter().copied()),
+            PieceInput::FirstOrderHold => self.pass::<FMA>(piece, (start..end).map(|n| signals.voltages_at(n))),
+            PieceInput::WithLoad => self.pass::<FMA>(piece, (start..end).map(|n| signals.inputs(n))),
         }
     }
 

@@ -24,11 +24,11 @@ pub(super) enum PieceInput<'g, const L: usize> {
     /// The contribution to both states at each sample.
     Each(&'g [Pair<L>]),
     /// The recorded voltage under a zero-order hold.
-    Volts,
+    ZeroOrderHold,
     /// The recorded voltage under a first-order hold.
-    Lines,
+    FirstOrderHold,
     /// The recorded voltage under either hold, with torque, voltage offset and load.
-    Loads,
+    WithLoad,
 }
 
 /// The inputs of a block of candidates on one recording.
@@ -91,11 +91,11 @@ struct OnTime<'a, const L: usize> {
     /// Largest number of samples of a piece.
     most: usize,
     /// True if the drive is nonlinear, so that its output differs between candidates.
-    is_bent: bool,
+    is_nonlinear: bool,
     /// True if a torque, a load or a voltage offset acts.
     is_loaded: bool,
     /// True if a step uses the voltage at its end too.
-    lines: bool,
+    uses_end: bool,
 }
 
 impl<'a, const L: usize> OnTime<'a, L> {
@@ -108,9 +108,9 @@ impl<'a, const L: usize> OnTime<'a, L> {
             drives: DriveNonlinearity::of(motors),
             load: motors.get(Parameter::Load),
             most: if features.is_averaged() { CHUNK } else { SUM_BLOCK },
-            is_bent: DriveNonlinearity::<f64>::bends(features),
+            is_nonlinear: DriveNonlinearity::<f64>::bends(features),
             is_loaded: features.is_biased() || !signals.torque.is_empty(),
-            lines: problem.model().discretization.uses_next_input(),
+            uses_end: problem.model().discretization.uses_next_input(),
         }
     }
 
@@ -133,16 +133,16 @@ impl<'a, const L: usize> OnTime<'a, L> {
         let end = run.end.min(start + self.most);
         Some(if *constant {
             (run.step, end, PieceInput::Constant(&gains[0]))
-        } else if self.is_bent {
+        } else if self.is_nonlinear {
             let end = end.min(start + CHUNK);
             for (n, gain) in (start..end).zip(gains.iter_mut()) {
                 *gain = self.gain::<FMA>(&steps[usize::from(run.step)], self.signals.inputs(n));
             }
             (run.step, end, PieceInput::Each(&gains[..end - start]))
         } else if self.is_loaded {
-            (run.step, end, PieceInput::Loads)
+            (run.step, end, PieceInput::WithLoad)
         } else {
-            (run.step, end, if self.lines { PieceInput::Lines } else { PieceInput::Volts })
+            (run.step, end, if self.uses_end { PieceInput::FirstOrderHold } else { PieceInput::ZeroOrderHold })
         })
     }
 
@@ -150,7 +150,7 @@ impl<'a, const L: usize> OnTime<'a, L> {
     /// at the end counts only if the discretization uses it.
     #[inline(always)]
     fn gain<const FMA: bool>(&self, step: &Step<L>, [start, end, torque]: [f64; 3]) -> Pair<L> {
-        let end = if self.lines { self.drives.outputs(end) } else { [0.0; L] };
+        let end = if self.uses_end { self.drives.outputs(end) } else { [0.0; L] };
         step.gain::<FMA>(&[self.drives.outputs(start), end], &loaded(self.load, torque))
     }
 }

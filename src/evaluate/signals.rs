@@ -238,7 +238,7 @@ impl Signals {
     }
 
     /// Returns true if the voltage has a slope of its own over each step.
-    pub(super) fn has_own_lines(&self) -> bool {
+    pub(super) fn has_slopes(&self) -> bool {
         !self.lines[0].is_empty()
     }
 
@@ -251,7 +251,7 @@ impl Signals {
 
     /// Returns the voltage at the start and at the end of the step after a sample \[V\].
     #[inline(always)]
-    pub(super) fn line(&self, n: usize) -> [f64; 2] {
+    pub(super) fn voltages_at(&self, n: usize) -> [f64; 2] {
         let [start, end, _] = self.inputs(n);
         [start, end]
     }

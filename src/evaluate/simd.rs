@@ -10,11 +10,11 @@ use rayon::prelude::*;
 
 /// Number of candidate-steps of a linear motor, about 0.1 ms, below which a thread outside of a pool does the work itself,
 /// because waking the threads of a pool takes as long.
-const WAKING: usize = 250_000;
+const PARALLEL_MIN: usize = 250_000;
 /// Number of candidate-steps of a linear motor with AVX-512 that takes about 0.1 ms.
-const WAKING_AVX512: usize = 750_000;
+const PARALLEL_MIN_AVX512: usize = 750_000;
 /// Smallest ratio of the time of a step with extensions to that of the linear motor.
-const EXTENDED: usize = 2;
+const EXTENDED_COST: usize = 2;
 
 /// The SIMD evaluator, in f64 on all threads of the current rayon pool. With a single thread, and for small batches from
 /// outside of a pool, the calling thread does the work itself.
@@ -50,9 +50,9 @@ impl Simd {
     }
 
     fn takes_one_thread(self, problem: &Problem, candidates: usize) -> bool {
-        let factor = if problem.features().is_linear() { 1 } else { EXTENDED };
-        let waking = if self.level == Level::Avx512 { WAKING_AVX512 } else { WAKING };
-        candidates.saturating_mul(problem.active()).saturating_mul(factor) < waking
+        let factor = if problem.features().is_linear() { 1 } else { EXTENDED_COST };
+        let least = if self.level == Level::Avx512 { PARALLEL_MIN_AVX512 } else { PARALLEL_MIN };
+        candidates.saturating_mul(problem.active()).saturating_mul(factor) < least
     }
 
     /// Returns the number of threads that the evaluator may use.

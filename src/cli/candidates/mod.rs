@@ -80,7 +80,7 @@ pub(super) fn sampling(text: &str) -> Result<(Sampling, u64)> {
 }
 
 /// Returns the name of each axis and the index of its column in a file.
-fn places(file: &str, columns: &[&str], axes: &[Axis]) -> Result<Vec<(String, usize)>> {
+fn column_indices(file: &str, columns: &[&str], axes: &[Axis]) -> Result<Vec<(String, usize)>> {
     let names: Vec<String> = axes.iter().map(|axis| axis.scope.name(axis.parameter)).collect();
     let wrong = |what: &str, name: &str| {
         let found: Vec<String> = columns.iter().map(|column| format!("\"{}\"", excerpt(column))).collect();
@@ -88,10 +88,10 @@ fn places(file: &str, columns: &[&str], axes: &[Axis]) -> Result<Vec<(String, us
         let hint = format!("Name one column for each free parameter ({}), or fix it with --fix.", names.join(","));
         Error::data(message, hint)
     };
-    let place = |name: &String| {
-        let mut found = columns.iter().enumerate().filter(|(_, column)| *column == name).map(|(place, _)| place);
-        let place = found.next().ok_or_else(|| wrong("no column", name))?;
-        if found.next().is_some() { Err(wrong("several columns", name)) } else { Ok((name.clone(), place)) }
+    let find = |name: &String| {
+        let mut found = columns.iter().enumerate().filter(|(_, column)| *column == name).map(|(at, _)| at);
+        let at = found.next().ok_or_else(|| wrong("no column", name))?;
+        if found.next().is_some() { Err(wrong("several columns", name)) } else { Ok((name.clone(), at)) }
     };
-    names.iter().map(place).collect()
+    names.iter().map(find).collect()
 }

@@ -1,6 +1,6 @@
 //! Candidates from a Parquet file, read page by page.
 
-use super::{Source, open, places};
+use super::{Source, column_indices, open};
 use motorfit::motor::Axis;
 use motorfit::numeric;
 use motorfit::text::excerpt;
@@ -17,7 +17,7 @@ use std::path::Path;
 pub(super) struct Table {
     reader: SerializedFileReader<File>,
     name: String,
-    places: Vec<(String, usize)>,
+    indices: Vec<(String, usize)>,
     /// Column readers of the current row group.
     columns: Vec<ColumnReader>,
     /// Unread rows of the current row group.
@@ -39,9 +39,9 @@ impl Table {
         let schema = reader.metadata().file_metadata().schema_descr_ptr();
         let paths: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
         let columns: Vec<&str> = paths.iter().map(String::as_str).collect();
-        let places = places(&name, &columns, axes)?;
-        for (parameter, place) in &places {
-            let column = schema.column(*place);
+        let indices = column_indices(&name, &columns, axes)?;
+        for (parameter, index) in &indices {
+            let column = schema.column(*index);
             // Old files give the meaning of integers as a converted type only.
             let means_numbers = match column.logical_type_ref() {
                 None => matches!(
@@ -63,7 +63,7 @@ impl Table {
                 return Err(Error::data(message, "Write the column as DOUBLE or FLOAT, in SI units."));
             }
         }
-        Ok(Self { reader, name, places, columns: Vec::new(), left: 0, group: 0, rows: 0 })
+        Ok(Self { reader, name, indices, columns: Vec::new(), left: 0, group: 0, rows: 0 })
     }
 
     fn append(&mut self, most: usize, values: &mut Vec<f64>) -> Result<()> {
@@ -72,15 +72,15 @@ impl Table {
                 return Ok(());
             }
             let group = self.reader.get_row_group(self.group).map_err(|e| broken(&self.name, &e))?;
-            let columns = self.places.iter().map(|(_, place)| group.get_column_reader(*place));
+            let columns = self.indices.iter().map(|(_, index)| group.get_column_reader(*index));
             self.columns = columns.collect::<std::result::Result<_, _>>().map_err(|e| broken(&self.name, &e))?;
             self.left = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
             self.group += 1;
         }
-        let (count, width) = (most.min(self.left), self.places.len());
+        let (count, width) = (most.min(self.left), self.indices.len());
         let first = values.len();
         values.resize(first + count * width, 0.0);
-        for (n, (parameter, _)) in self.places.iter().enumerate() {
+        for (n, (parameter, _)) in self.indices.iter().enumerate() {
             let column = read(&mut self.columns[n], count).map_err(|e| broken(&self.name, &e))?;
             if let Some(row) = column.iter().position(|value| !value.is_finite()) {
                 let row = self.rows + row as u64 + 1;

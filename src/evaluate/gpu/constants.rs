@@ -81,7 +81,7 @@ pub(super) fn kept_bytes(problem: &Problem, features: ShaderFeatures, number_byt
 /// than f32 can count.
 pub(super) fn is_served(problem: &Problem, number_bytes: usize, budget: usize) -> bool {
     let Some(features) = ShaderFeatures::of(problem.features()) else { return true };
-    let uneven = |s: &Signals| !s.step_index.is_empty() || s.has_own_lines();
+    let uneven = |s: &Signals| !s.step_index.is_empty() || s.has_slopes();
     let refused = |s: &Signals| s.len() > SAMPLES_MAX - 2 || (features.delayed && uneven(s));
     !problem.signals().iter().any(|s| refused(s)) && LANES * kept_bytes(problem, features, number_bytes) <= budget
 }

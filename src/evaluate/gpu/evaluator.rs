@@ -190,7 +190,7 @@ impl Gpu {
     }
 
     /// Waits for all submissions of a batch and adds their sums to the totals of the candidates.
-    fn land(&mut self, batch: &Batch<'_>, mut pending: Begun, totals: &mut [f64]) -> Result<()> {
+    fn collect_all(&mut self, batch: &Batch<'_>, mut pending: Begun, totals: &mut [f64]) -> Result<()> {
         loop {
             self.launch(batch, &mut pending)?;
             let Some(Flight { parts, set }) = pending.flights.pop_front() else { return Ok(()) };
@@ -218,7 +218,7 @@ fn add(unit: &Unit, problem: &Problem, sums: &Sums<'_>, totals: &mut [f64]) {
 }
 
 /// Replaces the totals of a group by costs. Candidates that the device cannot evaluate are evaluated on the CPU.
-fn form(group: &Group<'_>, costs: &mut [f64]) -> Result<()> {
+fn finish_costs(group: &Group<'_>, costs: &mut [f64]) -> Result<()> {
     for (row, cost) in costs.iter_mut().enumerate() {
         let values = group.candidates.row(row);
         if values.iter().any(|v| v.is_nan()) {
@@ -260,12 +260,12 @@ impl Evaluator for Gpu {
             ));
         };
         costs.fill(0.0);
-        self.guard(|gpu| gpu.land(batch, begun, costs))?;
+        self.guard(|gpu| gpu.collect_all(batch, begun, costs))?;
         let mut rest = costs;
         for group in batch.groups {
             let (own, others) = rest.split_at_mut(group.candidates.count());
             if self.serves(group) {
-                form(group, own)?;
+                finish_costs(group, own)?;
             } else {
                 Simd::default().evaluate(&Batch { groups: &[*group] }, own)?;
             }
