@@ -40,7 +40,7 @@ pub fn reached(block: &Block, target: Option<f64>) -> (Vec<f64>, Vec<Reached>) {
         let evaluations: Vec<f64> = (1..=generations).map(|g| count(g) * agents).collect();
         let seconds = result
             .seconds
-            .map_or(Vec::new(), |whole| evaluations.iter().map(|count| whole * count / (agents * all)).collect());
+            .map_or(Vec::new(), |total| evaluations.iter().map(|count| total * count / (agents * all)).collect());
         Reached { evaluations, seconds, share: (0..generations).map(by).collect() }
     };
     let reached = block.results.iter().map(share).collect();

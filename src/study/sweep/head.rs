@@ -57,8 +57,8 @@ impl Head {
 
     /// Returns the line with its digest.
     pub(super) fn line(&self) -> String {
-        let whole = Self { check: Some(self.digest()), ..self.clone() };
-        serde_json::to_string(&whole).unwrap_or_default() + "\n"
+        let with_digest = Self { check: Some(self.digest()), ..self.clone() };
+        serde_json::to_string(&with_digest).unwrap_or_default() + "\n"
     }
 
     fn digest(&self) -> String {

@@ -135,11 +135,11 @@ impl Manifest {
     /// Parses a text; returns the manifest and true if its digest matches.
     pub(super) fn of_text(text: &str) -> serde_json::Result<(Self, bool)> {
         let manifest: Self = serde_json::from_str(text)?;
-        let is_whole = manifest.sha256.as_ref().is_none_or(|own| {
+        let is_intact = manifest.sha256.as_ref().is_none_or(|own| {
             let blank = text.rfind(own.as_str()).map(|at| [&text[..at], &text[at + own.len()..]].concat());
             blank.is_some_and(|blank| hexadecimal(&Sha256::digest(blank)) == *own)
         });
-        Ok((manifest, is_whole))
+        Ok((manifest, is_intact))
     }
 
     /// Returns true if two manifests are of the same sweep, whatever the version of the program and the location of the
@@ -201,8 +201,8 @@ fn motors(study: &Study, folder: &Path, path: &Path) -> Result<Vec<Motor>> {
     }
     let mut seen = BTreeSet::new();
     for file in found.iter().flat_map(|(_, files, _)| files) {
-        let whole = folder.join(file);
-        if !seen.insert(whole.canonicalize().unwrap_or(whole)) {
+        let full = folder.join(file);
+        if !seen.insert(full.canonicalize().unwrap_or(full)) {
             let message = format!("recordings: {} is named twice", excerpt(file));
             return Err(Error::usage(message, "Name each recording once.").in_file(path));
         }

@@ -2,7 +2,7 @@
 
 use super::Sweep;
 use super::line::{Outcome, split};
-use super::results::{Place, ResultsFile, files};
+use super::results::{LineLocation, ResultsFile, files};
 use super::runs::Bits;
 use super::shard::Shard;
 use super::summary::SweepSummary;
@@ -61,24 +61,24 @@ pub struct SweepStatus {
 }
 
 /// Location of the line of a run: number of the file (from 1; 0 for none), length and offset \[bytes\].
-type Spot = (u32, u32, u64);
+type Location = (u32, u32, u64);
 
 /// Returns the location of the line of each run and the number of damaged lines.
-fn index(sweep: &Sweep, found: &[ResultsFile<'_>]) -> Result<(Vec<Spot>, u64)> {
+fn index(sweep: &Sweep, found: &[ResultsFile<'_>]) -> Result<(Vec<Location>, u64)> {
     let runs = usize::try_from(sweep.manifest.runs).unwrap_or(usize::MAX);
-    let (mut spots, mut good, mut damaged) = (vec![(0, 0, 0); runs], Bits::new(sweep.manifest.runs), 0);
+    let (mut locations, mut good, mut damaged) = (vec![(0, 0, 0); runs], Bits::new(sweep.manifest.runs), 0);
     for (file, found) in (1..).zip(found) {
         // A run that was repeated under another number of shards counts once: its first result or, without one, its
         // last failure.
-        damaged += found.scan(|Place { row, length, offset }| {
-            let spot = usize::try_from(row.id).ok().and_then(|n| spots.get_mut(n));
-            if let Some(spot) = spot.filter(|_| !good.get(row.id)) {
-                *spot = (file, length, offset);
+        damaged += found.scan(|LineLocation { row, length, offset }| {
+            let location = usize::try_from(row.id).ok().and_then(|n| locations.get_mut(n));
+            if let Some(location) = location.filter(|_| !good.get(row.id)) {
+                *location = (file, length, offset);
                 good.set(row.id, !row.is_retried());
             }
         })?;
     }
-    Ok((spots, damaged))
+    Ok((locations, damaged))
 }
 
 impl Sweep {
@@ -89,14 +89,14 @@ impl Sweep {
     pub fn merge(&self) -> Result<Merged> {
         let origin = self.origin();
         let found = files(&origin)?;
-        let (spots, damaged) = index(self, &found)?;
+        let (locations, damaged) = index(self, &found)?;
         let mut readers = found.into_iter().map(|found| Reader::open(found.path)).collect::<Result<Vec<_>>>()?;
         let mut summary = SweepSummary::new(self);
         let (results, timings) = (self.folder.join(RESULTS), self.folder.join(TIMINGS));
         let failed = |error: std::io::Error| unwritable(&results, &error);
         replace(&results, |sorted| {
             replace(&timings, |times| {
-                self.sorted(&spots, &mut readers, &mut summary, &mut |result, id, seconds| {
+                self.sorted(&locations, &mut readers, &mut summary, &mut |result, id, seconds| {
                     sorted.write_all(result.as_bytes()).map_err(failed)?;
                     sorted.write_all(b"\n").map_err(failed)?;
                     writeln!(times, "{{\"id\":{id},\"seconds\":{seconds:.9}}}").map_err(failed)
@@ -109,12 +109,12 @@ impl Sweep {
     /// Visits the runs in the order of their numbers.
     fn sorted(
         &self,
-        spots: &[Spot],
+        locations: &[Location],
         readers: &mut [Reader],
         summary: &mut SweepSummary,
         write: &mut dyn FnMut(&str, u64, f64) -> Result<()>,
     ) -> Result<()> {
-        for (id, &(file, length, offset)) in (0..).zip(spots) {
+        for (id, &(file, length, offset)) in (0..).zip(locations) {
             if file == 0 {
                 summary.missing += 1;
                 continue;
@@ -143,7 +143,7 @@ impl Sweep {
         let origin = self.origin();
         for file in files(&origin)? {
             let (mut done, mut own) = (bits(), bits());
-            file.scan(|Place { row, .. }| {
+            file.scan(|LineLocation { row, .. }| {
                 [&mut done, &mut all].into_iter().for_each(|bits| bits.set(row.id, true));
                 if row.error.is_none() {
                     [&mut own, &mut good].into_iter().for_each(|bits| bits.set(row.id, true));

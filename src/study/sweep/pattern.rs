@@ -79,7 +79,7 @@ impl Walk {
     /// Matches the components below a folder and every folder below it, except folders that are their own ancestors
     /// (`above`).
     fn descend(&mut self, at: &Path, parts: &[Part], above: &mut Vec<PathBuf>) -> Result<()> {
-        let Some(own) = there(at, at.canonicalize())?.filter(|own| !above.contains(own)) else { return Ok(()) };
+        let Some(own) = existing(at, at.canonicalize())?.filter(|own| !above.contains(own)) else { return Ok(()) };
         self.follow(at, parts)?;
         above.push(own);
         for (path, _) in self.entries(at)?.into_iter().filter(|(_, is_folder)| *is_folder) {
@@ -91,7 +91,7 @@ impl Walk {
 
     /// Returns the paths in a folder, each with true if it is a folder itself; none if the folder does not exist.
     fn entries(&mut self, folder: &Path) -> Result<Vec<(PathBuf, bool)>> {
-        if !there(folder, std::fs::metadata(folder))?.is_some_and(|facts| facts.is_dir()) {
+        if !existing(folder, std::fs::metadata(folder))?.is_some_and(|facts| facts.is_dir()) {
             return Ok(Vec::new());
         }
         self.folders += 1;
@@ -113,9 +113,9 @@ impl Walk {
 
 /// Converts the result of a query about a path, `None` if nothing exists there. A path that cannot be read must not be
 /// skipped silently.
-fn there<T>(path: &Path, learned: std::io::Result<T>) -> Result<Option<T>> {
-    match learned {
-        Ok(learned) => Ok(Some(learned)),
+fn existing<T>(path: &Path, result: std::io::Result<T>) -> Result<Option<T>> {
+    match result {
+        Ok(value) => Ok(Some(value)),
         Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(None),
         Err(error) => Err(unreadable(path, &error)),
     }

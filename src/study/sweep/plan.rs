@@ -81,9 +81,9 @@ impl Sweep {
             let remedy = "Do not edit it. Plan the same study again in this folder, which repairs it, or in a new one.";
             Error::data(what, remedy).in_file(&path)
         };
-        let (manifest, is_whole) = Manifest::of_text(&text)
+        let (manifest, is_intact) = Manifest::of_text(&text)
             .map_err(|e| broken(format!("is not a manifest: {}", printable(&e.to_string()))))?;
-        if !is_whole {
+        if !is_intact {
             return Err(broken("is not as it was planned".to_owned()));
         }
         if manifest.format != super::manifest::FORMAT {
@@ -148,13 +148,13 @@ fn repaired(
     let path = folder.join(NAME);
     let found = std::fs::read(&path).ok()?;
     let found = String::from_utf8_lossy(&found);
-    if Manifest::of_text(&found).is_ok_and(|(_, is_whole)| is_whole) {
+    if Manifest::of_text(&found).is_ok_and(|(_, is_intact)| is_intact) {
         return None;
     }
     let device = pinned(study, manifest, paces).ok()?;
     let text = Manifest { device, ..manifest.clone() }.text().ok()?;
-    let there: BTreeSet<&str> = found.lines().collect();
-    let (same, all) = (text.lines().filter(|line| there.contains(line)).count(), text.lines().count());
+    let found_lines: BTreeSet<&str> = found.lines().collect();
+    let (same, all) = (text.lines().filter(|line| found_lines.contains(line)).count(), text.lines().count());
     let digest = hexadecimal(&Sha256::digest(&text));
     let origin = Origin { folder, manifest: &digest, is_of: Box::new(|_| false) };
     if 2 * same < all || files(&origin).is_err() {

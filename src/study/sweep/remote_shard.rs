@@ -2,7 +2,7 @@
 
 use super::head::Head;
 use super::manifest::{FORMAT, parts};
-use super::results::{Place, ResultsFile, files, row};
+use super::results::{LineLocation, ResultsFile, files, row};
 use super::runs::Bits;
 use super::store::Log;
 use super::{Shard, Sweep};
@@ -102,8 +102,8 @@ impl Sweep {
         let (mut new, mut count) = (String::new(), 0);
         for line in lines {
             let is_own = |id: u64| id < self.manifest.runs && self.owns(shard, id);
-            let whole = row(line).filter(|row| line.ends_with(b"\n") && is_own(row.id));
-            let (Some(row), Ok(text)) = (whole, std::str::from_utf8(line)) else {
+            let valid = row(line).filter(|row| line.ends_with(b"\n") && is_own(row.id));
+            let (Some(row), Ok(text)) = (valid, std::str::from_utf8(line)) else {
                 return Err(wrong("are damaged"));
             };
             if !done.get(row.id) {
@@ -119,7 +119,7 @@ impl Sweep {
 
 /// Marks the runs of a results file that need not be repeated.
 fn mark(found: &ResultsFile<'_>, done: &mut Bits) -> Result<()> {
-    let mark = |place: Place| {
+    let mark = |place: LineLocation| {
         if !place.row.is_retried() {
             done.set(place.row.id, true);
         }

@@ -25,7 +25,7 @@ pub(super) fn no_results(path: &Path) -> Error {
 }
 
 /// Returns the offset of the end of the last complete line of a file \[bytes\].
-pub(super) fn whole_lines(mut file: &File) -> std::io::Result<u64> {
+pub(super) fn complete_lines_end(mut file: &File) -> std::io::Result<u64> {
     let mut end = file.seek(SeekFrom::End(0))?;
     let mut piece = vec![0; 64 << 10];
     while end > 0 {
@@ -60,10 +60,11 @@ pub(super) fn files<'a>(origin: &'a Origin<'a>) -> Result<Vec<ResultsFile<'a>>> 
         let path = entry.path();
         check_regular(&path)?;
         // A file that was just created has no head yet.
-        let whole = File::open(&path).and_then(|file| whole_lines(&file)).map_err(|error| unreadable(&path, &error))?;
-        if whole > 0 {
-            let (head, is_whole) = Head::read(&path, origin, shard)?;
-            found.push(ResultsFile { head, path, shard, proof: (!is_whole).then_some(origin) });
+        let end =
+            File::open(&path).and_then(|file| complete_lines_end(&file)).map_err(|error| unreadable(&path, &error))?;
+        if end > 0 {
+            let (head, is_intact) = Head::read(&path, origin, shard)?;
+            found.push(ResultsFile { head, path, shard, proof: (!is_intact).then_some(origin) });
         }
     }
     found.sort_by_key(|found| (found.shard.count, found.shard.index));
@@ -72,18 +73,18 @@ pub(super) fn files<'a>(origin: &'a Origin<'a>) -> Result<Vec<ResultsFile<'a>>> 
 
 impl ResultsFile<'_> {
     /// Visits every complete line; returns the number of damaged lines, the head included.
-    pub(super) fn scan(&self, mut see: impl FnMut(Place)) -> Result<u64> {
+    pub(super) fn scan(&self, mut see: impl FnMut(LineLocation)) -> Result<u64> {
         self.scan_lines(|place, _| see(place))
     }
 
     /// Visits every complete line with its bytes; returns the number of damaged lines, the head included.
-    pub(super) fn scan_lines(&self, see: impl FnMut(Place, &[u8])) -> Result<u64> {
+    pub(super) fn scan_lines(&self, see: impl FnMut(LineLocation, &[u8])) -> Result<u64> {
         Ok(scan_lines(&self.path, self.proof, see)? + u64::from(self.proof.is_some()))
     }
 }
 
 /// Location of a line in a results file \[bytes\], and its run.
-pub(super) struct Place {
+pub(super) struct LineLocation {
     pub offset: u64,
     pub length: u32,
     pub row: Row,
@@ -91,7 +92,11 @@ pub(super) struct Place {
 
 /// Visits every complete line except the head; with `proof` only lines of that sweep. Returns the number of lines that
 /// are damaged or of another sweep.
-pub(super) fn scan_lines(path: &Path, proof: Option<&Origin<'_>>, mut see: impl FnMut(Place, &[u8])) -> Result<u64> {
+pub(super) fn scan_lines(
+    path: &Path,
+    proof: Option<&Origin<'_>>,
+    mut see: impl FnMut(LineLocation, &[u8]),
+) -> Result<u64> {
     let failed = |error: std::io::Error| unreadable(path, &error);
     let mut reader = BufReader::with_capacity(1 << 18, File::open(path).map_err(failed)?);
     let (mut line, mut offset, mut damaged) = (Vec::new(), 0_u64, 0);
@@ -102,11 +107,11 @@ pub(super) fn scan_lines(path: &Path, proof: Option<&Origin<'_>>, mut see: impl 
             // This is the end of the file, or a line that is incomplete or being written.
             return Ok(damaged);
         }
-        let is_proven = || proof.is_none_or(|origin| whole(&line).is_some_and(|line| (origin.is_of)(&line)));
+        let is_proven = || proof.is_none_or(|origin| parse(&line).is_some_and(|line| (origin.is_of)(&line)));
         // The first line may be a result only if the head is lost.
         if offset > 0 || proof.is_some() {
             match (row(&line), u32::try_from(length)) {
-                (Some(row), Ok(length)) if is_proven() => see(Place { offset, length, row }, &line),
+                (Some(row), Ok(length)) if is_proven() => see(LineLocation { offset, length, row }, &line),
                 _ => damaged += u64::from(offset > 0),
             }
         }
@@ -116,11 +121,11 @@ pub(super) fn scan_lines(path: &Path, proof: Option<&Origin<'_>>, mut see: impl 
 
 /// Returns the run of a line, unless the line is damaged.
 pub(super) fn row(line: &[u8]) -> Option<Row> {
-    whole(line)
+    parse(line)
 }
 
 /// Parses a line without its time; `None` if it is damaged.
-fn whole<T: for<'de> serde::Deserialize<'de>>(line: &[u8]) -> Option<T> {
+fn parse<T: for<'de> serde::Deserialize<'de>>(line: &[u8]) -> Option<T> {
     let (result, _) = split(std::str::from_utf8(line).ok()?.trim_end())?;
     serde_json::from_str(&result).ok()
 }

@@ -257,8 +257,8 @@ impl Running<'_> {
         (tally.lost, tally.fault) = (waiting, fault);
         if is_gone {
             // Lines of earlier sessions may be lost too.
-            let there = sweep.runs_written().unwrap_or_else(|_| Bits::new(0));
-            let is_lost = |id: &u64| sweep.owns(shard, *id) && done.get(*id) && !there.get(*id);
+            let written = sweep.runs_written().unwrap_or_else(|_| Bits::new(0));
+            let is_lost = |id: &u64| sweep.owns(shard, *id) && done.get(*id) && !written.get(*id);
             tally.lost = (0..sweep.manifest.runs).filter(is_lost).count() as u64;
         }
         let of_now = tally.lost.min(tally.finished);

@@ -4,7 +4,7 @@
 //! before anything is appended, and its run is repeated.
 
 use super::head::{Head, Origin};
-use super::results::{check_regular, no_results, whole_lines};
+use super::results::{check_regular, complete_lines_end, no_results};
 use super::shard::Shard;
 use crate::file::{is_at, sync, sync_folder, unwritable};
 use crate::{Error, Result};
@@ -29,7 +29,7 @@ pub(super) struct Log {
     file: File,
     path: PathBuf,
     /// Length of the complete lines \[bytes\].
-    whole: u64,
+    complete: u64,
     /// Lines that are not written yet.
     waiting: String,
     /// Error of the last attempt to write them.
@@ -71,17 +71,18 @@ impl Log {
             Err(TryLockError::Error(error)) if error.kind() == std::io::ErrorKind::Unsupported => {}
             Err(TryLockError::Error(error)) => return Err(failed(error)),
         }
-        let (whole, synced) = (whole_lines(&file).map_err(failed)?, Instant::now());
+        let (complete, synced) = (complete_lines_end(&file).map_err(failed)?, Instant::now());
         let line = head.line();
-        if whole > 0 {
+        if complete > 0 {
             Head::read(&path, origin, shard)?;
         } else if !is_beginning(&path, &line) {
             return Err(no_results(&path));
         }
         // An incomplete last line is truncated.
-        file.set_len(whole).map_err(failed)?;
-        let mut log = Self { file, path, whole, waiting: String::new(), fault: None, since: None, synced, gone: None };
-        if whole == 0 {
+        file.set_len(complete).map_err(failed)?;
+        let mut log =
+            Self { file, path, complete, waiting: String::new(), fault: None, since: None, synced, gone: None };
+        if complete == 0 {
             if !log.add(&line) {
                 let fault = log.fault.take().unwrap_or_else(|| std::io::ErrorKind::StorageFull.into());
                 return Err(unwritable(&log.path, &fault));
@@ -99,7 +100,7 @@ impl Log {
         }
         match self.file.write_all(self.waiting.as_bytes()) {
             Ok(()) => {
-                self.whole += self.waiting.len() as u64;
+                self.complete += self.waiting.len() as u64;
                 self.waiting.clear();
                 (self.fault, self.since) = (None, None);
             }
@@ -107,9 +108,9 @@ impl Log {
                 self.fault = Some(error);
                 self.since.get_or_insert_with(Instant::now);
                 // Some of the lines may have been written: complete lines are kept, the rest is truncated.
-                let before = self.whole;
-                let kept = whole_lines(&self.file).unwrap_or(before).max(before);
-                self.whole = kept;
+                let before = self.complete;
+                let kept = complete_lines_end(&self.file).unwrap_or(before).max(before);
+                self.complete = kept;
                 let _ = self.file.set_len(kept);
                 let taken = usize::try_from(kept - before).unwrap_or(0).min(self.waiting.len());
                 self.waiting.drain(..taken);
@@ -143,7 +144,7 @@ impl Log {
             let remedy = "Run it again: missing runs are repeated. Do not change the folder meanwhile.";
             Error::data(format!("was {what} while it was being written{why}"), remedy).in_file(&self.path)
         };
-        if self.file.metadata().is_ok_and(|facts| facts.len() < self.whole) {
+        if self.file.metadata().is_ok_and(|facts| facts.len() < self.complete) {
             return Err(was("shortened", ""));
         }
         if is_at(&self.file, &self.path) {
@@ -153,7 +154,7 @@ impl Log {
             let mut anew = OpenOptions::new().read(true).append(true).create_new(true).open(path)?;
             let _ = lock(&anew);
             (&self.file).rewind()?;
-            std::io::copy(&mut (&self.file).take(self.whole), &mut anew)?;
+            std::io::copy(&mut (&self.file).take(self.complete), &mut anew)?;
             sync(&anew)?;
             sync_folder(path.parent().unwrap_or(path))?;
             Ok::<_, std::io::Error>(anew)
