@@ -8,9 +8,9 @@ use motorfit::motor::Discretization;
 use motorfit::study::compare::Preset;
 use std::path::PathBuf;
 
-/// Parameters of DC motors from recordings of voltage, current and speed
+/// Identify the parameters of DC motors from recordings of voltage, current and speed
 ///
-/// Give it a recording and it returns resistance R, inductance L, motor constant K, viscous friction B and inertia J.
+/// Estimates resistance R, inductance L, motor constant K, viscous friction B and inertia J, with standard errors.
 #[derive(Parser)]
 #[command(name = "motorfit", version, propagate_version = true, max_term_width = 100)]
 #[command(
@@ -236,7 +236,7 @@ pub(crate) struct SimulateArgs {
     /// White noise added to current and speed: 40dB, or i=0.05,w=0.5 [A, rad/s] [default: none]
     #[arg(long, value_name = "NOISE")]
     pub noise: Option<String>,
-    /// Seed of the noise
+    /// Seed of the random noise
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     pub seed: u64,
     /// Recording to write (CSV); - writes to stdout

@@ -86,7 +86,7 @@ fn text(spec: &ThroughputSpec, result: &Throughput) -> String {
     }
     if let Some(peak) = result.fma_peak {
         let (peak, level) = (significant(peak, 3), Level::best().name());
-        let _ = writeln!(text, "one core's peak in this run: {peak} multiply-adds a second ({level})");
+        let _ = writeln!(text, "peak of one core in this run: {peak} multiply-adds per second ({level})");
     }
     for &samples in spec.samples.iter().filter(|s| result.measurements.iter().any(|m| m.samples == **s)) {
         let _ = writeln!(

@@ -125,7 +125,7 @@ impl Evaluation<'_> {
         let rate = significant(count_u64(done) / seconds, 3);
         let [whole, busy] = [seconds, busy.as_secs_f64()].map(|seconds| engineering(seconds, "s", 3));
         self.style.note(&format!(
-            "{done} candidates in {whole} ({busy} of it evaluating), {rate} a second, on {device}, {precision}; lowest cost {}",
+            "{done} candidates in {whole} (evaluation {busy}), {rate} per second, on {device}, {precision}; lowest cost {}",
             significant(lowest, 6)
         ));
         shorten(&mut best, top.unwrap_or(0));

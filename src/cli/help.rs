@@ -1,4 +1,4 @@
-//! Help that begins with examples.
+//! Help texts with examples before the options.
 
 use super::args::Cli;
 use clap::builder::StyledStr;
@@ -7,7 +7,7 @@ use clap::{Command, CommandFactory as _};
 /// Order of the sections: description, examples, usage, options.
 const TEMPLATE: &str = "{about-with-newline}\n{before-help}{usage-heading} {usage}\n\n{all-args}{after-help}";
 
-/// Examples of each command.
+/// Examples of each command, by its path of subcommands.
 const EXAMPLES: [(&str, &[&str]); 15] = [
     ("", &["identify log.csv", "identify log.csv --with auto --split 0.7", "inspect log.csv"]),
     (

@@ -217,7 +217,7 @@ fn fits_by_recording<'a>(
     }
     let one = |(record, fit): (&Record, _)| ("", format!("{}: {}", inputs::name(record.source()), fit_text(fit)));
     let more = count.saturating_sub(RECORDINGS_MAX);
-    let rest = (more > 0).then(|| ("", format!("{more} more, in --json")));
+    let rest = (more > 0).then(|| ("", format!("{more} more recordings, see --json")));
     fits.take(RECORDINGS_MAX).map(one).chain(rest).collect()
 }
 
@@ -263,7 +263,7 @@ fn lines(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Vec
         let tested = format!("residuals white: {white}; independent of the {input}: {independent} (current, speed)");
         lines.push(("", tested));
     }
-    lines.extend(found.noise_floor.iter().map(|of| ("ceiling", noise_floor_text(of))));
+    lines.extend(found.noise_floor.iter().map(|of| ("best fit", noise_floor_text(of))));
     lines.extend(selection_text(found).map(|text| ("model", text)));
     lines.extend(characteristics_lines(found));
     if found.residual_sigma != [None; 2] {
@@ -301,17 +301,19 @@ fn verdict(found: &Identification) -> String {
     };
     match check.status {
         Status::Agrees if check.cost_gap.is_some_and(|gap| gap > 1e-6) => {
-            format!("agrees with {reference}: the same optimum, its cost{gap} above the best")
+            format!("agrees with {reference}: the same optimum, at a cost{gap} above the best")
         }
         Status::Agrees => format!("agrees with {reference}{reached}"),
         Status::SearchStuck if check.refined_agrees && found.uncertainty.is_some() => format!(
-            "search stuck in an optimum that costs{gap} more; the refinement left it and agrees with {reference}"
+            "search stuck in an optimum whose cost is{gap} higher; the refinement left it and agrees with {reference}"
         ),
-        Status::SearchStuck => format!("search stuck: {reference} finds a better optimum; this one costs{gap} more"),
+        Status::SearchStuck => {
+            format!("search stuck: {reference} finds a better optimum; the cost of this one is{gap} higher")
+        }
         Status::ReferenceFailed if check.cost_gap.is_some_and(|gap| gap < -1e-6) => {
             format!("reference failed: {reference} ended in a worse optimum")
         }
-        Status::ReferenceFailed => format!("inconclusive: of {reference} too few ended in one optimum{reached}"),
-        Status::NotApplicable => "there is no reference for this".to_owned(),
+        Status::ReferenceFailed => format!("inconclusive: {reference} did not agree on one optimum{reached}"),
+        Status::NotApplicable => "not verified: no reference is available for this fit".to_owned(),
     }
 }

@@ -286,7 +286,7 @@ mod tests {
             searches.begin(&populations).unwrap();
             let mut served = 0;
             while served < 20 {
-                // Two are in flight whenever the device is lost.
+                // Two batches are in flight whenever the device fails.
                 if searches.begin(&populations).is_err() || searches.finish(&populations, &mut costs).is_err() {
                     break;
                 }
@@ -314,7 +314,7 @@ mod tests {
             let on_loss = if auto { OnLoss::Cpu } else { OnLoss::Fail };
             let opened = SelectedDevice { kind: "gpu", on_loss, ..SelectedDevice::given(Box::new(Broken(0))) };
             let mut searches = BatchSearchEvaluator::on(opened, vec![problem.clone()]);
-            // Two are in flight when the device is lost.
+            // Two batches are in flight when the device fails.
             searches.begin(&populations).unwrap();
             searches.begin(&populations).unwrap();
             let done = searches.finish(&populations, &mut costs);

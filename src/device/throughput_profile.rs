@@ -189,12 +189,12 @@ mod tests {
         let paces = paces();
         let work = |population, generations| Work { samples: 1000, population, generations, threads: 2 };
         let taken = |work, precision| paces.faster(work, precision).map(|a| (a.kind.as_str(), a.precision.as_str()));
-        // 100 × 1000 at 1e9/s is 0.1 ms a generation: the adapter's 1 ms never pays.
+        // A generation of 100 × 1000 takes 0.1 ms on the CPU and 1 ms on the adapter, which is never faster.
         assert_eq!(taken(work(100, 1_000_000), None), None);
-        // 1e5 × 1000: 0.1 s on the CPU, 1 ms on the adapter; half a second to open pays from six generations on.
+        // A generation of 1e5 × 1000 takes 0.1 s on the CPU and 1 ms on the adapter, which is faster from six generations on.
         assert_eq!(taken(work(100_000, 5), None), None);
         assert_eq!(taken(work(100_000, 6), None), Some(("discrete", "f64")));
-        // Twice the threads halve what is gained.
+        // With twice the threads the CPU is faster again.
         assert_eq!(paces.faster(Work { threads: 4, ..work(100_000, 6) }, None), None);
         assert_eq!(taken(work(1_000_000, 100), Some("f32")), Some(("discrete", "f32")));
         assert!(paces.are_current());

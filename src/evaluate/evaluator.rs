@@ -20,7 +20,7 @@ pub struct Group<'a> {
 /// A batch of groups that are evaluated together.
 #[derive(Debug, Clone, Copy)]
 pub struct Batch<'a> {
-    /// The groups; costs come back in their order.
+    /// The groups, in the order of the costs.
     pub groups: &'a [Group<'a>],
 }
 

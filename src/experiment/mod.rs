@@ -17,7 +17,7 @@ use rand_distr::{Distribution as _, StandardNormal};
 /// The input of a simulated motor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Excitation {
-    /// Time \[s\].
+    /// Times of the samples \[s\].
     pub time_s: Vec<f64>,
     /// Voltage \[V\].
     pub voltage: Vec<f64>,

@@ -54,13 +54,13 @@ impl Given {
         self.0.iter().find(|(of, _)| *of == setting).map(|(_, value)| value)
     }
 
-    /// Returns whether a setting was given.
+    /// Returns true if a setting was given.
     #[must_use]
     pub fn has(&self, setting: Setting) -> bool {
         self.get(setting).is_some()
     }
 
-    /// Returns whether a switch is on.
+    /// Returns true if a switch is on.
     #[must_use]
     pub fn switch(&self, setting: Setting) -> bool {
         self.get(setting) == Some(&Value::Switch(true))

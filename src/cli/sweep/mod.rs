@@ -74,7 +74,7 @@ fn planned(sweep: &Sweep, folder: &Path, again: bool) -> String {
 
 fn shard_run(sweep: &Sweep, shard: Shard, threads: Option<usize>, style: &Style) -> Result<Tally> {
     motorfit::device::check_threads(threads)?;
-    signals::remark("interrupted: what is finished is kept; run it again to go on");
+    signals::remark("interrupted: finished runs are kept; run the command again to continue");
     let mut show = progress::sweep_reporter(style);
     let tally = with_threads(threads, || {
         sweep.run(shard, &mut |progress| {
@@ -121,7 +121,7 @@ fn tally_text(shard: Shard, tally: &Tally) -> String {
     if tally.finished > 0 {
         let rate = count_u64(tally.finished) / tally.seconds;
         let seconds = engineering(tally.seconds, "s", 3);
-        let _ = write!(text, ", {} now in {seconds}, {} a second", tally.finished, significant(rate, 3));
+        let _ = write!(text, ", {} now in {seconds}, {} per second", tally.finished, significant(rate, 3));
     }
     if tally.failed > 0 {
         let _ = write!(text, "; {} without a result", tally.failed);
@@ -133,7 +133,7 @@ fn tally_text(shard: Shard, tally: &Tally) -> String {
         let _ = write!(text, "\non {}, {precision}", printable(name));
     }
     if tally.interrupted {
-        text.push_str("\ninterrupted: what is finished is kept; run it again to go on");
+        text.push_str("\ninterrupted: finished runs are kept; run the command again to continue");
     }
     text + "\n"
 }
@@ -193,11 +193,11 @@ fn merge(sweep: &Sweep, show: Show<'_>, strict: Strict, style: &Style) -> Result
     let Show { limits, out, parquet: wanted, json: as_json } = show;
     let Merged { results, summary, damaged } = sweep.merge()?;
     if damaged > 0 && summary.missing > 0 {
-        style.complaint(&format!("{damaged} lines of results are damaged"));
+        style.complaint(&format!("{damaged} lines of the results are damaged"));
     }
     if summary.missing > 0 {
         style.complaint(&format!(
-            "{} of {} runs are missing: run the sweep again, and merge",
+            "{} of {} runs are missing: run the sweep again, then merge",
             summary.missing, summary.runs
         ));
     }

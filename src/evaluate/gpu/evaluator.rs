@@ -87,7 +87,7 @@ impl Gpu {
         Ok(gpu)
     }
 
-    /// Returns facts about the adapter.
+    /// Returns the properties of the adapter.
     #[must_use]
     pub fn facts(&self) -> &AdapterFacts {
         &self.device.facts

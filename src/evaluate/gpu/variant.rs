@@ -16,7 +16,7 @@ named! {
     }
 }
 
-/// The sizes that follow from a precision.
+/// Sizes of numbers, samples and step maps in a precision.
 struct Sizes {
     /// Size of a number \[bytes\].
     bytes: usize,
