@@ -913,7 +913,7 @@ fn wrong_usage() {
     identify(&["--with", "coulom"], "did you mean coulomb?");
     identify(&["--with", "auto,load"], "others are named beside it");
     identify(&["--with", "coulomb", "--bounds", "Tc=-1:1"], "not zero or positive");
-    identify(&["--fix", "td=-0.1"], "earlier than one period");
+    identify(&["--fix", "td=-0.1"], "less than minus one sampling period");
     identify(&["--per-recording", "Q"], "not a parameter");
     fails(&["identfy", EXAMPLE], 2, "identify");
     fails(&["identify"], 2, "RECORD");

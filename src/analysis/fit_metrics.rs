@@ -48,7 +48,8 @@ impl Spread {
         Self { count, mean, squares: self.squares + other.squares + between }
     }
 
-    /// Returns the fit at a sum of squared residuals, `100 (1 − √(residual/squares))` \[%\]; `None` for constant signals.
+    /// Returns the fit at a sum of squared residuals, `100 (1 − √(residual/squares))` \[%\]; `None` for constant or missing
+    /// signals.
     fn fit_percent(&self, residual: f64) -> Option<f64> {
         let fit = 100.0 * (1.0 - (residual / self.squares).sqrt());
         (self.count > 0.0 && fit.is_finite()).then_some(fit)

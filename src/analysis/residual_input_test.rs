@@ -28,7 +28,7 @@ pub struct ResidualInputTest {
 
 /// Largest lag of the input \[samples\].
 const LAGS: usize = 20;
-/// Number of samples per largest lag of the windowed means.
+/// Smallest ratio of the number of samples to the largest lag of the windowed means.
 const PART_MAX: usize = 5;
 /// Largest lag of the windowed means \[samples\].
 const LAG_MAX: usize = 1000;

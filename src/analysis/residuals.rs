@@ -63,8 +63,8 @@ pub(crate) fn residual_tests(
     records.iter().enumerate().map(of).collect()
 }
 
-/// Returns the key `residuals` of a result: the tests of each channel with the largest statistics, then those of all
-/// recordings.
+/// Returns the key `residuals` of a result: for each channel the whiteness of the fit and the input test with the largest ratio
+/// of statistic to threshold, then the tests of each recording.
 pub(crate) fn document(tests: &[ResidualTests], uncertainty: &Uncertainty) -> Value {
     let part = |test: &ResidualInputTest| test.statistic / test.threshold;
     let worst = |channel: usize| {

@@ -21,7 +21,7 @@ use crate::{Error, Result};
 /// motor, there are no more measured values than free parameters, no sample has weight, or a required channel is missing.
 pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem) -> Result<()> {
     if spec.method == Method::SteiglitzMcBride && !spec.space.fixed().is_empty() {
-        let message = "Steiglitz–McBride estimates all five parameters and cannot fix any";
+        let message = "Steiglitz–McBride estimates all five parameters and cannot fix any of them";
         return Err(Error::usage(message, text!("Leave " [Fix] " out, or use " [Method = "auto"] ".")));
     }
     spec.search(problem.space()).check()?;
@@ -40,7 +40,7 @@ pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem)
         return Err(Error::not_identified(message, format!("Record while the {input} changes.")));
     }
     if values <= free {
-        let message = format!("{values} measured values under {} for {free} free parameters", driver(records));
+        let message = format!("only {values} measured values under {} for {free} free parameters", driver(records));
         let hint = text!("Record longer or faster, or fix parameters with " [Fix] ".");
         return Err(Error::not_identified(message, hint));
     }
@@ -65,8 +65,7 @@ fn check_dead_time(records: &[Record], space: &Space) -> Result<()> {
     let is_earlier =
         |(parameter, value): &(Parameter, f64)| *parameter == Parameter::DeadTime && *value < -longest * (1.0 + 1e-9);
     let Some((_, value)) = free.chain(fixed).find(is_earlier) else { return Ok(()) };
-    let message =
-        format!("td is {value} s, earlier than one period of {} before the voltage", engineering(longest, "s", 4));
+    let message = format!("td is {value} s, less than minus one sampling period of {}", engineering(longest, "s", 4));
     Err(Error::usage(message, format!("Give a value of {} s or more.", -longest)))
 }
 

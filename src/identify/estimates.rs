@@ -109,7 +109,8 @@ impl<'de> Deserialize<'de> for Estimates {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
         let Maps { parameters, std_error, ci95, at_bound } = Maps::deserialize(deserializer)?;
         let entry = |(name, value): (&String, &Value)| {
-            let (parameter, scope) = Scope::named(name).ok_or_else(|| D::Error::custom("no parameter"))?;
+            let (parameter, scope) =
+                Scope::named(name).ok_or_else(|| D::Error::custom("not the name of a parameter"))?;
             let of = |map: &'_ Option<Map<String, Value>>| map.as_ref().and_then(|map| map.get(name)).cloned();
             let ends = of(&ci95).and_then(|ends| Some([ends.get(0)?.as_f64()?, ends.get(1)?.as_f64()?]));
             let side = of(&at_bound).and_then(|side| ["min", "max"].into_iter().find(|known| side == *known));
@@ -120,7 +121,7 @@ impl<'de> Deserialize<'de> for Estimates {
                 ..ParameterEstimate::new(parameter, scope, value.as_f64())
             })
         };
-        let parameters = parameters.ok_or_else(|| D::Error::custom("no parameters"))?;
+        let parameters = parameters.ok_or_else(|| D::Error::custom("the parameters are missing"))?;
         let list = parameters.iter().map(entry).collect::<std::result::Result<_, D::Error>>()?;
         Ok(Self { list, polished: std_error.is_some() })
     }

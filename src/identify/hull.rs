@@ -5,15 +5,15 @@ use crate::analysis::variance_inflation;
 use crate::estimate::Refined;
 use crate::motor::Axis;
 
-/// Largest standard error, in the coordinate of the axis, of an identified parameter.
+/// Largest standard error, or distance of other optima, of an identified parameter, in the coordinate of its axis.
 const SPREAD_MAX: f64 = 1.0;
 
 /// The effect of a profile on another parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Moved {
-    /// The parameter moves by no more than its standard error.
+    /// The parameter moves within its uncertainty.
     Within,
-    /// The parameter moves by more than its standard error.
+    /// The parameter moves beyond its uncertainty.
     Beyond,
     /// The parameter is not identifiable.
     Lost,

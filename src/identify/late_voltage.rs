@@ -31,7 +31,7 @@ pub(super) struct LateVoltage {
     seconds: f64,
     /// Standard error of this time \[s\].
     error: Option<f64>,
-    /// Same time in sampling periods.
+    /// Time by which the outputs lead the recorded voltage \[sampling periods\].
     periods: f64,
 }
 

@@ -105,7 +105,7 @@ fn check_informative(records: &[Record], channel: usize) -> Result<()> {
     let (input, output) = (driver(records), ["current", "speed"][channel]);
     let zero = |signal: &[f64]| peak(signal) <= 0.0;
     let what = match records.iter().all(|record| zero(record.input())) {
-        true => format!("the {input} is zero throughout, so that the input is unknown"),
+        true => format!("the {input} is zero throughout, so that the actual input is unknown"),
         false if records.iter().all(|record| record.measured()[channel].is_none_or(zero)) => {
             format!("the {output} is zero throughout")
         }
@@ -135,7 +135,10 @@ pub(super) fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option
         ))
     } else if !is_measured(records, 1) && BY_CURRENT.into_iter().all(is_free) {
         Some((
-            text!("no speed" {unused} ": current alone leaves K, B and J free along K : B : J = 1 : 2 : 2"),
+            text!(
+                "no speed" {unused} ": current alone leaves one direction of K, B and J open, with steps of the logarithms in "
+                "the ratio K : B : J = 1 : 2 : 2"
+            ),
             text!("record the speed or fix K with "[Fix]),
         ))
     } else {

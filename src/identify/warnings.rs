@@ -101,7 +101,7 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
     }
     let white = found.uncertainty.as_ref().map_or([None; 2], |uncertainty| uncertainty.whiteness);
     let colored = |(name, white): (&str, Option<Whiteness>)| {
-        white.filter(|w| !w.is_white).map(|w| format!("{name} (at lag 1 {:.2})", w.lag1))
+        white.filter(|w| !w.is_white).map(|w| format!("{name} ({:.2} at lag 1)", w.lag1))
     };
     let list: Vec<String> = ["current", "speed"].into_iter().zip(white).filter_map(colored).collect();
     if !list.is_empty() {
