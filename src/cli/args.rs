@@ -102,10 +102,10 @@ pub(crate) struct Recordings {
 pub(crate) struct IdentifyArgs {
     #[command(flatten)]
     pub recordings: Recordings,
-    /// Held-out recordings for validation, which are simulated but not fitted; repeatable
+    /// Held-out recordings, which are simulated but not fitted; repeatable
     #[arg(long, value_name = "RECORD", help_heading = "Validation")]
     pub validate: Vec<PathBuf>,
-    /// Fraction of each recording that is fitted, between 0 and 1; the rest is used for validation
+    /// Fraction of each recording to fit (0 to 1); the rest is for validation
     #[arg(long, value_name = "FRACTION", allow_negative_numbers = true, help_heading = "Validation")]
     pub split: Option<f64>,
     /// Print one JSON document
@@ -114,7 +114,7 @@ pub(crate) struct IdentifyArgs {
     /// Write report.html, result.json and curves.csv to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Write a plot of measured and modelled signals (SVG) to this file, one file per recording
+    /// Write an SVG plot of measured and modelled signals; one file per recording
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
     /// Exit with code 4 unless the level of trust is good
