@@ -29,7 +29,7 @@ pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
     let text = if args.json { json(&bench_document(&spec, &result)) } else { text(&spec, &result) };
     data(&text)?;
     if result.interrupted {
-        style.note("interrupted: the result has the measurements made before");
+        style.note("interrupted: the result has only the measurements made so far");
     } else if !args.no_gpu && !args.no_keep {
         keep(&spec, &result, style);
     }

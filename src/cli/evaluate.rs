@@ -83,7 +83,7 @@ impl Evaluation<'_> {
         let mut interrupted = false;
         self.source.next(most, width, &mut values)?;
         if top.is_none() {
-            signals::remark("interrupted: the output has the candidates evaluated before");
+            signals::remark("interrupted: the output has only the candidates evaluated so far");
             data(&format!("{},cost\n", self.names().join(",")))?;
         }
         self.costs.begin(&values)?;
@@ -115,7 +115,7 @@ impl Evaluation<'_> {
         drop(show);
         self.style.warnings(&self.costs.warnings()[known..]);
         if interrupted {
-            self.style.note("interrupted: the output has the candidates evaluated before");
+            self.style.note("interrupted: the output has only the candidates evaluated so far");
         }
         if done == 0 {
             return Err(Error::data("there are no candidates", "Give a file with at least one row below its heading."));
