@@ -54,7 +54,7 @@ fn other(method: Discretization) -> Option<Discretization> {
 }
 
 /// Compares the fits under the assumed and the alternative intersample behaviour; `None` if the alternative is not better.
-fn judged(here: &Refined, there: &Refined, better: Discretization, count: usize) -> Option<Intersample> {
+fn compared(here: &Refined, there: &Refined, better: Discretization, count: usize) -> Option<Intersample> {
     let count = numeric::count(count) / variance_inflation(&there.uncertainty);
     let (mut log_likelihood, mut sigma_ratio) = (0.0, f64::INFINITY);
     for (here, there) in here.sigma.iter().zip(&there.sigma) {
@@ -94,7 +94,7 @@ pub fn detect_intersample(
     };
     let here = refine(records, &space, &start, &options(method))?;
     let there = refine(records, &space, &here.values, &options(better))?;
-    Ok(judged(&here, &there, better, record.len()))
+    Ok(compared(&here, &there, better, record.len()))
 }
 
 /// Returns the axis of a parameter between two multiples of a value.
@@ -188,6 +188,6 @@ pub(crate) fn intersample_of_current(records: &[Record], model: Model, found: &F
         let options = RefineOptions { model: Model { discretization, ..model }, sigma: None };
         refine(records, found.space, found.values, &options).ok()
     };
-    let between = judged(&refined(method)?, &refined(better)?, better, record.len())?;
+    let between = compared(&refined(method)?, &refined(better)?, better, record.len())?;
     Some(between.warning(Quantity::Current))
 }

@@ -66,7 +66,7 @@ pub fn noise_floor(records: &[&Record], model: Model) -> Result<Option<NoiseFloo
         }
     }
     groups.retain(|group| group.len() > 1);
-    Ok((!groups.is_empty()).then(|| judged(&groups)))
+    Ok((!groups.is_empty()).then(|| noise_floor_of(&groups)))
 }
 
 /// A recording that begins at rest, aligned at the first change of its input.
@@ -126,7 +126,7 @@ impl<'a> Aligned<'a> {
 }
 
 /// Computes the noise floor over groups of recordings with the same input.
-fn judged(groups: &[Vec<Aligned<'_>>]) -> NoiseFloor {
+fn noise_floor_of(groups: &[Vec<Aligned<'_>>]) -> NoiseFloor {
     let mut sums = [Sums::default(); 2];
     let mut samples = Vec::new();
     for group in groups {

@@ -45,13 +45,14 @@ pub(super) fn choose<'a>(
 ) -> Result<Chosen<'a>> {
     if let Some(masked) = masked {
         let chosen = between_samples(on(masked, spec)?, spec)?;
-        if !explains_all(&chosen, records) {
+        if !fits_all(&chosen, records) {
             return Ok(chosen);
         }
     }
     between_samples(on(records, spec)?, spec)
 }
 
+/// Runs stages 1 to 3 on the given recordings with the intersample behaviour of the spec.
 fn on<'a>(records: &'a [Record], spec: &'a IdentifySpec) -> Result<Chosen<'a>> {
     let prepared = Prepared::new(records, Cow::Borrowed(spec))?;
     checks::before(records, &prepared.spec, &prepared.searched(requested_space(records, &prepared.spec)?))?;
@@ -101,13 +102,13 @@ fn may_be_better(there: &Models<'_>, best: &Fit) -> bool {
 
 /// Largest ratio of the root mean square of the residuals of excluded samples to that of the fitted ones at which the model
 /// still fits the excluded samples.
-const EXPLAINED: f64 = 2.0;
+const RMS_RATIO_MAX: f64 = 2.0;
 
 /// Returns true if a model that was fitted to some of the samples fits the excluded ones as well.
-fn explains_all(chosen: &Chosen<'_>, records: &[Record]) -> bool {
+fn fits_all(chosen: &Chosen<'_>, records: &[Record]) -> bool {
     let Some(best) = &chosen.selection.best else { return false };
     let problem = chosen.prepared.fitted(&best.space);
-    let explains = |(n, record): (usize, &Record)| {
+    let fits = |(n, record): (usize, &Record)| {
         let (model, counting) = (problem.simulate(&best.refined.values, n, best.refined.initial[n]), record.counting());
         let fitted = chosen.prepared.records[n].counting();
         record.measured().iter().zip(&model).enumerate().all(|(channel, (measured, model))| {
@@ -118,8 +119,8 @@ fn explains_all(chosen: &Chosen<'_>, records: &[Record]) -> bool {
                 (0..measured.len()).filter(here).map(|n| measured[n] - model[n]).collect()
             };
             let [counted, others] = [of(true), of(false)];
-            others.is_empty() || rms(&others) <= EXPLAINED * rms(&counted)
+            others.is_empty() || rms(&others) <= RMS_RATIO_MAX * rms(&counted)
         })
     };
-    records.iter().enumerate().all(explains)
+    records.iter().enumerate().all(fits)
 }

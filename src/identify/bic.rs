@@ -16,7 +16,7 @@ const GAIN: f64 = 6.0;
 /// Smallest relative decrease of the residual deviation of some channel that matters in practice.
 const SMALLEST: f64 = 0.01;
 
-/// A model with its fit.
+/// A fitted model.
 #[derive(Clone)]
 pub(super) struct Fit {
     pub with: Vec<Extension>,

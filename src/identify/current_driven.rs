@@ -61,9 +61,9 @@ fn check(spec: &IdentifySpec) -> Result<()> {
         let hint = text!("Use " [Method = "auto"] ", or name the column: " [Columns = "voltage=HEADING:V"] ".");
         return Err(Error::usage(message, hint));
     }
-    let asked: &[Extension] = if let With::These(list) = &spec.with { list } else { &[] };
+    let requested: &[Extension] = if let With::These(list) = &spec.with { list } else { &[] };
     let features = spec.space.features();
-    let meant = |e: &Extension| asked.contains(e) || features.has_any(e.parameters());
+    let meant = |e: &Extension| requested.contains(e) || features.has_any(e.parameters());
     let no_sensor = features.has(Parameter::CurrentAverage).then_some(Extension::SensorAverage);
     let Some(extension) = Extension::ALL.into_iter().find(|e| meant(e) && !e.acts_on_current()).or(no_sensor) else {
         return Ok(());

@@ -24,7 +24,7 @@ pub struct SelectionStep {
     /// Fit `100 (1 − ‖y − ŷ‖/‖y − mean y‖)` of current and speed \[%\]; `None` for a channel that was not measured.
     #[serde(serialize_with = "channels::by_name")]
     pub fit_percent: [Option<f64>; 2],
-    /// BIC (Schwarz, 1978) minus the BIC of the model that this one extends: negative if this one is better. `None` for the
+    /// BIC (Schwarz, 1978) minus the BIC of its predecessor in the selection: negative if this model is better. `None` for the
     /// linear motor.
     #[serde(rename = "criterion_gain")]
     pub gain: Option<f64>,
@@ -103,16 +103,17 @@ impl Models<'_> {
         self.ended(from, with, false)
     }
 
-    fn ended(&self, from: &Fit, with: &[Extension], anew: bool) -> Result<Fit> {
+    /// Refines a model in a few iterations from the best of its starts.
+    fn ended(&self, from: &Fit, with: &[Extension], with_delay_starts: bool) -> Result<Fit> {
         let (problem, plain) = self.problems(&from.space, with)?;
         let sigma = &from.refined.weights;
         let there = (&from.space, &from.refined.values[..]);
         let mut starts = vec![warmed(&problem, there)?];
         starts.extend(retimed(&problem, there).transpose()?);
-        if anew && with.iter().any(|e| e.is_late() && !from.with.contains(e)) {
-            starts.extend(explained(&problem, &[from.refined.parameters.to_array()])?.into_iter().take(ANEW));
+        if with_delay_starts && with.iter().any(|e| e.is_late() && !from.with.contains(e)) {
+            starts.extend(explained(&problem, &[from.refined.parameters.to_array()])?.into_iter().take(DELAY_STARTS));
         }
-        let refined = best_start(&plain, &starts, sigma).ok_or_else(nowhere)?;
+        let refined = best_start(&plain, &starts, sigma).ok_or_else(no_start)?;
         Ok(Fit::new(with, &plain, refined))
     }
 
@@ -165,7 +166,7 @@ pub(super) fn shared(problem: &Arc<Problem>, from: &Fit) -> Vec<f64> {
     }
 }
 
-fn nowhere() -> Error {
+fn no_start() -> Error {
     Error::new(
         ErrorKind::NotIdentified,
         "the refinement of this model fails from every start",
@@ -174,7 +175,7 @@ fn nowhere() -> Error {
 }
 
 /// Number of starts for delays that are tried when an extension is added.
-const ANEW: usize = 2;
+const DELAY_STARTS: usize = 2;
 
 pub(super) fn step(records: &[Record], fit: &Fit, gain: Option<f64>, taken: bool) -> SelectionStep {
     let fit_percent = fit_percent(records, &fit.refined);

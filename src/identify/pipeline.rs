@@ -57,8 +57,8 @@ pub fn identify_with(
 fn run(records: &[Record], spec: &IdentifySpec, observe: &mut Observer<'_>) -> Result<Identification> {
     let of_recordings = || warnings::of_recordings(records, spec);
     let (of_recordings, result) = rayon::join(of_recordings, || estimated(records, spec, observe));
-    let explained = |error| of_the_only_file(records, warnings::explained(error, &of_recordings));
-    let (mut result, normalized, evidence) = result.map_err(explained)?;
+    let hinted = |error| of_the_only_file(records, warnings::with_findings(error, &of_recordings));
+    let (mut result, normalized, evidence) = result.map_err(hinted)?;
     let mut warnings = warnings::with_normalized(of_recordings, normalized.as_ref());
     warnings.append(&mut result.warnings);
     result.warnings = warnings;

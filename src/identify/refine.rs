@@ -140,6 +140,7 @@ pub(super) fn from_search(
     from_starts(prepared, problem, found, &starts)
 }
 
+/// Refines the best of several starts.
 fn from_starts(
     prepared: &Prepared<'_>,
     problem: &Arc<Problem>,

@@ -19,7 +19,7 @@ const SAME: f64 = 1.0;
 /// Largest number of restarts from a better optimum that a profile found.
 const RESTARTS: usize = 3;
 /// Smallest fit at which a channel counts as fitted \[%\].
-const NOTHING_PERCENT: f64 = 20.0;
+const FITTED_PERCENT_MIN: f64 = 20.0;
 
 /// Fixes parameters that the recordings do not identify. If no other parameter would be identifiable, the fit remains
 /// unchanged. The parameters in `known` are fixed already.
@@ -50,7 +50,7 @@ fn fix_once(prepared: &Prepared<'_>, fit: &mut Fit, known: Unidentified) -> Resu
     while unidentified.fixed.len() < FIXED_MAX && fit.space.free().len() > 1 {
         let Some(unknown) = next_unknown(&prepared.spec, &fit.space, &fit.refined) else { break };
         let (axis, value) = (fit.space.free()[unknown.index], fit.refined.values[unknown.index]);
-        if is_nothing(prepared, fit) || is_doubtful(prepared, fit) {
+        if is_unfitted(prepared, fit) || is_doubtful(prepared, fit) {
             break;
         }
         let (value, (refined, space)) = fixed_near(prepared, fit, unknown.index, value)?;
@@ -90,8 +90,8 @@ fn others(prepared: &Prepared<'_>, space: &Space, refined: &Refined) -> Result<V
 }
 
 /// Returns true if no channel is fitted, so that there is no partial result.
-fn is_nothing(prepared: &Prepared<'_>, fit: &Fit) -> bool {
-    fit_percent(prepared.records, &fit.refined).iter().flatten().all(|percent| *percent < NOTHING_PERCENT)
+fn is_unfitted(prepared: &Prepared<'_>, fit: &Fit) -> bool {
+    fit_percent(prepared.records, &fit.refined).iter().flatten().all(|percent| *percent < FITTED_PERCENT_MIN)
 }
 
 /// Returns true if a fit may be a wrong optimum, where identifiability has no meaning: a channel is not fitted and its
@@ -102,7 +102,7 @@ fn is_doubtful(prepared: &Prepared<'_>, fit: &Fit) -> bool {
         let mut signals = fit.problem.signals().iter().zip(&fit.refined.sigmas);
         signals.any(|(signals, sigma)| signals.is_above_noise(channel, sigma[channel]))
     };
-    (0..2).any(|channel| percent[channel].is_some_and(|percent| percent < NOTHING_PERCENT) && is_far(channel))
+    (0..2).any(|channel| percent[channel].is_some_and(|percent| percent < FITTED_PERCENT_MIN) && is_far(channel))
 }
 
 /// Frees a parameter that its profile identifies, with the limits of the profile as its interval.

@@ -88,7 +88,7 @@ pub(super) struct Verified {
 
 /// Stage 5, verify: compares a fit with a search of the complete box and with the refined Steiglitz–McBride estimate.
 pub(super) fn verify(prepared: &Prepared<'_>, fit: &Fit, estimate: Option<&Estimate>) -> Verified {
-    judged(prepared, &Claim::of(prepared, fit, estimate))
+    verified(prepared, &Claim::of(prepared, fit, estimate))
 }
 
 /// Replaces a fit by a better reference if the method is [`Method::Auto`], and verifies it again. Returns the verification, and
@@ -127,7 +127,7 @@ pub fn verify_at(records: &[Record], spec: &IdentifySpec, values: &[f64]) -> Res
         is_judged: true,
         estimate: estimate.as_ref().ok(),
     };
-    Ok(judged(&prepared, &claim).verification)
+    Ok(verified(&prepared, &claim).verification)
 }
 
 /// Largest relative difference of two costs that count as equal, above rounding and the tolerance of the refinement.
@@ -162,7 +162,7 @@ impl<'a> Claim<'a> {
     }
 }
 
-fn judged(prepared: &Prepared<'_>, claim: &Claim<'_>) -> Verified {
+fn verified(prepared: &Prepared<'_>, claim: &Claim<'_>) -> Verified {
     let (plain, sigma) = (prepared.fitted(claim.space), sigmas(prepared.records, claim.refined));
     let references = references(&plain, &sigma, claim);
     compared(prepared, (&plain, &sigma), claim, references.as_ref())
@@ -218,7 +218,7 @@ pub(super) fn compared(
     });
     let deviations = prepared.deviations();
     let misfit = |squares: &[[f64; 2]]| weighted(squares, deviations).sqrt();
-    let count = misfit_of_nothing(prepared.records);
+    let count = misfit_of_mean(prepared.records);
     let is_far = || misfit(&start) > MISFIT_TIMES * misfit(&best.squares) + MISFIT_MORE * count;
     let status = match relative(own) {
         gap if gap > EQUAL || (is_judged && is_far()) => Status::SearchStuck,
@@ -256,7 +256,7 @@ pub(super) fn sigmas(records: &[Record], refined: &Refined) -> Vec<[f64; 2]> {
 }
 
 /// Returns the misfit of residuals that are as large as the variation of the signals.
-fn misfit_of_nothing(records: &[Record]) -> f64 {
+fn misfit_of_mean(records: &[Record]) -> f64 {
     let values: usize = records.iter().map(|r| r.len() * r.measured().iter().flatten().count()).sum();
     count(values).sqrt()
 }

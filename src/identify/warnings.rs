@@ -57,13 +57,13 @@ pub(super) fn with_normalized(mut warnings: Vec<Warning>, model: Option<&Normali
 }
 
 /// Largest number of findings that are named before the hint of an error.
-const EXPLAINED_BY: usize = 2;
+const FINDINGS_MAX: usize = 2;
 
 /// Adds findings about the recordings before the hint of a `NotIdentified` error.
-pub(super) fn explained(error: Error, of_recordings: &[Warning]) -> Error {
+pub(super) fn with_findings(error: Error, of_recordings: &[Warning]) -> Error {
     let message = error.message().to_string();
     let is_new = |warning: &&Warning| warning.explains_failure() && warning.message.to_string() != message;
-    let found: Vec<&Warning> = of_recordings.iter().filter(is_new).take(EXPLAINED_BY).collect();
+    let found: Vec<&Warning> = of_recordings.iter().filter(is_new).take(FINDINGS_MAX).collect();
     if found.is_empty() || error.kind() != ErrorKind::NotIdentified {
         return error;
     }
