@@ -24,21 +24,25 @@ pub fn unwritable(path: &Path, error: &io::Error) -> Error {
     Error::data(format!("cannot be written: {}", printable(&error.to_string())), remedy).in_file(path)
 }
 
-/// Returns the error for a file that cannot be read. If the file is missing and its folder has one with a similar name,
-/// the hint suggests that.
+/// Returns the error for a file that cannot be read.
 #[must_use]
 pub fn unreadable(path: &Path, error: &io::Error) -> Error {
     let message = format!("cannot be read: {}", printable(&error.to_string()));
-    let near = || Some(printable(&path.with_file_name(near(path)?).display().to_string()));
     let remedy = match error.kind() {
-        io::ErrorKind::NotFound => near().map_or_else(
-            || "Check the path; relative paths start at the current folder.".to_owned(),
-            |near| format!("Check the path: did you mean {near}?"),
-        ),
-        io::ErrorKind::PermissionDenied => "Allow reading it, or run as a user with permission to read it.".to_owned(),
-        _ => "Check the file and its disk; it must be a regular file.".to_owned(),
+        io::ErrorKind::NotFound => "Check the path; relative paths start at the current folder.",
+        io::ErrorKind::PermissionDenied => "Allow reading it, or run as a user with permission to read it.",
+        _ => "Check the file and its disk; it must be a regular file.",
     };
     Error::data(message, remedy).in_file(path)
+}
+
+/// Returns the error with a similar name prepended to its hint, if its file is missing and the folder has one. Front ends
+/// call this when they show an error; stored errors must not depend on other files in a folder.
+#[must_use]
+pub fn with_similar_name(error: Error) -> Error {
+    let missing = error.path().filter(|path| !path.exists());
+    let Some(similar) = missing.and_then(|path| Some(path.with_file_name(near(path)?))) else { return error };
+    error.hinted_first(&format!("Did you mean {}?", similar.display()).into())
 }
 
 /// Largest number of names of a folder that are searched for a similar one.

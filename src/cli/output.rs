@@ -3,6 +3,7 @@
 use super::args::{Common, When};
 use anstyle::{AnsiColor, Style as Paint};
 use clap::error::{ContextKind, ContextValue};
+use motorfit::file::with_similar_name;
 use motorfit::record::Severity;
 use motorfit::report::command_line;
 use motorfit::text::{nearest as nearest_of, printable};
@@ -50,6 +51,7 @@ impl Style {
     }
 
     pub(crate) fn error(&self, error: &Error) {
+        let error = with_similar_name(error.clone());
         let (message, hint) = (error.spelled(command_line), error.hint().spelled(command_line));
         self.line(&format!("{ERROR}error:{ERROR:#} {message}\n{HELP}help:{HELP:#} {hint}"));
     }

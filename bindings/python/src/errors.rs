@@ -1,5 +1,6 @@
 //! Conversion of the library's errors to exceptions: one class for each kind, settings spelled as keyword arguments.
 
+use motorfit::file::with_similar_name;
 use motorfit::setting::{Command, Form, Reference, Setting};
 use motorfit::{Error, ErrorKind};
 use pyo3::exceptions::PyRuntimeError;
@@ -26,6 +27,7 @@ pub fn exception(py: Python<'_>, error: &Error) -> PyErr {
         ErrorKind::Device => "DeviceError",
         _ => "MotorfitError",
     };
+    let error = with_similar_name(error.clone());
     let (message, hint) = (error.spelled(keyword), error.hint().spelled(keyword));
     let made = || py.import("motorfit._errors")?.getattr(name)?.call1((&message, &hint));
     match made() {
