@@ -81,7 +81,7 @@ fn alone(plain: &Problem, shared: &Refined, recording: usize) -> Option<Own> {
         of.squares[n].iter().zip(refined.sigmas[0]).map(|(squares, sigma)| squares / (sigma * sigma)).sum::<f64>()
     };
     let gain = (sums(shared, recording) - sums(&refined, 0)).max(0.0) / inflation;
-    // With an estimated σ the log-likelihood ratio is `N ln(1 + gain/N)` instead of the gain.
+    // With an estimated σ twice the log-likelihood ratio is `N ln(1 + gain/N)`, less than the gain.
     let signals = &plain.signals()[recording];
     let values = (0..2).filter(|c| signals.has(*c)).map(|c| signals.count(c)).sum::<usize>();
     let effective = (count(values) / inflation).max(1.0);

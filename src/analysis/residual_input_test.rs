@@ -215,7 +215,7 @@ impl Normal {
         Self { scale, inverse, rank }
     }
 
-    /// Returns the minimum-norm solution `M⁺ z` and the rank of `M`; `None` for rank 0.
+    /// Returns the solution of `M x = z` over the excited directions and the rank of `M`; `None` for rank 0.
     fn solve(&self, z: &DVector<f64>) -> Option<(DVector<f64>, usize)> {
         let solution = (&self.inverse * z.component_mul(&self.scale)).component_mul(&self.scale);
         (self.rank > 0).then_some((solution, self.rank))

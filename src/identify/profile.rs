@@ -152,8 +152,8 @@ impl Profile<'_> {
 
     /// Refines the free parameters of the fit with all unidentified ones fixed at `value` and `released`.
     fn rest(&self, value: f64, released: &[f64], start: &[f64]) -> Result<Refined> {
-        let names = [self.profiled].into_iter().chain(self.released.iter().copied()).map(FixedParameter::name);
-        let named = names.zip([value].into_iter().chain(released.iter().copied()));
+        let parameters = [self.profiled].into_iter().chain(self.released.iter().copied()).map(FixedParameter::name);
+        let named = parameters.zip([value].into_iter().chain(released.iter().copied()));
         let fixed = named.map(|((parameter, scope), value)| (parameter, scope, value));
         let space = Space::new(self.others.clone(), self.fixed.iter().copied().chain(fixed).collect())?;
         refine_on(&self.prepared.fitted(&space), start, Some(self.sigma))

@@ -1,4 +1,4 @@
-//! The result of an identification.
+//! The result of an identification, and its validation on held-out recordings.
 
 use super::models::{Alternative, SelectionStep};
 use super::repeated::validation_repeats;

@@ -20,7 +20,7 @@ named! {
 /// A reason against the level `good`.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct TrustReason {
-    /// Stable identifier of the reason, one of [`REASONS`].
+    /// Stable identifier of the reason.
     pub code: &'static str,
     /// Description of the reason.
     pub message: Text,
