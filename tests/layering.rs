@@ -40,6 +40,7 @@ const FORBIDDEN: [(&str, &[&str]); 5] = [
     ("evaluate", &["optimize", "experiment", "warning"]),
     ("estimate", &["optimize", "experiment", "warning"]),
 ];
+/// Base modules and root exports, which every module may use.
 const GROUND: [&str; 12] = [
     "error",
     "limit",

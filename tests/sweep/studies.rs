@@ -1,10 +1,10 @@
-//! Faults of a study are reported with their line.
+//! Proves: errors of a study are reported with their line and a remedy, and nothing is written.
 
 use super::*;
 
 const GOOD: &str = "name = \"night\"\nrecordings = [\"a.csv\"]\nmethods = [\"sm\"]\n";
 
-/// A study that must be refused with its file, a remedy and all parts of a message, and leave nothing.
+/// Asserts that a study is rejected with its file, a remedy and all parts of a message, and leaves no files.
 fn refused(folder: &Folder, study: &str, expected: &str, code: i32) {
     let path = folder.file("wrong.toml", study);
     let (found, out, err) = sweep(&["plan", &path, "--out", &folder.path("wrong")]);
@@ -88,7 +88,7 @@ fn wrong_recordings() {
     for (lacking, key) in [("methods = [\"sm\"]\n", "recordings"), ("recordings = [\"a.csv\"]\n", "methods")] {
         refused(&folder, lacking, &format!("lacks the key \"{key}\""), 2);
     }
-    // Files of one name in two folders are two motors, named by their paths.
+    // Files of the same name in two folders are two motors, named by their paths.
     let study = folder.file("two.toml", "recordings = [\"a.csv\", \"sub/*.csv\"]\nmethods = [\"sm\"]\n");
     done(&[&study, "--out", &folder.path("two")]);
     let motors: Vec<String> =
