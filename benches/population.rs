@@ -13,7 +13,7 @@ use motorfit::identify::Method;
 use motorfit::motor::Space;
 use motorfit::named::Named as _;
 use motorfit::optimize::{Budget, Optimizer, Run, Sample, Sampling, SearchSettings, minimize};
-use motorfit::study::compare::{CompareSpec, Setting, Subject, compare};
+use motorfit::study::compare::{CompareSpec, ComparisonSetting, ComparisonSubject, compare};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use support::{m2_problem, median, seconds};
@@ -74,10 +74,10 @@ fn report(device: &str, evaluator: &(dyn Fn() -> Box<dyn Evaluator> + Sync), pro
 fn preset() {
     let share = || {
         let spec = CompareSpec { noise_records: 0, ..CompareSpec::paper() };
-        let subject = Subject::m2().unwrap();
+        let subject = ComparisonSubject::m2().unwrap();
         let records = subject.records.clone();
         let comparison = compare(subject, &spec, &mut |_| ControlFlow::Continue(())).unwrap();
-        let of = |setting: &Setting| {
+        let of = |setting: &ComparisonSetting| {
             let model = spec.model;
             Arc::new(Problem::new(&records, model, spec.space.clone(), setting.criterion).unwrap())
         };

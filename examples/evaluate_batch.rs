@@ -9,13 +9,13 @@ use motorfit::candidates::Candidates;
 use motorfit::criterion::Criterion;
 use motorfit::evaluate::{Batch, Evaluator, Group, Model, Problem, Simd};
 use motorfit::motor::{Parameters, Space};
-use motorfit::record::read_csv;
+use motorfit::record::read_recording;
 use std::path::Path;
 use std::sync::Arc;
 
 fn main() -> motorfit::Result<()> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/m2-step.csv");
-    let record = read_csv(&path, &[])?;
+    let record = read_recording(&path, &[])?;
     // A problem consists of recordings, a model, a search space and a criterion.
     let problem = Arc::new(Problem::new(&[record], Model::default(), Space::table2(), Criterion::default())?);
     // One candidate per row, R, L, K, B, J: the true motor with resistances from 0.1 to 1 ohm.

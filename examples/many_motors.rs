@@ -10,7 +10,7 @@ use motorfit::device::BatchSearchEvaluator;
 use motorfit::evaluate::{Model, Problem, Simd};
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::motor::{Discretization, Parameters, Space};
-use motorfit::optimize::{Budget, GwoOptions, Run, SearchSettings, Tuned, minimize};
+use motorfit::optimize::{Budget, ConfiguredSearch, GwoOptions, Run, SearchSettings, minimize};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -28,7 +28,7 @@ fn main() -> motorfit::Result<()> {
     // One search per motor; in each generation the populations of all searches are one batch.
     let run = |run: u64| -> motorfit::Result<Run> {
         let setup = SearchSettings { bounds: Space::table2().bounds(), population: 60, generations: 80, seed: 1, run };
-        Ok(Run::new(Tuned::from(GwoOptions::default()).begin(setup)?))
+        Ok(Run::new(ConfiguredSearch::from(GwoOptions::default()).begin(setup)?))
     };
     let mut runs: Vec<Run> = (0..32).map(run).collect::<Result<_, _>>()?;
     let mut searches = BatchSearchEvaluator::new(Box::new(Simd::default()), problems);

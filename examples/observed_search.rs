@@ -8,13 +8,13 @@
 use motorfit::identify::{IdentifySpec, Method, identify_with};
 use motorfit::motor::Parameter;
 use motorfit::optimize::GwoOptions;
-use motorfit::record::read_csv;
+use motorfit::record::read_recording;
 use std::ops::ControlFlow;
 use std::path::Path;
 
 fn main() -> motorfit::Result<()> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/m2-step.csv");
-    let records = [read_csv(&path, &[])?];
+    let records = [read_recording(&path, &[])?];
     let spec = IdentifySpec { method: Method::from(GwoOptions::default()), ..IdentifySpec::default() };
     let mut generations = 0;
     let found = identify_with(&records, &spec, &mut |progress| {

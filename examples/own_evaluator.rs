@@ -7,7 +7,7 @@
 #![allow(clippy::print_stdout, reason = "an example prints")]
 
 use motorfit::candidates::Candidates;
-use motorfit::optimize::{Budget, JayaOptions, Run, SearchSettings, Tuned, minimize};
+use motorfit::optimize::{Budget, ConfiguredSearch, JayaOptions, Run, SearchSettings, minimize};
 use std::ops::ControlFlow;
 
 /// Returns the speed \[rad/s\] of a motor that coasts from 100 rad/s, sampled every 10 ms: `J dω/dt = −B ω − T_c sign(ω)`.
@@ -36,7 +36,7 @@ fn main() -> motorfit::Result<()> {
     };
     let bounds = vec![(1e-5, 1e-3), (1e-4, 0.1)];
     let setup = SearchSettings { bounds, population: 30, generations: 300, seed: 1, run: 0 };
-    let mut runs = [Run::new(Tuned::from(JayaOptions::default()).begin(setup)?)];
+    let mut runs = [Run::new(ConfiguredSearch::from(JayaOptions::default()).begin(setup)?)];
     let budget = Budget { generations: 300, slice: usize::MAX };
     minimize(&mut runs, budget, &mut evaluate, &mut |_| ControlFlow::Continue(()))?;
     let [run] = runs;

@@ -92,7 +92,7 @@ impl Error {
 
     /// Returns the error with `first` prepended to its hint.
     #[must_use]
-    pub(crate) fn hinted_first(mut self, first: &Text) -> Self {
+    pub(crate) fn with_hint_prefix(mut self, first: &Text) -> Self {
         self.0.hint = first.clone().printable().and(" ").and(&self.0.hint);
         self
     }

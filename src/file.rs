@@ -42,7 +42,7 @@ pub fn unreadable(path: &Path, error: &io::Error) -> Error {
 pub fn with_similar_name(error: Error) -> Error {
     let missing = error.path().filter(|path| !path.exists());
     let Some(similar) = missing.and_then(|path| Some(path.with_file_name(near(path)?))) else { return error };
-    error.hinted_first(&format!("Did you mean {}?", similar.display()).into())
+    error.with_hint_prefix(&format!("Did you mean {}?", similar.display()).into())
 }
 
 /// Largest number of names of a folder that are searched for a similar one.

@@ -17,14 +17,14 @@ pub struct Warning {
     /// Description for people.
     pub message: Text,
     /// Location in a recording; `None` if the warning does not come from a diagnosis of one.
-    pub place: Option<Place>,
+    pub place: Option<Location>,
     /// Remedy; `None` if the message already contains it.
     pub remedy: Option<Text>,
 }
 
 /// A location in a recording: signal, times and lines of the file.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Place {
+pub struct Location {
     /// Name of the recording; `None` if there is only one.
     pub recording: Option<String>,
     /// Signal concerned; `None` if there are several.
@@ -40,7 +40,7 @@ pub struct Place {
 /// Largest number of segments that are shown in full.
 const TIMES_SHOWN: usize = 3;
 
-impl fmt::Display for Place {
+impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let from_to = |a: String, b: String| if a == b { a } else { format!("{a} to {b}") };
         let mut parts: Vec<String> = self.recording.iter().cloned().collect();
@@ -60,7 +60,7 @@ impl fmt::Display for Place {
     }
 }
 
-impl serde::Serialize for Place {
+impl serde::Serialize for Location {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
         let figures: Map<String, Value> =
             self.figures.iter().map(|(name, v)| ((*name).to_owned(), (*v).into())).collect();
@@ -72,7 +72,7 @@ impl serde::Serialize for Place {
     }
 }
 
-impl Place {
+impl Location {
     fn of(record: &Record, finding: &Finding) -> Self {
         let (time, lines) = (&record.samples().time_s, &record.source().lines);
         let ends = |range: &std::ops::Range<usize>| {
@@ -101,15 +101,15 @@ impl Warning {
 
     /// Creates a warning from a finding, with the samples as times and lines of the file.
     pub(crate) fn found(record: &Record, finding: Finding) -> Self {
-        let place = Some(Place::of(record, &finding));
+        let place = Some(Location::of(record, &finding));
         let Finding { code, severity, message, remedy, .. } = finding;
         Self { code, severity, message, place, remedy: Some(remedy) }
     }
 
     /// Returns true if this is a reported finding that can cause a failed or poor fit.
     #[must_use]
-    pub fn explains_failure(&self) -> bool {
-        self.severity == Severity::Report && crate::record::explains_failure(self.code)
+    pub fn can_cause_poor_fit(&self) -> bool {
+        self.severity == Severity::Report && crate::record::can_cause_poor_fit(self.code)
     }
 
     /// Returns the warning as one line, with settings spelled as in a front end.

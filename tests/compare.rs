@@ -8,7 +8,7 @@
 use motorfit::criterion::Scale;
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::motor::{Discretization, Parameter, Parameters};
-use motorfit::study::compare::{CompareSpec, Comparison, Setting, Subject, compare};
+use motorfit::study::compare::{CompareSpec, Comparison, ComparisonSetting, ComparisonSubject, compare};
 use serde_json::Value;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -30,7 +30,7 @@ fn ok(args: &[&str]) -> String {
 
 fn paper(runs: usize) -> Comparison {
     let spec = CompareSpec { runs, ..CompareSpec::paper() };
-    compare(Subject::m2().unwrap(), &spec, &mut |_| ControlFlow::Continue(())).unwrap()
+    compare(ComparisonSubject::m2().unwrap(), &spec, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 #[test]
@@ -81,12 +81,12 @@ fn gwo_reproduces_the_paper() {
 
 #[test]
 fn runs_depend_on_seed_and_number_alone() {
-    let alone = |settings: Vec<Setting>, runs: usize| {
+    let alone = |settings: Vec<ComparisonSetting>, runs: usize| {
         let spec = CompareSpec { settings, runs, steiglitz_mcbride: false, ..CompareSpec::default() };
-        compare(Subject::m2().unwrap(), &spec, &mut |_| ControlFlow::Continue(())).unwrap()
+        compare(ComparisonSubject::m2().unwrap(), &spec, &mut |_| ControlFlow::Continue(())).unwrap()
     };
-    let small = Setting { population: 20, generations: 10, ..Setting::paper(Scale::Std) };
-    let longer = Setting { generations: 14, ..small.clone() };
+    let small = ComparisonSetting { population: 20, generations: 10, ..ComparisonSetting::paper(Scale::Std) };
+    let longer = ComparisonSetting { generations: 14, ..small.clone() };
     let both = alone(vec![small.clone(), longer], 5);
     let one = alone(vec![small.clone()], 3);
     for (a, b) in both.blocks[0].results.iter().zip(&one.blocks[0].results) {
@@ -101,7 +101,7 @@ fn runs_depend_on_seed_and_number_alone() {
     // A comparison that is ended after four generations keeps its results.
     let spec = CompareSpec { settings: vec![small], runs: 4, steiglitz_mcbride: false, ..CompareSpec::default() };
     let mut seen = 0;
-    let ended = compare(Subject::m2().unwrap(), &spec, &mut |_| {
+    let ended = compare(ComparisonSubject::m2().unwrap(), &spec, &mut |_| {
         seen += 1;
         if seen == 4 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })
@@ -116,8 +116,8 @@ fn runs_depend_on_seed_and_number_alone() {
 fn an_interrupted_comparison_skips_slow_analyses() {
     let step = Excitation::step(10.5, 1.0, 250.0, 0.001).unwrap();
     let records = vec![simulated(&Parameters::M2, &step, Discretization::Zoh).unwrap()];
-    let subject = Subject { records, truth: None };
-    let small = Setting { population: 4, generations: 50, ..Setting::paper(Scale::Std) };
+    let subject = ComparisonSubject { records, truth: None };
+    let small = ComparisonSetting { population: 4, generations: 50, ..ComparisonSetting::paper(Scale::Std) };
     let spec = CompareSpec { settings: vec![small], runs: 1, ..CompareSpec::default() };
     let ended = compare(subject, &spec, &mut |_| ControlFlow::Break(())).unwrap();
     assert!(ended.interrupted && ended.steiglitz.is_none());
@@ -251,12 +251,12 @@ fn missing_and_diverged_runs_are_reported() {
     assert!(text.contains("every candidate diverged"), "{text}");
     assert!(page("wild").contains(": every candidate diverged.") && !page("wild").contains("has the lowest median"));
     // The second block is not started.
-    let small = Setting { population: 20, generations: 5, ..Setting::paper(Scale::Std) };
-    let later = Setting { generations: 6, ..small.clone() };
+    let small = ComparisonSetting { population: 20, generations: 5, ..ComparisonSetting::paper(Scale::Std) };
+    let later = ComparisonSetting { generations: 6, ..small.clone() };
     let spec =
         CompareSpec { settings: vec![small, later], runs: 4, steiglitz_mcbride: false, ..CompareSpec::default() };
     let mut seen = 0;
-    let ended = compare(Subject::m2().unwrap(), &spec, &mut |_| {
+    let ended = compare(ComparisonSubject::m2().unwrap(), &spec, &mut |_| {
         seen += 1;
         if seen == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })

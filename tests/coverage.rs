@@ -6,7 +6,7 @@
 
 mod support;
 
-use motorfit::estimate::{RefineOptions, Refined, fit_problem, refine, refine_on, widened};
+use motorfit::estimate::{RefineOptions, Refined, fit_problem, refine, refine_on, robust_uncertainty};
 use motorfit::evaluate::{Initial, Model};
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::identify::{IdentifySpec, identify};
@@ -98,7 +98,7 @@ fn refined(record: &Record) -> Refined {
 fn one(record: &Record) -> [[(bool, f64); 2]; 5] {
     let fit = refined(record);
     let problem = fit_problem(std::slice::from_ref(record), &space(), Model::default()).unwrap();
-    let wide = widened(&problem, &fit);
+    let wide = robust_uncertainty(&problem, &fit);
     let truth = Parameters::M2.to_array();
     std::array::from_fn(|p| {
         [&wide, &fit.uncertainty].map(|of| {
@@ -140,7 +140,7 @@ fn white_residuals_keep_their_standard_errors_bit_for_bit() {
             let fit = refined(&record);
             if fit.uncertainty.whiteness.iter().flatten().all(|of| of.is_white) {
                 let problem = fit_problem(std::slice::from_ref(&record), &space(), Model::default()).unwrap();
-                assert_eq!(widened(&problem, &fit), fit.uncertainty);
+                assert_eq!(robust_uncertainty(&problem, &fit), fit.uncertainty);
                 assert_eq!(fit.uncertainty.widened_by, 1.0);
                 tested += 1;
             }
@@ -160,7 +160,7 @@ fn no_standard_error_decreases() {
         let records = [noisy(&clean, Noise::Ar(-0.6), seed), noisy(&clean, Noise::Ar(0.8), 100 + seed)];
         let problem = fit_problem(&records, &space, Model::default()).unwrap();
         let fit = refine_on(&problem, &[m2.b; 2], None).unwrap();
-        let wide = widened(&problem, &fit);
+        let wide = robust_uncertainty(&problem, &fit);
         let [first, second] = [0, 1].map(|n| wide.std_error[n].unwrap() / fit.uncertainty.std_error[n].unwrap());
         assert!(first == 1.0 && second > 1.5 && (wide.widened_by - second).abs() < 1e-9, "{seed}: {first} {second}");
     }
@@ -189,7 +189,7 @@ fn nearly_unstable_autoregressions_leave_standard_errors_finite() {
     for rho in [0.999, 0.99999, 1.0 - 1e-9] {
         let fit = refined(&noisy(&clean, Noise::Ar(rho), 1));
         let problem = fit_problem(&[noisy(&clean, Noise::Ar(rho), 1)], &space(), Model::default()).unwrap();
-        let wide = widened(&problem, &fit);
+        let wide = robust_uncertainty(&problem, &fit);
         // Perfectly correlated residuals would count as one sample.
         assert!(wide.widened_by.is_finite() && wide.widened_by <= (2.0 * SAMPLES as f64).sqrt(), "{}", wide.widened_by);
         assert!(wide.std_error.iter().flatten().count() >= 4, "{rho}: {:?}", wide.std_error);
@@ -203,8 +203,8 @@ fn dense(coefficients: &[f64], innovation: f64, size: usize) -> DMatrix<f64> {
         let pairs = coefficients.iter().zip(response.iter().rev());
         response.push(pairs.map(|(a, past)| a * past).sum());
     }
-    let lagged = |lag: usize| response.iter().zip(&response[lag..]).map(|(a, b)| a * b).sum::<f64>();
-    let lags: Vec<f64> = (0..size).map(lagged).collect();
+    let delayed_estimates = |lag: usize| response.iter().zip(&response[lag..]).map(|(a, b)| a * b).sum::<f64>();
+    let lags: Vec<f64> = (0..size).map(delayed_estimates).collect();
     DMatrix::from_fn(size, size, |a, b| innovation * lags[a.abs_diff(b)])
 }
 
@@ -217,7 +217,7 @@ fn against_full_matrices(record: &Record, initial: Initial) -> f64 {
     let (space, model) = (Space::new(vec![axis], fixed.to_vec()).unwrap(), Model { initial, ..Model::default() });
     let problem = fit_problem(std::slice::from_ref(record), &space, model).unwrap();
     let refined = refine_on(&problem, &[m2.r], None).unwrap();
-    let (found, signals) = (widened(&problem, &refined), &problem.signals()[0]);
+    let (found, signals) = (robust_uncertainty(&problem, &refined), &problem.signals()[0]);
     let size = if signals.initial_is_free { 3 } else { 1 };
     let simulated = |by: &[f64]| {
         let initial = [0, 1].map(|n| refined.initial[0][n] + by.get(1 + n).copied().unwrap_or(0.0));

@@ -17,7 +17,7 @@ use motorfit::experiment::{Excitation, simulated, with_noise};
 use motorfit::identify::{Identification, IdentifySpec, Method, hold_out, identify};
 use motorfit::motor::{Discretization, Extension, Parameter, Parameters, With};
 use motorfit::named::Named as _;
-use motorfit::record::{Record, read_csv};
+use motorfit::record::{Record, read_recording};
 use motorfit::{Error, ErrorKind};
 use rand::RngExt as _;
 use rayon::prelude::*;
@@ -26,7 +26,7 @@ use varied::{KINDS, log_uniform, noisy, numbers};
 const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/m2-step.csv");
 
 fn example() -> Record {
-    read_csv(std::path::Path::new(EXAMPLE), &[]).unwrap()
+    read_recording(std::path::Path::new(EXAMPLE), &[]).unwrap()
 }
 
 fn with(names: &str) -> IdentifySpec {

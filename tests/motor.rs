@@ -6,7 +6,7 @@
 #![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
 
 use motorfit::experiment::{Excitation, simulated};
-use motorfit::motor::{Discretization, Drive, Parameters, StepMap, matrix_logarithm, response, simulate};
+use motorfit::motor::{Discretization, Parameters, SimulationInput, StepMap, matrix_logarithm, response, simulate};
 
 const M2: Parameters = Parameters::M2;
 
@@ -138,7 +138,7 @@ fn a_torque_brakes_and_a_ramp_is_exact_with_foh() {
     let ramp = |period: f64, count: usize| -> Vec<f64> { (0..count).map(|n| 5.0 * n as f64 * period).collect() };
     let (coarse, fine) = (ramp(0.01, 101), ramp(0.005, 201));
     let run = |voltage: &[f64], h: f64| {
-        let drive = Drive { step_s: &[h], step_index: &[], voltage, voltage_end: &[], torque: &[] };
+        let drive = SimulationInput { step_s: &[h], step_index: &[], voltage, voltage_end: &[], torque: &[] };
         let [current, speed] = simulate(&M2, &drive, [0.0; 2], Discretization::Foh);
         (current[current.len() - 1], speed[speed.len() - 1])
     };
@@ -146,7 +146,8 @@ fn a_torque_brakes_and_a_ramp_is_exact_with_foh() {
     assert!((a.0 - b.0).abs() < 1e-12 && (a.1 - b.1).abs() < 1e-10, "{a:?} {b:?}");
     let voltage = vec![0.0; 4000];
     let torque = vec![0.01; 4000];
-    let drive = Drive { step_s: &[0.001], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &torque };
+    let drive =
+        SimulationInput { step_s: &[0.001], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &torque };
     let [_, speed] = simulate(&M2, &drive, [0.0; 2], Discretization::Zoh);
     let steady = M2.steady_state(0.0, 0.01);
     assert!(steady[1] < 0.0 && (speed[3999] / steady[1] - 1.0).abs() < 1e-12);

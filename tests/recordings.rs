@@ -7,7 +7,7 @@
 mod support;
 
 use motorfit::Error;
-use motorfit::record::{Quantity, ReadOptions, Record, parse_columns, read_bytes, read_csv, write_csv};
+use motorfit::record::{Quantity, ReadOptions, Record, parse_columns, read_bytes, read_recording, write_csv};
 use proptest::prelude::*;
 use std::path::Path;
 use support::{changed, m2_record};
@@ -205,7 +205,7 @@ fn real_recordings() {
         if path.extension().is_none_or(|e| e != "csv") {
             continue;
         }
-        let record = read_csv(&path, &columns).unwrap_or_else(|e| panic!("{e}"));
+        let record = read_recording(&path, &columns).unwrap_or_else(|e| panic!("{e}"));
         assert!((record.period_s() - 0.001).abs() < 1e-12 && record.len() > 9000, "{}", path.display());
         read += 1;
     }

@@ -130,7 +130,7 @@ fn a_thousand_random_motors() {
             let sm = steiglitz_mcbride(&noisy, Model::default()).unwrap().ok().map(|e| e.parameters.to_array());
             let errors = sm.map(|sm| [0, 1, 2, 3, 4].map(|p| (sm[p] - truth[p]).abs() / bound[p]));
             // Motors that are not identifiable at 30 dB have no unique optimum.
-            let knows = best.uncertainty.unknown.is_empty() && best.at_bound.iter().all(Option::is_none);
+            let knows = best.uncertainty.unidentifiable.is_empty() && best.at_bound.iter().all(Option::is_none);
             let found = identify(std::slice::from_ref(&noisy), &IdentifySpec::default());
             let apart = if knows {
                 let found = found.unwrap_or_else(|e| panic!("{truth:?}: {e}"));
@@ -280,7 +280,7 @@ fn other_excitations_periods_and_motors_without_flags() {
                 Err(error) => {
                     // A failure is allowed only if the parameters are not identifiable at the truth.
                     let best = refined(&noisy, &wide(motor.to_array()), motor.to_array(), None);
-                    let tells = best.uncertainty.unknown.is_empty() && best.at_bound.iter().all(Option::is_none);
+                    let tells = best.uncertainty.unidentifiable.is_empty() && best.at_bound.iter().all(Option::is_none);
                     assert!(!tells, "{name}, {shape}: {error}");
                     println!("{name}, {shape}: {error}");
                     continue;

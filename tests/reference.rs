@@ -9,9 +9,9 @@ use motorfit::evaluate::Initial;
 use motorfit::identify::{IdentifySpec, Method, Polish, REASONS, TrustLevel};
 use motorfit::limit::Limit;
 use motorfit::motor::Extension;
-use motorfit::motor::{Discretization, Parameter, UsualBounds};
+use motorfit::motor::{DefaultBounds, Discretization, Parameter};
 use motorfit::named::Named;
-use motorfit::optimize::{Range, SEARCHES, Sample, Sampling, SearchSettings, Tuned};
+use motorfit::optimize::{ConfiguredSearch, Range, SEARCHES, Sample, Sampling, SearchSettings};
 use motorfit::record::{BadRows, FINDINGS, FORMATS, Gaps, LowPass, ReadOptions, Reading};
 use motorfit::setting::Setting;
 use motorfit::settings::{self, DEVICE, Given, Kind, PROBLEM, READING, SEARCH, Value, row};
@@ -48,7 +48,7 @@ fn named<T: Named + Default>(title: &str) -> String {
 
 fn settings_of_searches() -> String {
     let rows = SEARCHES.into_iter().flat_map(|search| {
-        let usual = Tuned::from(search);
+        let usual = ConfiguredSearch::from(search);
         search.settings.iter().enumerate().map(move |(place, setting)| {
             let range = match setting.range {
                 Range::Number(min, max, above) => {
@@ -67,15 +67,15 @@ fn settings_of_searches() -> String {
 
 fn parameters() -> String {
     let row = |parameter: Parameter| {
-        let bounds = match parameter.usual_bounds() {
-            UsualBounds::Fixed(min, max) => format!("{min} to {max}"),
-            UsualBounds::OfTorque(min, max) => format!("{min} to {max} of the stall torque"),
-            UsualBounds::OfInput(min, max) => format!("{min} to {max} of the largest input"),
-            UsualBounds::Late(early, periods, constants) => {
+        let bounds = match parameter.default_bounds() {
+            DefaultBounds::Fixed(min, max) => format!("{min} to {max}"),
+            DefaultBounds::OfTorque(min, max) => format!("{min} to {max} of the stall torque"),
+            DefaultBounds::OfInput(min, max) => format!("{min} to {max} of the largest input"),
+            DefaultBounds::Late(early, periods, constants) => {
                 let from = if early < 0.0 { format!("{early} period") } else { "0".to_owned() };
                 format!("{from} to {periods} periods or {constants} time constants")
             }
-            UsualBounds::Samples => "1 to a quarter of the recording, 300 at most".to_owned(),
+            DefaultBounds::Samples => "1 to a quarter of the recording, 300 at most".to_owned(),
         };
         let extension = Extension::of(parameter).map_or("", Extension::name).to_owned();
         let cells = [parameter.symbol(), parameter.unit(), parameter.domain(), parameter.text()].map(str::to_owned);

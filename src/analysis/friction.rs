@@ -11,7 +11,7 @@ use crate::motor::{Axis, Parameter, Scope, Space};
 use crate::numeric::chi_square_limit;
 use crate::record::Record;
 use crate::text::significant;
-use crate::warning::{Place, Warning, name_of};
+use crate::warning::{Location, Warning, name_of};
 
 /// Friction parameters.
 pub(super) const FRICTION: [Parameter; 2] = [Parameter::B, Parameter::Coulomb];
@@ -49,7 +49,7 @@ fn of_parameter(records: &[Record], parameter: Parameter, plain: &Problem, share
     let figures = vec![("lowest", own.values[first + low]), ("highest", own.values[first + high]), ("gain", gain)];
     let remedy = "Fit the recordings one by one, or record them under one condition: warm, same load, similar speeds.";
     Some(Warning {
-        place: Some(Place { recording: Some("all recordings".to_owned()), figures, ..Place::default() }),
+        place: Some(Location { recording: Some("all recordings".to_owned()), figures, ..Location::default() }),
         remedy: Some(remedy.into()),
         ..Warning::new("friction_differs", message)
     })

@@ -13,7 +13,7 @@ use crate::motor::{Axis, Parameter, Scope, Space};
 use crate::numeric::{chi_square_limit, count};
 use crate::record::Record;
 use crate::text::significant;
-use crate::warning::{Place, Warning, name_of};
+use crate::warning::{Location, Warning, name_of};
 use rayon::prelude::*;
 
 /// Largest number of recordings that are tested.
@@ -156,7 +156,7 @@ fn warning(records: &[Record], odd: usize, differences: &[Difference], gain: f64
     );
     let remedy = "Fit the recordings one by one; check whether the motor, its temperature or its load changed.";
     Warning {
-        place: Some(Place { recording: Some(name), figures: vec![("gain", gain)], ..Place::default() }),
+        place: Some(Location { recording: Some(name), figures: vec![("gain", gain)], ..Location::default() }),
         remedy: Some(remedy.into()),
         ..Warning::new("recordings_differ", message)
     }

@@ -16,7 +16,7 @@ use crate::numeric;
 use crate::record::{Quantity, Record};
 use crate::setting::text;
 use crate::text::{engineering, significant};
-use crate::warning::{Place, Warning};
+use crate::warning::{Location, Warning};
 
 /// An intersample behaviour that fits better than the assumed one.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,7 +79,7 @@ pub fn detect_intersample(
 ) -> Result<Option<Intersample>> {
     let by_voltage = record.driver() == Quantity::Voltage;
     let Some(better) = other(method).filter(|_| by_voltage && is_lively(record)) else { return Ok(None) };
-    let alone = (start.is_none() && record.measured()[1].is_some()).then(|| record.speed_alone());
+    let alone = (start.is_none() && record.measured()[1].is_some()).then(|| record.without_current());
     let record = alone.as_ref().unwrap_or(record);
     let records = std::slice::from_ref(record);
     let options =
@@ -123,7 +123,7 @@ impl Intersample {
         let smaller = significant(100.0 * (1.0 - self.sigma_ratio), 2);
         Warning {
             remedy: Some(text!("Use " [Discretization = "{follows}"] ".")),
-            place: Some(Place { quantity: Some(driver), ..Place::default() }),
+            place: Some(Location { quantity: Some(driver), ..Location::default() }),
             ..Warning::new(
                 "between_samples",
                 format!("the motor follows the {driver} {what}: residuals are {smaller} % smaller"),

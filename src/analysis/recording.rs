@@ -2,7 +2,7 @@
 
 use crate::record::{Finding, Quantity, Record, Severity, diagnose};
 use crate::setting::{Text, text};
-use crate::warning::{Place, Warning, name_of};
+use crate::warning::{Location, Warning, name_of};
 
 /// Returns the warnings about recordings, each with the name of its recording.
 #[must_use]
@@ -10,7 +10,7 @@ pub fn warnings_of_records(records: &[Record]) -> Vec<Warning> {
     let named = |record: &Record| {
         let name = name_of(record);
         let place = move |warning: Warning| {
-            let place = Place { recording: Some(name.clone()), ..warning.place.unwrap_or_default() };
+            let place = Location { recording: Some(name.clone()), ..warning.place.unwrap_or_default() };
             Warning { place: Some(place), ..warning }
         };
         record_warnings(record).into_iter().map(place).collect::<Vec<_>>()

@@ -4,7 +4,7 @@
 use super::fitted::FittedMotor;
 use super::residual_input_test::{Regressors, ResidualInputTest, Residuals, residual_input_test};
 use crate::channels::Channels;
-use crate::estimate::{INDEPENDENT_MIN, Uncertainty, Whiteness};
+use crate::estimate::{EFFECTIVE_RATIO_MIN, Uncertainty, Whiteness};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Scope};
 use crate::record::{Record, driver};
@@ -42,7 +42,8 @@ pub(crate) fn residual_tests(
         let mut regressors = None;
         [0, 1].map(|channel| {
             // Residuals of low-pass filtered signals are correlated even if the model is complete.
-            let measured = record.measured()[channel].filter(|_| signals.independent >= INDEPENDENT_MIN)?;
+            let measured =
+                record.measured()[channel].filter(|_| signals.effective_sample_ratio >= EFFECTIVE_RATIO_MIN)?;
             let counting: Vec<bool> = match record.excluded().is_empty() {
                 true => Vec::new(),
                 false => (0..record.len()).map(|n| signals.counts(channel, n)).collect(),

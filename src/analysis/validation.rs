@@ -4,7 +4,7 @@ use super::fit_metrics::FitMetrics;
 use super::fitted::FittedMotor;
 use super::residuals::{ResidualTests, moved, residual_tests};
 use crate::criterion::Criterion;
-use crate::estimate::{best_start, explained, fit_problem, initial_states, signal_deviations};
+use crate::estimate::{best_start, delay_starts, fit_problem, initial_states, signal_deviations};
 use crate::evaluate::{Model, Problem};
 use crate::motor::{Axis, Input, Parameter, Scope, Space};
 use crate::record::{Quantity, Record};
@@ -151,7 +151,7 @@ fn settle(record: &Record, found: &FittedMotor<'_>, model: Model, criterion: Cri
         let space = Space::new(own.clone(), fixed.iter().copied().chain(known).collect())?;
         let plain = fit_problem(alone, &space, model)?;
         let problem = Arc::new(Problem::new(alone, model, space, criterion)?);
-        let starts = explained(&problem, &[found.parameters.to_array()])?;
+        let starts = delay_starts(&problem, &[found.parameters.to_array()])?;
         let settled = best_start(&plain, &starts, &signal_deviations(alone));
         initial = settled.as_ref().map(|settled| settled.initial.clone());
         let of_own = settled.map(|settled| settled.values).or_else(|| starts.into_iter().next()).unwrap_or_default();

@@ -51,8 +51,12 @@ fn keep(spec: &ThroughputSpec, result: &Throughput, style: &Style) {
         style.note(&format!("{few}, and all threads"));
         return;
     }
-    let Some(paces) = result.paces().filter(|paces| !paces.adapters.is_empty()) else { return };
-    match cache::keep(&paces) {
+    let Some(throughput_profile) =
+        result.throughput_profile().filter(|throughput_profile| !throughput_profile.adapters.is_empty())
+    else {
+        return;
+    };
+    match cache::keep(&throughput_profile) {
         Ok(Some(path)) => style.note(&format!("stored for --device auto: {}", path.display())),
         Ok(None) => style.note("not stored for --device auto: there is no home folder"),
         Err(error) => style.note(&format!("not stored for --device auto: {error}")),

@@ -15,7 +15,7 @@ fn cache_path() -> Option<PathBuf> {
 
 /// Returns the stored throughput profile if it is of this processor and version. A file that cannot be read is reported and
 /// ignored.
-pub(super) fn paces(style: &Style) -> Option<ThroughputProfile> {
+pub(super) fn throughput_profile(style: &Style) -> Option<ThroughputProfile> {
     let path = cache_path()?;
     let text = match std::fs::read_to_string(&path) {
         Ok(text) => text,
@@ -26,7 +26,7 @@ pub(super) fn paces(style: &Style) -> Option<ThroughputProfile> {
         }
     };
     match serde_json::from_str::<ThroughputProfile>(&text) {
-        Ok(paces) => Some(paces).filter(ThroughputProfile::are_current),
+        Ok(throughput_profile) => Some(throughput_profile).filter(ThroughputProfile::is_current),
         Err(error) => {
             style.note(&format!("{} is no measurement of bench ({error}); the next one replaces it", path.display()));
             None
@@ -35,9 +35,9 @@ pub(super) fn paces(style: &Style) -> Option<ThroughputProfile> {
 }
 
 /// Stores a throughput profile. Returns the path, `None` if the user has no home folder.
-pub(super) fn keep(paces: &ThroughputProfile) -> Result<Option<PathBuf>> {
+pub(super) fn keep(throughput_profile: &ThroughputProfile) -> Result<Option<PathBuf>> {
     let Some(path) = cache_path() else { return Ok(None) };
-    let text = serde_json::to_string_pretty(paces)
+    let text = serde_json::to_string_pretty(throughput_profile)
         .map_err(|e| Error::data(format!("the measurement cannot be stored: {e}"), "Add --no-keep."))?;
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(|e| {

@@ -9,7 +9,7 @@ use motorfit::report::compare::{compare_document, paper_tables, quartiles, setti
 use motorfit::report::figures::model;
 use motorfit::report::{Table, compare_page};
 use motorfit::settings::Value;
-use motorfit::study::compare::{Block, CompareSettings, CompareSpec, Comparison, Subject, compare, reached};
+use motorfit::study::compare::{Block, CompareSettings, CompareSpec, Comparison, ComparisonSubject, compare, reached};
 
 /// Width of printed tables \[characters\].
 const WIDTH: usize = 80;
@@ -145,13 +145,13 @@ fn history(block: &Block) -> String {
     out::curves(&heads, &columns)
 }
 
-fn subject(args: &CompareArgs) -> Result<Subject> {
+fn subject(args: &CompareArgs) -> Result<ComparisonSubject> {
     if args.records.is_empty() {
-        return Subject::m2();
+        return ComparisonSubject::m2();
     }
     let mut given = args.reading.0.clone();
     given.put(Setting::Discretization, Value::Text(args.discretization.name().to_owned()));
-    Ok(Subject { records: inputs::records(&args.records, &given)?, truth: None })
+    Ok(ComparisonSubject { records: inputs::records(&args.records, &given)?, truth: None })
 }
 
 fn requested(args: &CompareArgs) -> CompareSettings {
@@ -179,7 +179,7 @@ fn spec(args: &CompareArgs, requested: &CompareSettings, device: IdentifySpec) -
         target: args.target,
         device: device.device,
         precision: device.precision,
-        paces: device.paces,
+        throughput_profile: device.throughput_profile,
         ..base
     })
 }

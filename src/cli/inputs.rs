@@ -100,5 +100,8 @@ pub(super) fn device(args: &DeviceArgs, style: &Style) -> Result<IdentifySpec> {
 }
 
 fn measured(spec: IdentifySpec, style: &Style) -> IdentifySpec {
-    IdentifySpec { paces: if spec.device == DeviceSpec::Auto { cache::paces(style) } else { None }, ..spec }
+    IdentifySpec {
+        throughput_profile: if spec.device == DeviceSpec::Auto { cache::throughput_profile(style) } else { None },
+        ..spec
+    }
 }

@@ -7,7 +7,7 @@ use super::output::is_read;
 use super::prelude::*;
 use motorfit::criterion::Noise;
 use motorfit::experiment::{Excitation, StepExperiment, noise_of, simulated, with_noise};
-use motorfit::motor::{Discretization, Response};
+use motorfit::motor::{Discretization, StepResponse};
 use motorfit::record::{Quantity, parse_columns, read_inputs, write_csv};
 use motorfit::report::SignalFacts;
 use std::ops::ControlFlow;
@@ -76,7 +76,7 @@ fn interrupted(style: &Style) -> Outcome {
     Outcome::Interrupted
 }
 
-fn describe(args: &SimulateArgs, quantity: Quantity, response: &Response, style: &Style) {
+fn describe(args: &SimulateArgs, quantity: Quantity, response: &StepResponse, style: &Style) {
     let unit = quantity.unit();
     let settled = response.settling_time_s.map_or_else(
         || "does not settle".to_owned(),

@@ -64,7 +64,7 @@ impl BatchSearchEvaluator {
     }
 
     /// Replaces the problems: later populations are those of other runs on the same device.
-    pub fn turn_to(&mut self, problems: Vec<Arc<Problem>>) {
+    pub fn set_problems(&mut self, problems: Vec<Arc<Problem>>) {
         self.problems = problems;
         self.references.clear();
         self.pending.clear();
@@ -91,7 +91,7 @@ impl BatchSearchEvaluator {
 
     /// Adds a warning that this device replaces one that failed with `error`.
     #[must_use]
-    pub fn in_place_of_one_that_failed(mut self, error: &crate::Error) -> Self {
+    pub fn replacing_failed(mut self, error: &crate::Error) -> Self {
         self.opened.warnings.push(taken_over(error));
         self
     }

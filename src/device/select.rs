@@ -72,7 +72,7 @@ pub struct DeviceSettings {
     /// The requested precision.
     pub precision: PrecisionSpec,
     /// Throughput measured on this machine, for `auto`; with `None` fixed limits on the work decide.
-    pub paces: Option<ThroughputProfile>,
+    pub throughput_profile: Option<ThroughputProfile>,
     /// Number of threads; `None` uses the rayon pool of the caller.
     pub threads: Option<usize>,
     /// Number of candidates in a generation.
@@ -273,9 +273,10 @@ fn worth_opening(settings: &DeviceSettings, problem: &Problem) -> Option<usize> 
         generations: settings.generations as u64,
         threads: rayon::current_num_threads(),
     };
-    let paces = settings.paces.as_ref().filter(|paces| paces.are_current());
+    let throughput_profile =
+        settings.throughput_profile.as_ref().filter(|throughput_profile| throughput_profile.is_current());
     let precision = (settings.precision == PrecisionSpec::F64).then_some("f64");
-    let faster = paces.and_then(|paces| paces.faster(work, precision));
+    let faster = throughput_profile.and_then(|throughput_profile| throughput_profile.faster(work, precision));
     if faster.is_none() && !is_large(work) {
         return None;
     }
@@ -283,7 +284,8 @@ fn worth_opening(settings: &DeviceSettings, problem: &Problem) -> Option<usize> 
         a.name == known.name && a.driver == known.driver && a.backend == known.backend
     };
     let real: Vec<gpu::AdapterFacts> = gpu::list().into_iter().filter(|a| a.kind != "software").collect();
-    let measured = |a: &&gpu::AdapterFacts| paces.is_some_and(|p| p.adapters.iter().any(|known| is(a, known)));
+    let measured =
+        |a: &&gpu::AdapterFacts| throughput_profile.is_some_and(|p| p.adapters.iter().any(|known| is(a, known)));
     let chosen = faster.and_then(|faster| real.iter().find(|a| is(a, faster)));
     let unknown = || real.iter().filter(|_| is_large(work)).find(|a| !measured(a));
     chosen.or_else(unknown).map(|a| a.index)

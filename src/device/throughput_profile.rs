@@ -102,7 +102,7 @@ impl ThroughputProfile {
 
     /// Returns true if the profile was measured with this processor and this version of the program.
     #[must_use]
-    pub fn are_current(&self) -> bool {
+    pub fn is_current(&self) -> bool {
         self.motorfit == env!("CARGO_PKG_VERSION") && self.cpu == Self::this_cpu()
     }
 
@@ -153,7 +153,7 @@ mod tests {
 
     /// A profile with a CPU of 1e9 candidate-steps per second and an adapter a hundred times faster that takes at least 1 ms
     /// per batch and 0.5 s to open.
-    fn paces() -> ThroughputProfile {
+    fn throughput_profile() -> ThroughputProfile {
         let points = |rate: f64, least: f64| {
             let at = |population: u64| {
                 let seconds = (1000.0 * count_u64(population) / rate).max(least);
@@ -186,19 +186,21 @@ mod tests {
 
     #[test]
     fn an_adapter_is_taken_where_it_pays_and_only_there() {
-        let paces = paces();
+        let throughput_profile = throughput_profile();
         let work = |population, generations| Work { samples: 1000, population, generations, threads: 2 };
-        let taken = |work, precision| paces.faster(work, precision).map(|a| (a.kind.as_str(), a.precision.as_str()));
+        let taken = |work, precision| {
+            throughput_profile.faster(work, precision).map(|a| (a.kind.as_str(), a.precision.as_str()))
+        };
         // A generation of 100 × 1000 takes 0.1 ms on the CPU and 1 ms on the adapter, which is never faster.
         assert_eq!(taken(work(100, 1_000_000), None), None);
         // A generation of 1e5 × 1000 takes 0.1 s on the CPU and 1 ms on the adapter, which is faster from six generations on.
         assert_eq!(taken(work(100_000, 5), None), None);
         assert_eq!(taken(work(100_000, 6), None), Some(("discrete", "f64")));
         // With twice the threads the CPU is faster again.
-        assert_eq!(paces.faster(Work { threads: 4, ..work(100_000, 6) }, None), None);
+        assert_eq!(throughput_profile.faster(Work { threads: 4, ..work(100_000, 6) }, None), None);
         assert_eq!(taken(work(1_000_000, 100), Some("f32")), Some(("discrete", "f32")));
-        assert!(paces.are_current());
-        assert!(!ThroughputProfile { motorfit: "0.0.0".to_owned(), ..paces.clone() }.are_current());
-        assert!(!ThroughputProfile { cpu: "another".to_owned(), ..paces }.are_current());
+        assert!(throughput_profile.is_current());
+        assert!(!ThroughputProfile { motorfit: "0.0.0".to_owned(), ..throughput_profile.clone() }.is_current());
+        assert!(!ThroughputProfile { cpu: "another".to_owned(), ..throughput_profile }.is_current());
     }
 }

@@ -222,7 +222,7 @@ impl<'a> Descent<'a> {
         let axes = fit.problem.space().free();
         // Filtered samples are not independent: the effective sample size is smaller.
         let effective_sigma =
-            |(sigma, signals): (&[f64; 2], &Arc<Signals>)| sigma.map(|s| s / signals.independent.sqrt());
+            |(sigma, signals): (&[f64; 2], &Arc<Signals>)| sigma.map(|s| s / signals.effective_sample_ratio.sqrt());
         let informing: Sigma = self.sigma.iter().zip(fit.problem.signals()).map(effective_sigma).collect();
         let (matrix, gradient) = fit.weighted(normal, &informing);
         let free = self.free(&gradient);

@@ -8,7 +8,7 @@ use super::normal::Sigma;
 use super::refine::{Effort, refine_problem};
 use super::refined::Refined;
 use super::rough::{RoughProblem, is_same};
-use super::starts::{descended, orders};
+use super::starts::{coordinate_search, orders};
 use crate::Result;
 use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Evaluator as _, Group, Problem, Simd};
@@ -112,7 +112,7 @@ fn starts(problem: &Problem, sigma: &Sigma) -> Result<Vec<Vec<f64>>> {
         let best = range.min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(n * part);
         let point = points[best * axes.len()..(best + 1) * axes.len()].to_vec();
         match n % 2 == 1 && !orders.is_empty() {
-            true => Ok(descended(&problem, point, &orders[n / 2 % orders.len()], 1)?.1),
+            true => Ok(coordinate_search(&problem, point, &orders[n / 2 % orders.len()], 1)?.1),
             false => Ok(point),
         }
     };

@@ -90,7 +90,7 @@ fn middle(problem: &Problem) -> Vec<f64> {
 ///
 /// # Errors
 /// `Usage` if the number of `values` is not that of the free parameters.
-pub fn squares_on(problem: &Problem, values: &[f64]) -> Result<Vec<[f64; 2]>> {
+pub fn residual_squares(problem: &Problem, values: &[f64]) -> Result<Vec<[f64; 2]>> {
     check_count(problem, values)?;
     let fit = Fit::new(problem);
     Ok(fit.normal(&fit.start(values)).all_squares())

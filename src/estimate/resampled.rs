@@ -80,10 +80,10 @@ fn copies(
     let is_selected = move |place: &usize| only.is_none_or(|only| only == *place);
     (0..2 * PERIODS.len()).filter(is_selected).filter_map(move |place| {
         let is_whole = place < PERIODS.len();
-        let record = if is_whole { record } else { part.get_or_init(|| record.longest_part()).as_ref()? };
+        let record = if is_whole { record } else { part.get_or_init(|| record.longest_segment()).as_ref()? };
         let mean = record.duration_s() / count(record.len() - 1);
         let period_s = PERIODS[place % PERIODS.len()] * mean.min(2.0 * record.period_s());
-        Some((place, record.at_even_steps(period_s, zero_order_hold).ok()?))
+        Some((place, record.resampled_evenly(period_s, zero_order_hold).ok()?))
     })
 }
 

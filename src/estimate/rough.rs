@@ -15,7 +15,7 @@ use rayon::prelude::*;
 ///
 /// # Errors
 /// Propagates the errors of [`super::refine_on`].
-pub fn refine_roughly(problem: &Problem, start: &[f64], sigma: &[[f64; 2]]) -> Result<Refined> {
+pub fn refine_coarse(problem: &Problem, start: &[f64], sigma: &[[f64; 2]]) -> Result<Refined> {
     check_plain(problem)?;
     RoughProblem::new(problem).refine(start, sigma)
 }

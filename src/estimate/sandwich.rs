@@ -12,7 +12,7 @@ use super::normal::{Fit, Sigma};
 use super::refined::Refined;
 use super::sensitivity::Case;
 use super::shaped::shaped_products;
-use super::uncertainty::{INDEPENDENT_MIN, Uncertainty, invert, marginal, student95};
+use super::uncertainty::{EFFECTIVE_RATIO_MIN, Uncertainty, invert, marginal, student95};
 use crate::evaluate::Problem;
 use crate::numeric::autoregression;
 use nalgebra::DMatrix;
@@ -29,13 +29,13 @@ const AKAIKE: f64 = 2.0;
 /// correlated residuals. `problem` is the one that it was refined on. No standard error decreases. The uncertainty is
 /// returned unchanged if the residuals pass the whiteness test, were not tested, or no standard error grows.
 #[must_use]
-pub fn widened(problem: &Problem, refined: &Refined) -> Uncertainty {
+pub fn robust_uncertainty(problem: &Problem, refined: &Refined) -> Uncertainty {
     let own = &refined.uncertainty;
     let is_colored = own.whiteness.iter().flatten().any(|of| !of.is_white);
     is_colored.then(|| sandwich(problem, refined)).flatten().unwrap_or_else(|| own.clone())
 }
 
-/// Returns the widened uncertainty; `None` if no standard error grows or the covariance is not finite.
+/// Returns the robust_uncertainty uncertainty; `None` if no standard error grows or the covariance is not finite.
 fn sandwich(problem: &Problem, refined: &Refined) -> Option<Uncertainty> {
     let Refined { values, uncertainty: own, at_bound, .. } = refined;
     let (fit, space) = (Fit::new(problem), problem.space().free());
@@ -115,8 +115,8 @@ fn noise(case: &Case<'_>, sigma: [f64; 2]) -> [(Vec<f64>, f64); 2] {
         }
         // Filtered residuals are correlated even if the model is complete: their variance is divided by the effective
         // sample ratio.
-        if signals.independent < INDEPENDENT_MIN {
-            return (Vec::new(), variance / signals.independent);
+        if signals.effective_sample_ratio < EFFECTIVE_RATIO_MIN {
+            return (Vec::new(), variance / signals.effective_sample_ratio);
         }
         let residuals = signals.measured(channel).zip(&model[channel]).enumerate();
         let counting = residuals.filter(|(n, _)| signals.counts(channel, *n));

@@ -17,7 +17,7 @@ pub(crate) struct Score {
     /// Largest shift of another free parameter when this one is freed, in standard errors of the fit without it.
     pub shift: f64,
     /// Largest shift, in the same unit, for the largest value of this parameter that the recordings do not exclude.
-    pub unseen: f64,
+    pub largest_undetected_shift: f64,
 }
 
 /// Ratio of a parameter's information given the others to its own, below which it is not separable from them.
@@ -57,11 +57,11 @@ pub(crate) fn scores(problem: &Problem, values: &[f64], of: &Refined, tested: &[
         let room = [axes[axis].min, axes[axis].max].map(|bound| axes[axis].coordinate(bound) - at);
         let open = |by: f64, room: f64| if is_separable { by.clamp(0.0, room) } else { room };
         let error = EXCLUDED / information.sqrt();
-        let unseen = per_step * open(step + error, room[1]).max(open(error - step, -room[0]));
+        let largest_undetected_shift = per_step * open(step + error, room[1]).max(open(error - step, -room[0]));
         if !is_separable || step > room[1] && room[1] <= 0.0 || step < room[0] && room[0] >= 0.0 {
-            return Score { axis, statistic: 0.0, shift: 0.0, unseen };
+            return Score { axis, statistic: 0.0, shift: 0.0, largest_undetected_shift };
         }
-        Score { axis, statistic: slope * slope / information, shift: per_step * step.abs(), unseen }
+        Score { axis, statistic: slope * slope / information, shift: per_step * step.abs(), largest_undetected_shift }
     };
     tested.iter().map(score).collect()
 }

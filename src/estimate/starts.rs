@@ -47,7 +47,7 @@ fn neutral(axis: &Axis) -> f64 {
 
 /// Improves a start by a coordinate search: each axis of `order` in turn takes the best value of its grid, evaluated as one
 /// batch, in `rounds` rounds. Returns the cost and the start.
-pub(crate) fn descended(
+pub(crate) fn coordinate_search(
     problem: &Arc<Problem>,
     mut start: Vec<f64>,
     order: &[usize],
@@ -86,7 +86,7 @@ pub(crate) fn descended(
 pub(super) fn orders(axes: &[Axis]) -> Vec<Vec<usize>> {
     let extended: Vec<usize> = (0..axes.len()).filter(|n| axes[*n].parameter.is_extension()).collect();
     // These parameters are hard to distinguish, so the fit is started once from each.
-    let late = Extension::ALL.into_iter().filter(|e| e.is_late()).flat_map(Extension::parameters).copied();
+    let late = Extension::ALL.into_iter().filter(|e| e.is_delay_like()).flat_map(Extension::parameters).copied();
     let firsts: Vec<Parameter> = late.filter(|p| axes.iter().any(|a| a.parameter == *p)).collect();
     if firsts.len() < 2 {
         return vec![extended];
@@ -104,22 +104,22 @@ fn coarse(problem: &Problem) -> Arc<Problem> {
 }
 
 /// Returns the results of a coordinate search from `values` along the extension axes, one for each order.
-pub(crate) fn led(problem: &Arc<Problem>, values: &[f64]) -> Result<Vec<Vec<f64>>> {
+pub(crate) fn coordinate_searched(problem: &Arc<Problem>, values: &[f64]) -> Result<Vec<Vec<f64>>> {
     let problem = &coarse(problem);
     let all = orders(problem.space().free());
-    all.iter().map(|order| Ok(descended(problem, values.to_vec(), order, ROUNDS)?.1)).collect()
+    all.iter().map(|order| Ok(coordinate_search(problem, values.to_vec(), order, ROUNDS)?.1)).collect()
 }
 
 /// Returns starts in the space of a problem, the lowest cost first: for each motor (R, L, K, B, J) and each order of the
 /// extension axes the result of a coordinate search, then starts with a saturation.
-pub(crate) fn explained(problem: &Arc<Problem>, motors: &[[f64; 5]]) -> Result<Vec<Vec<f64>>> {
+pub(crate) fn delay_starts(problem: &Arc<Problem>, motors: &[[f64; 5]]) -> Result<Vec<Vec<f64>>> {
     let problem = &coarse(problem);
     let axes = problem.space().free();
     let orders = orders(axes);
     let mut starts: Vec<(f64, Vec<f64>)> = Vec::new();
     for motor in motors {
         for order in &orders {
-            let start = descended(problem, neutral_start(axes, motor), order, ROUNDS)?;
+            let start = coordinate_search(problem, neutral_start(axes, motor), order, ROUNDS)?;
             if !starts.iter().any(|(_, other)| *other == start.1) {
                 starts.push(start);
             }
@@ -142,7 +142,7 @@ fn neutral_start(axes: &[Axis], motor: &[f64; 5]) -> Vec<f64> {
 
 /// Returns the values of another model in the space of a problem; parameters that the other model lacks have their neutral
 /// value.
-pub(crate) fn carried(problem: &Arc<Problem>, (space, values): (&Space, &[f64])) -> Vec<f64> {
+pub(crate) fn transferred(problem: &Arc<Problem>, (space, values): (&Space, &[f64])) -> Vec<f64> {
     let own = |axis: &Axis| {
         let same = |(other, _): &(&Axis, &f64)| (other.parameter, other.scope) == (axis.parameter, axis.scope);
         let known = space.free().iter().zip(values).find(same).map(|(_, value)| *value);
@@ -153,20 +153,20 @@ pub(crate) fn carried(problem: &Arc<Problem>, (space, values): (&Space, &[f64]))
 
 /// Returns the values of another model in the space of a problem, improved by a coordinate search along the parameters that
 /// the other model lacks.
-pub(crate) fn warmed(problem: &Arc<Problem>, from: (&Space, &[f64])) -> Result<Vec<f64>> {
-    Ok(descended(&coarse(problem), carried(problem, from), &added(problem.space(), from.0), 1)?.1)
+pub(crate) fn warm_start(problem: &Arc<Problem>, from: (&Space, &[f64])) -> Result<Vec<f64>> {
+    Ok(coordinate_search(&coarse(problem), transferred(problem, from), &added(problem.space(), from.0), 1)?.1)
 }
 
 /// Returns the values of another model in the space of a problem, improved by a coordinate search along the parameters that
 /// it lacks and then along its delays: a delay that compensated for a missing parameter has another optimum. `None` if the
 /// other model has no delay.
-pub(crate) fn retimed(problem: &Arc<Problem>, from: (&Space, &[f64])) -> Option<Result<Vec<f64>>> {
+pub(crate) fn warm_start_with_delays(problem: &Arc<Problem>, from: (&Space, &[f64])) -> Option<Result<Vec<f64>>> {
     let mut order = added(problem.space(), from.0);
     let is_delay = |axis: &Axis| matches!(axis.parameter, Parameter::DeadTime | Parameter::Latency);
     let axes = problem.space().free();
     let delays: Vec<usize> = (0..axes.len()).filter(|n| is_delay(&axes[*n]) && !order.contains(n)).collect();
     order.extend(&delays);
-    let lowered = || Ok(descended(&coarse(problem), carried(problem, from), &order, 1)?.1);
+    let lowered = || Ok(coordinate_search(&coarse(problem), transferred(problem, from), &order, 1)?.1);
     (!delays.is_empty()).then(lowered)
 }
 
@@ -191,7 +191,7 @@ fn limited(problem: &Arc<Problem>, motors: &[[f64; 5]], order: &[usize]) -> Resu
     let limited = LIMITS.map(|limit| {
         let mut start = neutral_start(axes, motor);
         start[place] = (limit * axes[place].max).max(axes[place].min);
-        descended(problem, start, &others, ROUNDS)
+        coordinate_search(problem, start, &others, ROUNDS)
     });
     limited.into_iter().collect()
 }
@@ -224,11 +224,11 @@ pub(crate) fn best_start(plain: &Problem, starts: &[Vec<f64>], sigma: &[[f64; 2]
 /// Returns the motors that Steiglitz–McBride finds with the voltage delayed by 0 to 80 samples, the shortest delay first;
 /// for a motor with a dead time one of them is near the true motor. On an irregular clock the copy that fits best without a
 /// delay serves for all.
-pub(crate) fn lagged(records: &[Record], model: Model) -> Vec<[f64; 5]> {
+pub(crate) fn delayed_estimates(records: &[Record], model: Model) -> Vec<[f64; 5]> {
     let Some(record) = records.iter().max_by_key(|record| record.len()) else { return Vec::new() };
     let mut copy = None;
     let mut one = |lag: &usize| {
-        let (place, found) = best_copy(&record.with_late_input(*lag), model, copy).ok()?;
+        let (place, found) = best_copy(&record.with_delayed_input(*lag), model, copy).ok()?;
         copy = copy.or(place);
         Some(found.ok()?.parameters.to_array())
     };

@@ -27,7 +27,7 @@ pub struct Uncertainty {
     /// Number of independent combinations of the free parameters that are identifiable.
     pub rank: usize,
     /// Unidentifiable directions in the coordinates of the parameters: a joint step along one leaves the output unchanged.
-    pub unknown: Vec<Vec<f64>>,
+    pub unidentifiable: Vec<Vec<f64>>,
     /// Whiteness test of the residuals of each channel; `None` if a channel was not tested.
     pub whiteness: [Option<Whiteness>; 2],
     /// Largest ratio of a standard error to that of white residuals; 1 if none was widened.
@@ -90,7 +90,7 @@ const INFORMATION_MIN: f64 = 1e-13;
 /// Ratio of residuals to the signal below which residuals are rounding errors.
 const ROUNDING: f64 = 1e-10;
 /// Effective sample size, as a fraction of the samples, below which residuals are not tested.
-pub(crate) const INDEPENDENT_MIN: f64 = 0.9;
+pub(crate) const EFFECTIVE_RATIO_MIN: f64 = 0.9;
 /// 97.5 % quantile of the standard normal distribution, which bounds two-sided 95 % intervals.
 const Z95: f64 = 1.959_963_984_540_054;
 
@@ -118,7 +118,7 @@ pub(super) fn uncertainty(fit: &Fit<'_>, values: &[f64], matrix: &DMatrix<f64>, 
         correlation: (0..axes).map(|a| (0..axes).map(|b| correlation(a, b)).collect()).collect(),
         condition,
         rank: moving.len() - unknown.len(),
-        unknown: unknown.iter().map(spread).collect(),
+        unidentifiable: unknown.iter().map(spread).collect(),
         whiteness: [None; 2],
         widened_by: 1.0,
     }
@@ -191,7 +191,7 @@ pub(super) fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> 
     let mut worst: [Option<Whiteness>; 2] = [None; 2];
     for (recording, signals) in fit.problem.signals().iter().enumerate() {
         // Filtered residuals are correlated even if the model is complete, so they are not tested.
-        if signals.independent < INDEPENDENT_MIN {
+        if signals.effective_sample_ratio < EFFECTIVE_RATIO_MIN {
             continue;
         }
         let model = fit.problem.simulate(values, recording, initial[recording]);
@@ -221,7 +221,7 @@ fn products(residuals: &[f64]) -> [f64; LAGS + 1] {
 
 /// Returns a text with the symbols of the parameters that take part in a direction and the ratios of their steps.
 #[must_use]
-pub fn describe(direction: &[f64], axes: &[Axis]) -> String {
+pub fn describe_direction(direction: &[f64], axes: &[Axis]) -> String {
     let largest = peak(direction);
     let steps = axes.iter().map(|axis| axis.parameter.symbol()).zip(direction.iter().copied());
     let parts: Vec<(&str, f64)> = steps.filter(|(_, step)| step.abs() > 0.05 * largest).collect();

@@ -5,8 +5,8 @@ use super::problem::Problem;
 use super::signals::Signals;
 use super::step::{Pair, Step, loaded};
 use crate::motor::{
-    Acting, Aligned, CHUNK, Commanded, DelayTaps, DelayedVoltage, DriveNonlinearity, Extended, Parameter,
-    SimulationSettings, multiply_add, sample_times, tap_times,
+    Aligned, CHUNK, Commanded, DelayTaps, DelayedVoltage, DriveNonlinearity, Extended, Parameter, SimulationSettings,
+    StepVoltage, multiply_add, sample_times, tap_times,
 };
 
 /// The delayed inputs of a block of candidates on one recording, computed in the order of samples.
@@ -71,7 +71,7 @@ impl<'a, const L: usize> DelayedInputs<'a, L> {
                 let changes = &mut changes.0;
                 for (lane, (delayed, cursor)) in lanes.iter_mut().enumerate() {
                     for n in start..end {
-                        let Acting { ends, added } = delayed.acting(n, cursor);
+                        let StepVoltage { ends, added } = delayed.step_voltage(n, cursor);
                         for axis in 0..2 {
                             voltages[n - start][axis][lane] = ends[axis];
                             changes[n - start][axis][lane] = added.unwrap_or_default()[axis];

@@ -108,7 +108,7 @@ impl<'a, const L: usize> OnTime<'a, L> {
             drives: DriveNonlinearity::of(motors),
             load: motors.get(Parameter::Load),
             most: if features.is_averaged() { CHUNK } else { SUM_BLOCK },
-            is_nonlinear: DriveNonlinearity::<f64>::bends(features),
+            is_nonlinear: DriveNonlinearity::<f64>::is_nonlinear(features),
             is_loaded: features.is_biased() || !signals.torque.is_empty(),
             uses_end: problem.model().discretization.uses_next_input(),
         }

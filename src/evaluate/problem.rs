@@ -54,7 +54,7 @@ impl Problem {
         let signals = records
             .iter()
             .map(|record| {
-                let held = (held && record.slope().is_empty()).then(|| record.with_level_steps());
+                let held = (held && record.slope().is_empty()).then(|| record.with_zero_order_hold());
                 let record = held.as_ref().unwrap_or(record);
                 Signals::new(record, &criterion, model.initial, model.discretization).map(Arc::new)
             })

@@ -2,7 +2,7 @@
 
 use super::segment::{Run, Segment};
 use crate::criterion::Criterion;
-use crate::motor::{Discretization, Drive, InputHistory, SplitSteps};
+use crate::motor::{Discretization, InputHistory, SimulationInput, SplitSteps};
 use crate::named::named;
 use crate::numeric::{count, noise_sigma, peak, rms, standard_deviation};
 use crate::record::Record;
@@ -58,7 +58,7 @@ pub struct Signals {
     /// True for each channel of a sample that is not masked; empty if no sample is masked.
     counting: Vec<[bool; 2]>,
     /// Effective sample ratio: the fraction of the samples that count as independent.
-    pub(crate) independent: f64,
+    pub(crate) effective_sample_ratio: f64,
     /// Factor of each channel's sum: its scale and, if weights are empty, the step; 0 for a channel that was not measured.
     pub(crate) factor: [f64; 2],
     /// The state `[i, ω]` at the first sample.
@@ -109,7 +109,7 @@ impl Signals {
             deviation: OnceLock::new(),
             weight: Vec::new(),
             counting,
-            independent: record.independent(),
+            effective_sample_ratio: record.effective_sample_ratio(),
             factor: [0.0; 2],
             initial,
             initial_is_free,
@@ -231,10 +231,10 @@ impl Signals {
 
     /// Returns the inputs in the form of the reference simulation.
     #[must_use]
-    pub fn drive(&self) -> Drive<'_> {
+    pub fn drive(&self) -> SimulationInput<'_> {
         let Self { step_s, step_index, torque, lines: [start, end], .. } = self;
         let voltage = if start.is_empty() { &self.voltage } else { start };
-        Drive { step_s, step_index, voltage, voltage_end: end, torque }
+        SimulationInput { step_s, step_index, voltage, voltage_end: end, torque }
     }
 
     /// Returns true if the voltage has a slope of its own over each step.

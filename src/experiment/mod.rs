@@ -5,7 +5,7 @@ mod streamed;
 pub use streamed::{StepExperiment, StepFigures};
 
 use crate::criterion::Noise;
-use crate::motor::{Discretization, Drive, Extended, ExtendedWalk, InputHistory, SimulationSettings, walk};
+use crate::motor::{Discretization, Extended, ExtendedWalk, InputHistory, SimulationInput, SimulationSettings, walk};
 use crate::numeric::{count, whole};
 use crate::record::{Record, SAMPLES_MAX, Samples};
 use crate::setting::text;
@@ -138,9 +138,9 @@ pub fn noise_of(record: &Record, noise: Noise) -> [f64; 2] {
 
 /// Returns the input of a recording in the form of [`simulate`](crate::motor::simulate).
 #[must_use]
-pub fn drive(record: &Record) -> Drive<'_> {
+pub fn drive(record: &Record) -> SimulationInput<'_> {
     let (samples, steps) = (record.samples(), record.steps());
-    Drive {
+    SimulationInput {
         step_s: &steps.step_s,
         step_index: &steps.step_index,
         voltage: record.input(),

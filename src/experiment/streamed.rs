@@ -7,7 +7,9 @@
 use super::Excitation;
 use crate::Result;
 use crate::criterion::Noise;
-use crate::motor::{Discretization, Drive, Extended, ExtendedWalk, InputHistory, Response, SimulationSettings, walk};
+use crate::motor::{
+    Discretization, Extended, ExtendedWalk, InputHistory, SimulationInput, SimulationSettings, StepResponse, walk,
+};
 use crate::numeric::count;
 use crate::record::{Quantity, Record, Samples, VALUE_MAX, rounded};
 use rand::SeedableRng as _;
@@ -189,7 +191,7 @@ impl StepExperiment {
         (sigma, seed): ([f64; 2], u64),
         band: f64,
         write: &mut dyn FnMut(&str) -> Result<ControlFlow<()>>,
-    ) -> Result<Option<[Response; 2]>> {
+    ) -> Result<Option<[StepResponse; 2]>> {
         let mut generators = [0, 1].map(|stream| {
             let mut generator = ChaCha8Rng::seed_from_u64(seed);
             generator.set_stream(stream);
@@ -216,7 +218,7 @@ impl StepExperiment {
         })?;
         let response = |channel: usize| {
             let ((peak, at), steady_state) = (figures.peak[channel], figures.steady[channel]);
-            Response {
+            StepResponse {
                 peak,
                 peak_time_s: self.time(at),
                 steady_state,
@@ -228,8 +230,8 @@ impl StepExperiment {
     }
 }
 
-fn drive<'a>(step_s: &'a [f64], voltage: &'a [f64]) -> Drive<'a> {
-    Drive { step_s, step_index: &[], voltage, voltage_end: &[], torque: &[] }
+fn drive<'a>(step_s: &'a [f64], voltage: &'a [f64]) -> SimulationInput<'a> {
+    SimulationInput { step_s, step_index: &[], voltage, voltage_end: &[], torque: &[] }
 }
 
 /// The settling time of a signal, computed sample by sample.

@@ -5,7 +5,7 @@ use super::missing_channel::missing_channel;
 use super::repeated::check_repeated;
 use super::spec::IdentifySpec;
 use crate::analysis::poor_fit;
-use crate::estimate::{Refined, describe};
+use crate::estimate::{Refined, describe_direction};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Parameter, Space};
 use crate::record::{Record, diagnose, driver};
@@ -107,9 +107,9 @@ pub(super) fn running(spec: &IdentifySpec, space: &Space, refined: &Refined) -> 
 /// Describes what is not identifiable: directions without information, or a parameter that ends at an automatic bound.
 fn unknown(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<String> {
     let axes = space.free();
-    let directions = &refined.uncertainty.unknown;
+    let directions = &refined.uncertainty.unidentifiable;
     if let [direction] = &directions[..] {
-        return Some(format!("the recordings do not identify {}", describe(direction, axes)));
+        return Some(format!("the recordings do not identify {}", describe_direction(direction, axes)));
     }
     if !directions.is_empty() {
         let part = |n: usize| directions.iter().any(|direction| direction[n].abs() > 0.1);

@@ -3,7 +3,7 @@
 use super::normalized::is_measured;
 use super::spec::IdentifySpec;
 use crate::Result;
-use crate::motor::{Axis, Extension, Parameter, Scope, Space, UsualBounds};
+use crate::motor::{Axis, DefaultBounds, Extension, Parameter, Scope, Space};
 use crate::numeric::{count, peak};
 use crate::record::{Record, is_driven_by_current};
 
@@ -43,20 +43,20 @@ fn bounds(parameter: Parameter, records: &[Record], &[r, _, k, b, j]: &[f64; 5])
     let largest = |of: &dyn Fn(&Record) -> f64| records.iter().map(of).fold(0.0, f64::max);
     let input = || largest(&|record| peak(record.input())).max(f64::MIN_POSITIVE);
     let by_current = is_driven_by_current(records);
-    match parameter.usual_bounds() {
-        UsualBounds::Fixed(min, max) => (min, max),
-        UsualBounds::OfTorque(min, max) => {
+    match parameter.default_bounds() {
+        DefaultBounds::Fixed(min, max) => (min, max),
+        DefaultBounds::OfTorque(min, max) => {
             let stall_torque = if by_current { k * input() } else { k * input() / r };
             (min * stall_torque, max * stall_torque)
         }
-        UsualBounds::OfInput(min, max) => (min * input(), max * input()),
-        UsualBounds::Late(early, periods, constants) => {
+        DefaultBounds::OfInput(min, max) => (min * input(), max * input()),
+        DefaultBounds::Late(early, periods, constants) => {
             let (period_s, duration_s) = (largest(&Record::period_s), largest(&Record::duration_s));
             let time_constant_s = if by_current { j / b } else { r * j / (k * k + r * b) };
             let longest = (periods * period_s).max(constants * time_constant_s);
             (early * period_s, longest.min(0.25 * duration_s).max(period_s))
         }
-        UsualBounds::Samples => {
+        DefaultBounds::Samples => {
             let shortest = records.iter().map(Record::len).min().unwrap_or(1);
             (1.0, (0.25 * count(shortest)).clamp(2.0, 300.0))
         }

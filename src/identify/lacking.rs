@@ -5,7 +5,7 @@ use super::extension_bounds::extended_space;
 use super::model_selection::candidates;
 use super::prepare::Prepared;
 use super::refine::Fit;
-use crate::estimate::{Score, carried, scores};
+use crate::estimate::{Score, scores, transferred};
 use crate::motor::{Extension, Parameter};
 use crate::record::Severity;
 use crate::setting::{Text, text};
@@ -33,13 +33,13 @@ pub(super) struct Lacking {
 pub(super) fn lacking(prepared: &Prepared<'_>, fit: &Fit) -> Lacking {
     let (records, spec) = (prepared.records, prepared.spec.as_ref());
     // A missing delay shows in the other residual tests. The derivative by a saturation limit is zero while it is inactive.
-    let is_tested = |e: &Extension| !e.is_late() && *e != Extension::Saturation;
+    let is_tested = |e: &Extension| !e.is_delay_like() && *e != Extension::Saturation;
     let more: Vec<Extension> = candidates(records, &fit.space).into_iter().filter(is_tested).collect();
     let motor = Parameter::ALL.map(|p| fit.refined.parameters.get(p));
     let space = extended_space(records, spec, &fit.space, (&more, &motor));
     let Ok(space) = space else { return Lacking::default() };
     let problem = prepared.searched(space.clone());
-    let values = carried(&problem, (&fit.space, &fit.refined.values));
+    let values = transferred(&problem, (&fit.space, &fit.refined.values));
     let is_new = |p: Parameter| Extension::of(p).is_some_and(|e| more.contains(&e));
     let tested: Vec<usize> = (0..values.len()).filter(|n| is_new(space.free()[*n].parameter)).collect();
     let plain = prepared.fitted(&space);
@@ -47,7 +47,8 @@ pub(super) fn lacking(prepared: &Prepared<'_>, fit: &Fit) -> Lacking {
     let named = |score: &Score| Extension::of(space.free()[score.axis].parameter);
     let shows = |score: &&Score| score.statistic > STATISTIC && score.shift > SHIFT;
     let mut found: Vec<Score> = all.iter().filter(shows).copied().collect();
-    let mut hidden: Vec<Extension> = all.iter().filter(|score| score.unseen > UNSEEN).filter_map(named).collect();
+    let mut hidden: Vec<Extension> =
+        all.iter().filter(|score| score.largest_undetected_shift > UNSEEN).filter_map(named).collect();
     hidden.dedup();
     if found.is_empty() {
         return Lacking { shown: None, hidden };

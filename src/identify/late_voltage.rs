@@ -7,13 +7,13 @@ use super::extension_bounds::extended_space;
 use super::prepare::Prepared;
 use super::refine::Fit;
 use crate::analysis::is_lively;
-use crate::estimate::{Refined, best_start, carried, descended};
+use crate::estimate::{Refined, best_start, coordinate_search, transferred};
 use crate::evaluate::Scalar;
 use crate::motor::{Axis, Extension, Input, Parameter, Space};
 use crate::record::{Quantity, Record};
 use crate::setting::text;
 use crate::text::significant;
-use crate::warning::{Place, Warning};
+use crate::warning::{Location, Warning};
 use std::sync::Arc;
 
 /// Threshold of the decrease of the sum of squares in units of σ²: χ² with one degree of freedom exceeds it with a one-sided
@@ -53,9 +53,9 @@ pub(super) fn late_voltage(prepared: &Prepared<'_>, fit: &Fit) -> Option<LateVol
     let plain = prepared.fitted(&space);
     let sigma = &fit.refined.weights;
     let weighted = Arc::new(plain.clone().starting_from(&fit.refined.initial).weighted_by(sigma));
-    let there = carried(&weighted, (&fit.space, &fit.refined.values));
+    let there = transferred(&weighted, (&fit.space, &fit.refined.values));
     let before = Scalar::cost(&weighted, &there);
-    let (after, moved) = descended(&weighted, there, &[index], 1).ok()?;
+    let (after, moved) = coordinate_search(&weighted, there, &[index], 1).ok()?;
     // A cost is the root of a sum of squares in units of σ².
     if moved[index] >= 0.0 || before * before - after * after < DECREASE_MIN {
         return None;
@@ -98,7 +98,7 @@ impl LateVoltage {
         let remedy = if is_selected { named.and(".") } else { named.and(text!(", or " [With = "auto"] ".")) };
         Warning {
             remedy: Some(remedy),
-            place: Some(Place { quantity: Some(Quantity::Voltage), ..Place::default() }),
+            place: Some(Location { quantity: Some(Quantity::Voltage), ..Location::default() }),
             ..Warning::new("late_voltage", message)
         }
     }

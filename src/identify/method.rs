@@ -1,7 +1,7 @@
 //! Methods that find the first optimum, and refinements.
 
 use crate::named::{Named, named};
-use crate::optimize::{Hyperparameter, Optimizer, SEARCHES, Search, SearchOptions, SearchSettings, Tuned};
+use crate::optimize::{ConfiguredSearch, Hyperparameter, Optimizer, SEARCHES, Search, SearchOptions, SearchSettings};
 use crate::setting::text;
 use crate::text::{alternatives, excerpt, listed};
 use crate::{Error, Result};
@@ -17,7 +17,7 @@ pub enum Method {
     /// Steiglitz–McBride.
     SteiglitzMcBride,
     /// Population search with its settings.
-    Search(Tuned),
+    Search(ConfiguredSearch),
 }
 
 impl<O: SearchOptions> From<O> for Method {
@@ -86,7 +86,7 @@ impl Method {
 
     /// Returns the population search of the method: for `Auto` the first of [`SEARCHES`]; `None` for Steiglitz–McBride.
     #[must_use]
-    pub fn search(&self) -> Option<Tuned> {
+    pub fn search(&self) -> Option<ConfiguredSearch> {
         match self {
             Self::Auto => Some(SEARCHES[0].into()),
             Self::SteiglitzMcBride => None,

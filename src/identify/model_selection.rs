@@ -8,7 +8,7 @@ use super::normalized::is_measured;
 use super::prepare::Prepared;
 use super::spec::IdentifySpec;
 use super::start::{Start, start};
-use crate::estimate::{carried, explained, warmed};
+use crate::estimate::{delay_starts, transferred, warm_start};
 use crate::motor::{Extension, Needs, Parameter, Scope, Space};
 use crate::numeric;
 use crate::record::{Record, is_driven_by_current};
@@ -90,7 +90,7 @@ impl ForwardSelection<'_> {
     fn run(&self, steps: &mut Vec<SelectionStep>) -> Result<Fit> {
         let Models { prepared, start } = self.all;
         let by = (&start.space, prepared.deviations());
-        let mut best = self.all.thorough(by, &[], |problem| explained(problem, &start.motors))?;
+        let mut best = self.all.thorough(by, &[], |problem| delay_starts(problem, &start.motors))?;
         best = self.all.lower(&best)?.unwrap_or(best);
         let records = self.all.prepared.records;
         steps.push(step(records, &best, None, true));
@@ -142,7 +142,7 @@ impl ForwardSelection<'_> {
         let on_all = |fit: Fit| {
             self.all.thorough((&fit.space, &best.refined.weights), &fit.with, |problem| {
                 let own = shared(problem, &fit);
-                Ok(vec![warmed(problem, (&best.space, &best.refined.values))?, own])
+                Ok(vec![warm_start(problem, (&best.space, &best.refined.values))?, own])
             })
         };
         Ok(fits.into_par_iter().take(FINALISTS).filter_map(|fit| on_all(fit).ok()).collect())
@@ -162,9 +162,9 @@ impl ForwardSelection<'_> {
             }
             let with: Vec<Extension> = best.with.iter().copied().filter(|e| *e != extension).collect();
             let from = (&best.space, &best.refined.values[..]);
-            let less = self
-                .all
-                .thorough((&best.space, &best.refined.weights), &with, |problem| Ok(vec![carried(problem, from)]))?;
+            let less = self.all.thorough((&best.space, &best.refined.weights), &with, |problem| {
+                Ok(vec![transferred(problem, from)])
+            })?;
             if !is_preferred(&less, &best) {
                 best = less;
             }

@@ -7,7 +7,7 @@ use super::refine::refine_widening;
 use super::start::Start;
 use crate::analysis::fit_percent;
 use crate::channels;
-use crate::estimate::{best_start, carried, explained, global_reference, retimed, warmed};
+use crate::estimate::{best_start, delay_starts, global_reference, transferred, warm_start, warm_start_with_delays};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Extension, Parameter, Scope, Space};
 use crate::record::Record;
@@ -108,10 +108,11 @@ impl Models<'_> {
         let (problem, plain) = self.problems(&from.space, with)?;
         let sigma = &from.refined.weights;
         let there = (&from.space, &from.refined.values[..]);
-        let mut starts = vec![warmed(&problem, there)?];
-        starts.extend(retimed(&problem, there).transpose()?);
-        if with_delay_starts && with.iter().any(|e| e.is_late() && !from.with.contains(e)) {
-            starts.extend(explained(&problem, &[from.refined.parameters.to_array()])?.into_iter().take(DELAY_STARTS));
+        let mut starts = vec![warm_start(&problem, there)?];
+        starts.extend(warm_start_with_delays(&problem, there).transpose()?);
+        if with_delay_starts && with.iter().any(|e| e.is_delay_like() && !from.with.contains(e)) {
+            starts
+                .extend(delay_starts(&problem, &[from.refined.parameters.to_array()])?.into_iter().take(DELAY_STARTS));
         }
         let refined = best_start(&plain, &starts, sigma).ok_or_else(no_start)?;
         Ok(Fit::new(with, &plain, refined))
@@ -161,8 +162,8 @@ pub(super) fn shared(problem: &Arc<Problem>, from: &Fit) -> Vec<f64> {
     let (free, values): (Vec<Axis>, Vec<f64>) =
         from.space.free().iter().zip(&from.refined.values).filter_map(shared).unzip();
     match Space::new(free, Vec::new()) {
-        Ok(space) => carried(problem, (&space, &values)),
-        Err(_) => carried(problem, (&from.space, &from.refined.values)),
+        Ok(space) => transferred(problem, (&space, &values)),
+        Err(_) => transferred(problem, (&from.space, &from.refined.values)),
     }
 }
 

@@ -26,7 +26,7 @@ pub(super) struct Unknown {
 
 /// Finds the next parameter to fix; `None` if all are identifiable.
 pub(super) fn next_unknown(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<Unknown> {
-    let (axes, directions) = (space.free(), &refined.uncertainty.unknown);
+    let (axes, directions) = (space.free(), &refined.uncertainty.unidentifiable);
     if directions.is_empty() {
         let (parameter, _) = running(spec, space, refined)?;
         let index = axes.iter().zip(&refined.at_bound).position(|(a, side)| a.parameter == parameter && side.is_some());

@@ -21,7 +21,7 @@ use crate::analysis::{
     intersample_of_voltage, noise_floor, regressions, residual_tests, residuals_follow_input,
 };
 use crate::device::with_threads;
-use crate::estimate::widened;
+use crate::estimate::robust_uncertainty;
 use crate::evaluate::Scalar;
 use crate::motor::{Input, Parameter, Scope, Space, With};
 use crate::optimize::Progress;
@@ -124,7 +124,7 @@ pub(super) struct Conclusion {
 pub(super) fn conclude(prepared: &Prepared<'_>, fit: &mut Fit, dropped: &Unidentified) -> Result<Conclusion> {
     let (records, spec) = (prepared.records, prepared.spec.as_ref());
     if spec.is_polished() {
-        fit.refined.uncertainty = widened(&prepared.fitted(&fit.space), &fit.refined);
+        fit.refined.uncertainty = robust_uncertainty(&prepared.fitted(&fit.space), &fit.refined);
     }
     let mut warnings = std::mem::take(&mut fit.found.warnings);
     warnings.extend(checks::after(records, spec, &fit.space, &fit.refined)?);

@@ -9,7 +9,7 @@ use super::spec::IdentifySpec;
 use super::start::Start;
 use crate::Result;
 use crate::analysis::fit_percent;
-use crate::estimate::{Estimate, Refined, SmFailure, best_start, explained, led, refine_on};
+use crate::estimate::{Estimate, Refined, SmFailure, best_start, coordinate_searched, delay_starts, refine_on};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Space};
 use crate::optimize::Progress;
@@ -109,7 +109,7 @@ fn from_motors(prepared: &Prepared<'_>, motors: &[[f64; 5]], space: &Space, obse
     if spec.method.is_search() || spec.polish == Polish::None {
         return searched(Vec::new());
     }
-    let starts = explained(&problem, motors)?;
+    let starts = delay_starts(&problem, motors)?;
     let found = evaluated(&problem, spec, starts.first().cloned().unwrap_or_default())?;
     let fit = from_starts(prepared, &problem, found, &starts)?;
     if spec.method == Method::SteiglitzMcBride {
@@ -135,7 +135,7 @@ pub(super) fn from_search(
         let (refined, space) = refine_widening(prepared.plain(), &prepared.spec, problem.space(), &found.values)?;
         return Ok(Fit { found, problem: problem.clone(), refined, space });
     }
-    let own = std::iter::once(found.values.clone()).chain(led(problem, &found.values)?);
+    let own = std::iter::once(found.values.clone()).chain(coordinate_searched(problem, &found.values)?);
     let starts: Vec<Vec<f64>> = own.chain(others).collect();
     from_starts(prepared, problem, found, &starts)
 }

@@ -7,7 +7,7 @@ use super::prepare::Prepared;
 use super::refine::Fit;
 use super::start::Start;
 use super::verify::{Claim, EQUAL, References, Verification, compared, references, sigmas, verify};
-use crate::estimate::{Estimate, Refined, best_start, explained, global_reference, refine_on};
+use crate::estimate::{Estimate, Refined, best_start, delay_starts, global_reference, refine_on};
 use crate::evaluate::Problem;
 use crate::motor::Axis;
 use std::sync::Arc;
@@ -69,7 +69,7 @@ fn fitted(prepared: &Prepared<'_>, problem: &Arc<Problem>, start: &Start, optimu
     let starts = match (optimum, &start.estimate) {
         (Some(optimum), _) => vec![optimum.to_vec()],
         (None, Ok(estimate)) => vec![inside(estimate)],
-        (None, Err(_)) => explained(problem, &start.motors).unwrap_or_default(),
+        (None, Err(_)) => delay_starts(problem, &start.motors).unwrap_or_default(),
     };
     let from = match &starts[..] {
         [one] => Some(one.clone()),

@@ -40,7 +40,7 @@ pub struct IdentifySpec {
     /// Floating-point precision of the evaluation.
     pub precision: PrecisionSpec,
     /// Throughput measured on this machine, used to select a device automatically; `None` uses conservative limits.
-    pub paces: Option<ThroughputProfile>,
+    pub throughput_profile: Option<ThroughputProfile>,
     /// Number of threads; `None` uses the rayon pool of the caller.
     pub threads: Option<usize>,
 }
@@ -62,7 +62,7 @@ impl Default for IdentifySpec {
             per_recording: Vec::new(),
             device: DeviceSpec::default(),
             precision: PrecisionSpec::default(),
-            paces: None,
+            throughput_profile: None,
             threads: None,
         }
     }
@@ -98,7 +98,7 @@ impl From<&IdentifySpec> for DeviceSettings {
         Self {
             device: spec.device.clone(),
             precision: spec.precision,
-            paces: spec.paces.clone(),
+            throughput_profile: spec.throughput_profile.clone(),
             threads: spec.threads,
             population: spec.population,
             generations: spec.generations,

@@ -10,7 +10,7 @@ use super::missing_channel::guess;
 use super::prepare::Prepared;
 use super::spec::IdentifySpec;
 use crate::estimate::{
-    Estimate, SmFailure, global_reference, lagged, steiglitz_mcbride as estimated, steiglitz_mcbride_on,
+    Estimate, SmFailure, delayed_estimates, global_reference, steiglitz_mcbride as estimated, steiglitz_mcbride_on,
     steiglitz_mcbride_resampled,
 };
 use crate::evaluate::{Problem, Scalar};
@@ -128,7 +128,7 @@ fn near(prepared: &Prepared<'_>) -> Result<(Vec<[f64; 5]>, Space)> {
     if let Some(motor) = fixed_motor(spec) {
         return Ok((vec![motor], spec.space.clone()));
     }
-    let mut motors = lagged(records, spec.model);
+    let mut motors = delayed_estimates(records, spec.model);
     motors.extend(guess(records, spec));
     if motors.is_empty() {
         let linear = linear(&spec.space)?;

@@ -247,3 +247,16 @@ fn next(spec: &IdentifySpec, found: &Identification, (reasons, evidence): (&[Tru
     }
     text!([Command::Inspect])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::WARNINGS;
+    use crate::identify::REASONS;
+
+    #[test]
+    fn every_warning_that_is_a_reason_is_described() {
+        for (code, ..) in WARNINGS {
+            assert!(REASONS.iter().any(|(known, _)| *known == code), "{code} is not in the table of reasons");
+        }
+    }
+}

@@ -38,7 +38,7 @@ pub struct Trust {
 }
 
 /// The codes of reasons with their meanings.
-pub static REASONS: [(&str, &str); 28] = [
+pub static REASONS: [(&str, &str); 29] = [
     ("poor_fit", "The residuals of a channel are large and far above its noise."),
     ("recording_missed", "The model does not fit a channel of one recording of a joint fit."),
     ("search_stuck", "A better optimum is known."),
@@ -64,6 +64,7 @@ pub static REASONS: [(&str, &str); 28] = [
     ("voltage_without_current", "The voltage does not reach the motor."),
     ("motion_without_input", "The motor moves without voltage."),
     ("speed_falls", "The speed falls where the voltage rises."),
+    ("outliers", "Single samples are far from their neighbours."),
     ("input_noise", "Noise of the input biases the parameters."),
     ("initial_state", "A recording does not start as assumed."),
     ("dead_time_long", "The dead time is longer than is plausible for a motor."),

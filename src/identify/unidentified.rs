@@ -66,7 +66,9 @@ fn fix_once(prepared: &Prepared<'_>, fit: &mut Fit, known: Unidentified) -> Resu
     let better = unidentified.better(&profiles, &space, &fit.space);
     let narrow = unidentified.allow(fit, profiles, &prepared.spec.auto_bounds);
     unidentified.allow_for(fit, &others(prepared, &space, &refined)?);
-    if fit.refined.uncertainty.std_error.iter().all(Option::is_none) || !fit.refined.uncertainty.unknown.is_empty() {
+    if fit.refined.uncertainty.std_error.iter().all(Option::is_none)
+        || !fit.refined.uncertainty.unidentifiable.is_empty()
+    {
         (fit.refined, fit.space, fit.found.values) = (refined, space, values);
         return Ok((known, better));
     }

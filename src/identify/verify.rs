@@ -6,7 +6,7 @@ use super::refine::{Fit, refine_widening};
 use super::spec::IdentifySpec;
 use super::start::steiglitz_mcbride;
 use crate::Result;
-use crate::estimate::{Estimate, Reference, ReferenceKind, Refined, global_reference, refine_on, squares_on};
+use crate::estimate::{Estimate, Reference, ReferenceKind, Refined, global_reference, refine_on, residual_squares};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Parameters, Space};
 use crate::numeric::{count, rms};
@@ -214,7 +214,7 @@ pub(super) fn compared(
     let relative = |cost: f64| (cost - lowest) / lowest.max(1.0);
     let start = LazyCell::new(|| {
         // Values that cannot be simulated have an infinite misfit.
-        squares_on(plain, searched).unwrap_or_else(|_| vec![[f64::INFINITY; 2]; plain.signals().len()])
+        residual_squares(plain, searched).unwrap_or_else(|_| vec![[f64::INFINITY; 2]; plain.signals().len()])
     });
     let deviations = prepared.deviations();
     let misfit = |squares: &[[f64; 2]]| weighted(squares, deviations).sqrt();

@@ -62,7 +62,7 @@ const FINDINGS_MAX: usize = 2;
 /// Adds findings about the recordings before the hint of a `NotIdentified` error.
 pub(super) fn with_findings(error: Error, of_recordings: &[Warning]) -> Error {
     let message = error.message().to_string();
-    let is_new = |warning: &&Warning| warning.explains_failure() && warning.message.to_string() != message;
+    let is_new = |warning: &&Warning| warning.can_cause_poor_fit() && warning.message.to_string() != message;
     let found: Vec<&Warning> = of_recordings.iter().filter(is_new).take(FINDINGS_MAX).collect();
     if found.is_empty() || error.kind() != ErrorKind::NotIdentified {
         return error;
@@ -71,7 +71,7 @@ pub(super) fn with_findings(error: Error, of_recordings: &[Warning]) -> Error {
     for warning in found {
         first = first.and(&warning.message).and(". ").and(warning.remedy.clone().unwrap_or_default()).and(" ");
     }
-    error.hinted_first(&first.and("Otherwise:"))
+    error.with_hint_prefix(&first.and("Otherwise:"))
 }
 
 /// Returns the warnings about a result.

@@ -11,13 +11,13 @@ use super::extended::Extended;
 use super::parameter::Parameter;
 use super::remainder::Remainder;
 use super::settings::SimulationSettings;
-use super::simulate::Drive;
+use super::simulate::SimulationInput;
 use std::sync::Arc;
 
 /// A delayed voltage as a piecewise function with one piece for each sample: constant for a zero-order hold, linear between
 /// the outputs of the drive at its ends for a first-order hold.
 pub(crate) struct DelayedVoltage<'a, T> {
-    pub drive: Drive<'a>,
+    pub drive: SimulationInput<'a>,
     /// Static nonlinearity from the commanded voltage to the output of the drive.
     pub nonlinearity: DriveNonlinearity<T>,
     /// True for a first-order hold, false for a zero-order hold.
@@ -36,7 +36,7 @@ pub(crate) struct DelayedVoltage<'a, T> {
 }
 
 /// The voltage over a step.
-pub(crate) struct Acting<T> {
+pub(crate) struct StepVoltage<T> {
     /// Voltage at the start of the step, and at its end if the first piece continued to it \[V\].
     pub ends: [T; 2],
     /// Change of both states due to the pieces that begin within the step; `None` if there are none.
@@ -44,7 +44,7 @@ pub(crate) struct Acting<T> {
 }
 
 /// Returns the times of the samples of a recording relative to the first \[s\].
-pub(crate) fn sample_times(drive: &Drive<'_>) -> Arc<[f64]> {
+pub(crate) fn sample_times(drive: &SimulationInput<'_>) -> Arc<[f64]> {
     let mut time = vec![0.0];
     let mut now = 0.0;
     for n in 1..drive.voltage.len() {
@@ -60,7 +60,12 @@ const ROUNDING: f64 = 1e-9;
 impl<'a, T: Number> DelayedVoltage<'a, T> {
     /// Makes a delayed voltage; `time` holds the times of the samples \[s\].
     #[inline(always)]
-    pub(crate) fn new(motor: &Extended<T>, drive: Drive<'a>, settings: SimulationSettings, time: Arc<[f64]>) -> Self {
+    pub(crate) fn new(
+        motor: &Extended<T>,
+        drive: SimulationInput<'a>,
+        settings: SimulationSettings,
+        time: Arc<[f64]>,
+    ) -> Self {
         let SimulationSettings { features, method, history } = settings;
         Self {
             drive,
@@ -119,16 +124,16 @@ impl<'a, T: Number> DelayedVoltage<'a, T> {
 
     /// Returns the voltage of step `n`; `cursor` as in [`Self::advance`].
     #[inline(always)]
-    pub(crate) fn acting(&mut self, n: usize, cursor: &mut usize) -> Acting<T> {
+    pub(crate) fn step_voltage(&mut self, n: usize, cursor: &mut usize) -> StepVoltage<T> {
         self.advance(n, cursor);
         match self.constant(n, *cursor) {
-            Some(voltage) => Acting { ends: [self.nonlinearity.output(voltage); 2], added: None },
-            None => self.acting_from(n, *cursor),
+            Some(voltage) => StepVoltage { ends: [self.nonlinearity.output(voltage); 2], added: None },
+            None => self.step_voltage_from(n, *cursor),
         }
     }
 
     /// Returns the voltage of step `n`, at whose start the piece `cursor` acts.
-    pub(crate) fn acting_from(&mut self, n: usize, cursor: usize) -> Acting<T> {
+    pub(crate) fn step_voltage_from(&mut self, n: usize, cursor: usize) -> StepVoltage<T> {
         let (from, h) = (self.time[n], self.drive.step(n));
         let mut added = None;
         let mut piece = cursor;
@@ -144,7 +149,7 @@ impl<'a, T: Number> DelayedVoltage<'a, T> {
             added = Some(added.map_or(more, |sum: [T; 2]| [sum[0] + more[0], sum[1] + more[1]]));
             before = after;
         }
-        Acting { ends: [start, start + rate * h], added }
+        StepVoltage { ends: [start, start + rate * h], added }
     }
 
     /// Returns the voltage commanded at both ends of a piece \[V\]; `counted` as in [`Self::advance`].

@@ -4,13 +4,13 @@
 //! clock at three times the cost. Steps that the taps do not cover (at the end of the start latency and where linear pieces
 //! begin) are computed by it beforehand. Shader: `shaders/delay.wgsl`.
 
-use super::delay::{Acting, DelayedVoltage, sample_times};
+use super::delay::{DelayedVoltage, StepVoltage, sample_times};
 use super::drive::DriveNonlinearity;
 use super::extended::Extended;
 use super::parameter::Parameter;
 use super::remainder::Remainder;
 use super::settings::{InputHistory, SimulationSettings};
-use super::simulate::Drive;
+use super::simulate::SimulationInput;
 use std::sync::Arc;
 
 /// Index that no step has.
@@ -34,14 +34,19 @@ pub(crate) struct DelayTaps {
 
 /// Returns the times of the samples \[s\] if [`DelayTaps::new`] needs them, else an empty list; they are the same for all
 /// motors.
-pub(crate) fn tap_times(drive: &Drive<'_>, settings: SimulationSettings) -> Arc<[f64]> {
+pub(crate) fn tap_times(drive: &SimulationInput<'_>, settings: SimulationSettings) -> Arc<[f64]> {
     let needed = settings.method.uses_next_input() || settings.features.has(Parameter::Latency);
     if needed { sample_times(drive) } else { Arc::default() }
 }
 
 impl DelayTaps {
     /// Computes the taps of a motor; `time` is the result of [`tap_times`].
-    pub(crate) fn new(motor: &Extended, drive: Drive<'_>, settings: SimulationSettings, time: Arc<[f64]>) -> Self {
+    pub(crate) fn new(
+        motor: &Extended,
+        drive: SimulationInput<'_>,
+        settings: SimulationSettings,
+        time: Arc<[f64]>,
+    ) -> Self {
         let (h, lines) = (drive.step_s[0], settings.method.uses_next_input());
         let responses = Remainder::new(motor, settings.method);
         let whole_step = responses.over(h);
@@ -67,7 +72,7 @@ impl DelayTaps {
         let piece = settings.history.first_movement.saturating_sub(2);
         for (entry, (at, mut piece)) in (2..).zip([(movement, piece), (begin[0], 0), (begin[1], 0)]) {
             if let Some(at) = at.filter(|at| *at < drive.voltage.len()) {
-                let Acting { ends: [start, end], added } = voltage.acting(at, &mut piece);
+                let StepVoltage { ends: [start, end], added } = voltage.step_voltage(at, &mut piece);
                 let [held, ramp] = whole_step;
                 let added = added.unwrap_or_default();
                 let change = [0, 1].map(|axis| start * held[axis] + (end - start) / h * ramp[axis] + added[axis]);
@@ -132,7 +137,7 @@ impl Commanded<'_> {
 }
 
 /// Returns the gains of three samples in one state, from its responses `[step, ramp]` over a step and over the fraction
-/// `fraction_left` of it that remains when the next sample arrives. They equal those of [`DelayedVoltage::acting`] for
+/// `fraction_left` of it that remains when the next sample arrives. They equal those of [`DelayedVoltage::step_voltage`] for
 /// constant or linear pieces.
 fn taps([[held, ramp], [held_rest, ramp_rest]]: [[f64; 2]; 2], fraction_left: f64, h: f64) -> [f64; 3] {
     // A zero-order hold has no ramp.

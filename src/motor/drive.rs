@@ -29,7 +29,7 @@ impl<T: Copy> DriveNonlinearity<T> {
     }
 
     /// Returns true if the drive of a model is nonlinear, that is, more than an offset.
-    pub(crate) fn bends(features: ModelFeatures) -> bool {
+    pub(crate) fn is_nonlinear(features: ModelFeatures) -> bool {
         features.has_any(&[Parameter::Deadband, Parameter::Saturation, Parameter::NegativeGain])
     }
 }

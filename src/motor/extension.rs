@@ -76,7 +76,7 @@ impl Extension {
 
     /// Returns true if it acts like a delay.
     #[must_use]
-    pub fn is_late(self) -> bool {
+    pub fn is_delay_like(self) -> bool {
         self.row().1 == Late
     }
 
@@ -86,7 +86,8 @@ impl Extension {
     pub fn resembles(self, other: Self) -> bool {
         const LOSSES: [Extension; 5] =
             [Extension::Coulomb, Extension::Load, Extension::Offset, Extension::BrushDrop, Extension::Deadband];
-        self != other && ((self.is_late() && other.is_late()) || (LOSSES.contains(&self) && LOSSES.contains(&other)))
+        self != other
+            && ((self.is_delay_like() && other.is_delay_like()) || (LOSSES.contains(&self) && LOSSES.contains(&other)))
     }
 
     /// Returns true if it has an effect on a motor whose input is the current.

@@ -28,7 +28,7 @@ mod space;
 mod walk;
 
 pub(crate) use composed::SplitSteps;
-pub(crate) use delay::{Acting, DelayedVoltage, sample_times};
+pub(crate) use delay::{DelayedVoltage, StepVoltage, sample_times};
 pub(crate) use delay_taps::{Commanded, DelayTaps, tap_times};
 pub(crate) use discretize::seeded;
 pub use discretize::{Discretization, Input, Method, StepMap, StepMaps, step_maps};
@@ -41,12 +41,12 @@ pub use features::ModelFeatures;
 pub(crate) use friction::Reactions;
 pub use linear::Parameters;
 pub use matrix::{Matrix2, inverse, matrix_logarithm, product, times};
-pub use parameter::{Parameter, UsualBounds};
-pub use response::{Response, response};
+pub use parameter::{DefaultBounds, Parameter};
+pub use response::{StepResponse, response};
 pub(crate) use sensor::{Aligned, CHUNK, MovingAverages};
 #[cfg(feature = "gpu")]
 pub(crate) use sensor::{MovingAverage, WINDOW_MAX};
 pub use settings::{InputHistory, SimulationSettings};
-pub use simulate::{Drive, simulate, walk};
+pub use simulate::{SimulationInput, simulate, walk};
 pub use space::{Axis, PER_RECORDING_MAX, RECORDING_MAX, Scope, Space};
 pub use walk::ExtendedWalk;

@@ -13,12 +13,12 @@ struct Facts {
     lowest: (f64, bool),
     /// Value without effect; NaN for the five parameters of the motor.
     neutral: f64,
-    bounds: UsualBounds,
+    bounds: DefaultBounds,
 }
 
 /// Default search bounds of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum UsualBounds {
+pub enum DefaultBounds {
     /// Fixed bounds; for the five parameters of the motor those of the paper's Table 2.
     Fixed(f64, f64),
     /// Multiples of the largest torque that the recorded input produces at stall.
@@ -79,12 +79,12 @@ const fn facts(
     [symbol, unit, name]: [&'static str; 3],
     lowest: (f64, bool),
     neutral: f64,
-    bounds: UsualBounds,
+    bounds: DefaultBounds,
 ) -> Facts {
     Facts { symbol, unit, name, lowest, neutral, bounds }
 }
 
-use UsualBounds::{Fixed, Late, OfInput, OfTorque, Samples};
+use DefaultBounds::{Fixed, Late, OfInput, OfTorque, Samples};
 
 parameters! {
     motor {
@@ -196,7 +196,7 @@ impl Parameter {
 
     /// Returns the default search bounds.
     #[must_use]
-    pub fn usual_bounds(self) -> UsualBounds {
+    pub fn default_bounds(self) -> DefaultBounds {
         self.facts().bounds
     }
 

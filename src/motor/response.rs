@@ -6,7 +6,7 @@
 
 /// Step-response metrics of one signal. Times are those of the samples \[s\], values in the unit of the signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Response {
+pub struct StepResponse {
     /// Value of largest magnitude.
     pub peak: f64,
     /// Time of the peak \[s\].
@@ -24,7 +24,7 @@ pub struct Response {
 ///
 /// Returns `None` if the signal is empty, differs in length from `time_s`, or has values that are not finite.
 #[must_use]
-pub fn response(time_s: &[f64], signal: &[f64], band: f64) -> Option<Response> {
+pub fn response(time_s: &[f64], signal: &[f64], band: f64) -> Option<StepResponse> {
     if signal.is_empty() || time_s.len() != signal.len() || signal.iter().any(|v| !v.is_finite()) {
         return None;
     }
@@ -33,7 +33,7 @@ pub fn response(time_s: &[f64], signal: &[f64], band: f64) -> Option<Response> {
     let at = (0..signal.len()).fold(0, |best, n| if signal[n].abs() > signal[best].abs() { n } else { best });
     let outside = |v: &f64| (v - steady_state).abs() > band * steady_state.abs();
     let settled = signal.iter().rposition(outside).map_or(0, |last| last + 1);
-    Some(Response {
+    Some(StepResponse {
         peak: signal[at],
         peak_time_s: time_s[at],
         steady_state,

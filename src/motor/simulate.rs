@@ -7,7 +7,7 @@ use super::linear::Parameters;
 
 /// The input of a simulation: samples of voltage and load torque, and the steps between them.
 #[derive(Debug, Clone, Copy)]
-pub struct Drive<'a> {
+pub struct SimulationInput<'a> {
     /// Distinct step lengths \[s\].
     pub step_s: &'a [f64],
     /// Index into `step_s` of the step that follows each sample; empty if all steps are the first.
@@ -21,7 +21,7 @@ pub struct Drive<'a> {
     pub torque: &'a [f64],
 }
 
-impl Drive<'_> {
+impl SimulationInput<'_> {
     /// Returns the index into `step_s` of the step that follows a sample.
     #[must_use]
     pub fn index(&self, n: usize) -> usize {
@@ -49,7 +49,7 @@ impl Drive<'_> {
 #[must_use]
 pub fn simulate(
     parameters: &Parameters,
-    drive: &Drive<'_>,
+    drive: &SimulationInput<'_>,
     initial: [f64; 2],
     method: impl Into<Method>,
 ) -> [Vec<f64>; 2] {
@@ -63,7 +63,7 @@ pub fn simulate(
 /// Like [`simulate`], but calls `visit` with the state of each sample.
 pub fn walk(
     parameters: &Parameters,
-    drive: &Drive<'_>,
+    drive: &SimulationInput<'_>,
     initial: [f64; 2],
     method: impl Into<Method>,
     mut visit: impl FnMut([f64; 2]),

@@ -8,7 +8,7 @@
 //! [`Dual`]: super::dual::Dual
 
 use super::composed::SplitSteps;
-use super::delay::{Acting, DelayedVoltage, sample_times};
+use super::delay::{DelayedVoltage, StepVoltage, sample_times};
 use super::discretize::{StepMaps, step_maps};
 use super::dual::Number;
 use super::extended::Extended;
@@ -16,7 +16,7 @@ use super::friction::{Reactions, reactions};
 use super::parameter::Parameter;
 use super::sensor::Sensor;
 use super::settings::SimulationSettings;
-use super::simulate::Drive;
+use super::simulate::SimulationInput;
 use std::sync::Arc;
 
 /// Iterator over the samples; it yields the current \[A\] and the speed \[rad/s\] that the sensors output.
@@ -44,7 +44,12 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
     /// # Panics
     /// Iteration panics at a sample whose step the drive does not list.
     #[must_use]
-    pub fn new(motor: &Extended<T>, drive: &Drive<'a>, settings: SimulationSettings, initial: [T; 2]) -> Self {
+    pub fn new(
+        motor: &Extended<T>,
+        drive: &SimulationInput<'a>,
+        settings: SimulationSettings,
+        initial: [T; 2],
+    ) -> Self {
         let steps = drive.step_s.iter().map(|&h| Step::new(motor, h, settings)).collect();
         Self::with_steps(motor, drive, settings, (initial, steps))
     }
@@ -54,7 +59,7 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
     #[inline(always)]
     pub(crate) fn composed(
         motor: &Extended<T>,
-        drive: &Drive<'a>,
+        drive: &SimulationInput<'a>,
         settings: SimulationSettings,
         (initial, split): ([T; 2], Option<&SplitSteps>),
     ) -> Self {
@@ -81,7 +86,7 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
     /// Continues a simulation with the samples of another drive; the voltage must not be delayed.
     pub(crate) fn resumed(
         motor: &Extended<T>,
-        drive: &Drive<'a>,
+        drive: &SimulationInput<'a>,
         settings: SimulationSettings,
         paused: PausedWalk<T>,
     ) -> Self {
@@ -90,7 +95,7 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
 
     fn with_steps(
         motor: &Extended<T>,
-        drive: &Drive<'a>,
+        drive: &SimulationInput<'a>,
         settings: SimulationSettings,
         (initial, steps): ([T; 2], Vec<Step<T>>),
     ) -> Self {
@@ -132,7 +137,7 @@ impl<T: Number> Iterator for ExtendedWalk<'_, T> {
         }
         let torque = drive.torque.get(*n).copied().unwrap_or(0.0);
         let acting = (drive.index(*n), torque.to_bits());
-        let (Acting { ends, added }, is_same) = inputs.acting(*n);
+        let (StepVoltage { ends, added }, is_same) = inputs.step_voltage(*n);
         let gain = match self.known {
             Some((same, gain)) if is_same && same == acting => gain,
             _ => self.known.insert((acting, steps[acting.0].gain(ends, T::constant(torque) + self.load))).1,
@@ -156,7 +161,7 @@ struct Inputs<'a, T> {
 impl<T: Number> Inputs<'_, T> {
     /// Returns the voltage of a step, and true if it equals that of the step before.
     #[inline(always)]
-    fn acting(&mut self, n: usize) -> (Acting<T>, bool) {
+    fn step_voltage(&mut self, n: usize) -> (StepVoltage<T>, bool) {
         let Self { delayed, settings, .. } = self;
         let commanded = if !settings.features.is_delayed() {
             Some([delayed.drive.voltage[n], delayed.end(n)])
@@ -166,14 +171,14 @@ impl<T: Number> Inputs<'_, T> {
         };
         let Some(commanded) = commanded else {
             self.last = None;
-            return (delayed.acting_from(n, self.cursor), false);
+            return (delayed.step_voltage_from(n, self.cursor), false);
         };
         let bits = commanded.map(f64::to_bits);
         let (ends, is_same) = match self.last {
             Some((known, given)) if known == bits => (given, true),
             _ => (self.last.insert((bits, commanded.map(|v| delayed.nonlinearity.output(v)))).1, false),
         };
-        (Acting { ends, added: None }, is_same)
+        (StepVoltage { ends, added: None }, is_same)
     }
 }
 

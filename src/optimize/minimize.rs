@@ -260,13 +260,13 @@ impl<'r> Search<'r> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optimize::{JayaOptions, SearchSettings, Tuned};
+    use crate::optimize::{ConfiguredSearch, JayaOptions, SearchSettings};
 
     fn runs() -> Vec<Run> {
         let run = |run: u64| {
             let population = 5 + usize::try_from(run).unwrap();
             let setup = SearchSettings { bounds: vec![(-1.0, 2.0); 3], population, generations: 12, seed: 1, run };
-            Run::new(Tuned::from(JayaOptions::default()).begin(setup).unwrap())
+            Run::new(ConfiguredSearch::from(JayaOptions::default()).begin(setup).unwrap())
         };
         (0..7).map(run).collect()
     }

@@ -27,7 +27,7 @@ pub use pso::{PsoOptions, Wall};
 pub use run::{Best, Optimizer, Progress, Run, Stop};
 pub use sample::{POINTS_MAX, Sample, Sampling};
 pub use table::{Hyperparameter, Range, Search, SearchOptions, Values};
-pub use tuned::Tuned;
+pub use tuned::ConfiguredSearch;
 
 /// Size limits of searches and samples.
 pub const LIMITS: [Limit; 2] = [

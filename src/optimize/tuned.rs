@@ -8,38 +8,38 @@ use std::fmt;
 
 /// A population search together with the values of its settings.
 #[derive(Clone, Copy)]
-pub struct Tuned {
+pub struct ConfiguredSearch {
     /// The search.
     pub search: &'static Search,
     values: Values,
 }
 
-impl fmt::Debug for Tuned {
+impl fmt::Debug for ConfiguredSearch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&(self.search.debug)(&self.values))
     }
 }
 
-impl PartialEq for Tuned {
+impl PartialEq for ConfiguredSearch {
     fn eq(&self, other: &Self) -> bool {
         self.search.name == other.search.name && self.values == other.values
     }
 }
 
-impl From<&'static Search> for Tuned {
+impl From<&'static Search> for ConfiguredSearch {
     /// Makes a search with the default values of its settings.
     fn from(search: &'static Search) -> Self {
         Self { search, values: (search.defaults)() }
     }
 }
 
-impl<O: SearchOptions> From<O> for Tuned {
+impl<O: SearchOptions> From<O> for ConfiguredSearch {
     fn from(options: O) -> Self {
         Self { search: O::SEARCH, values: options.values() }
     }
 }
 
-impl Tuned {
+impl ConfiguredSearch {
     /// Sets a setting from text; returns false if the search has no setting of this name.
     ///
     /// # Errors

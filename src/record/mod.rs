@@ -14,10 +14,10 @@ mod samples;
 mod stored;
 mod time;
 
-pub use diagnose::{FINDINGS, Finding, Severity, diagnose, explains_failure};
+pub use diagnose::{FINDINGS, Finding, Severity, can_cause_poor_fit, diagnose};
 pub use heading::{ColumnRequest, Quantity, parse_columns};
 pub use import::{
-    BadRows, FORMATS, Format, ReadOptions, parse_number, read, read_bytes, read_csv, read_inputs, read_joined,
+    BadRows, FORMATS, Format, ReadOptions, parse_number, read, read_bytes, read_inputs, read_joined, read_recording,
     write_csv,
 };
 pub use limits::limits;
@@ -200,7 +200,7 @@ impl Record {
     }
 
     /// Returns a copy without the current.
-    pub(crate) fn speed_alone(&self) -> Self {
+    pub(crate) fn without_current(&self) -> Self {
         Self { samples: Samples { current: None, ..self.samples.clone() }, ..self.clone() }
     }
 
@@ -212,14 +212,14 @@ impl Record {
     }
 
     /// Returns a copy with the input delayed by a number of samples; the first value is repeated at the start.
-    pub(crate) fn with_late_input(&self, samples: usize) -> Self {
+    pub(crate) fn with_delayed_input(&self, samples: usize) -> Self {
         let input = self.input();
         let late = (0..input.len()).map(|n| input[n.saturating_sub(samples)]).collect();
         Self { samples: self.samples.clone().with_input(late), ..self.clone() }
     }
 
     /// Returns a copy with a zero-order hold of the input, expressed as slopes of 0.
-    pub(crate) fn with_level_steps(&self) -> Self {
+    pub(crate) fn with_zero_order_hold(&self) -> Self {
         Self { slope: vec![0.0; self.len()], ..self.clone() }
     }
 
@@ -246,7 +246,7 @@ impl Record {
 
     /// Returns the effective sample size over the number of samples, in (0, 1\]: filters correlate the noise.
     #[must_use]
-    pub fn independent(&self) -> f64 {
+    pub fn effective_sample_ratio(&self) -> f64 {
         self.independent
     }
 

@@ -36,7 +36,7 @@ impl Reading {
     /// # Errors
     /// `Usage` for a rate below 1e-6 Hz or not finite, or a decimation of 0. Propagates the errors of [`read_bytes`]
     /// and [`Preparation::apply`].
-    pub fn records_of(&self, bytes: &[u8]) -> Result<Vec<Record>> {
+    pub fn records_from_bytes(&self, bytes: &[u8]) -> Result<Vec<Record>> {
         self.check()?;
         self.prepared(read_bytes(bytes, None, &self.options)?)
     }
@@ -59,7 +59,7 @@ impl Reading {
             let timed = record.source().columns.iter().any(|column| column.quantity == Quantity::Time);
             let rate_hz = self.preparation.rate_hz.filter(|_| timed);
             let preparation = Preparation { rate_hz, ..self.preparation.clone() };
-            if preparation.is_nothing() {
+            if preparation.is_identity() {
                 records.push(record);
             } else {
                 records.extend(preparation.apply(&record)?);

@@ -189,7 +189,7 @@ impl Throughput {
 
     /// Returns the throughput profile from which `auto` chooses a device; `None` if the CPU was not measured.
     #[must_use]
-    pub fn paces(&self) -> Option<ThroughputProfile> {
+    pub fn throughput_profile(&self) -> Option<ThroughputProfile> {
         let pace = |n: usize| {
             let point = |m: &Measurement| Some((m.samples as u64, m.population as u64, m.seconds?));
             ThroughputCurve { points: self.of(n).filter_map(point).collect() }

@@ -5,7 +5,7 @@ use super::support::changed;
 use super::{each, find, folder, only, steps};
 use motorfit::identify::{IdentifySpec, identify};
 use motorfit::motor::{Extension, Parameter, With};
-use motorfit::record::{Mask, Preparation, Quantity, Record, Severity, diagnose, explains_failure, read_csv};
+use motorfit::record::{Mask, Preparation, Quantity, Record, Severity, can_cause_poor_fit, diagnose, read_recording};
 use rand::RngExt as _;
 
 /// Applies the mask `auto`.
@@ -21,7 +21,7 @@ fn outliers_are_named_with_samples_and_values() {
     let finding = only(&spoiled, "outliers");
     assert_eq!((finding.quantity, &finding.places), (Quantity::Speed, &vec![700..701, 3200..3202]));
     assert!(finding.message.to_string().contains("400.0 instead of"), "{}", finding.message);
-    assert!(explains_failure(finding.code) && finding.severity == Severity::Report);
+    assert!(can_cause_poor_fit(finding.code) && finding.severity == Severity::Report);
     let of_voltage = changed(&steps(), |s| s.voltage[2300] = 20.0);
     let finding = only(&of_voltage, "outliers");
     let [place] = &finding.places[..] else { panic!("{finding:?}") };
@@ -77,7 +77,7 @@ fn a_motor_at_rest_under_a_constant_voltage_is_found() {
 #[test]
 fn real_logs_of_newcomers() {
     let Some(folder) = folder() else { return };
-    let read = |name: &str| read_csv(&folder.join("newcomer-logs").join(name), &[]).unwrap();
+    let read = |name: &str| read_recording(&folder.join("newcomer-logs").join(name), &[]).unwrap();
     let glitches = read("glitch.csv");
     let finding = diagnose(&glitches).remove(0);
     assert_eq!((finding.code, &finding.places), ("outliers", &vec![60..61, 150..151]));

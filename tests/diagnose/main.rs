@@ -16,7 +16,7 @@ mod support;
 #[path = "../support/varied.rs"]
 mod varied;
 
-use motorfit::record::{Finding, Quantity, Record, Samples, Severity, diagnose, parse_columns, read_csv};
+use motorfit::record::{Finding, Quantity, Record, Samples, Severity, diagnose, parse_columns, read_recording};
 use rand::RngExt as _;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -371,7 +371,7 @@ fn files(findings: &BTreeMap<String, Vec<Finding>>, test: impl Fn(&Finding) -> b
 fn real_waam() {
     let Some(folder) = folder() else { return };
     let columns = parse_columns("time=Tempo:s,current=Corrente:mA,speed=Velocidade:rad/s,voltage=Degrau:V").unwrap();
-    let found = findings(&folder.join("waam-ufjf-ensaio-frequencia"), |path| read_csv(path, &columns).unwrap());
+    let found = findings(&folder.join("waam-ufjf-ensaio-frequencia"), |path| read_recording(path, &columns).unwrap());
     for quantity in [Quantity::Current, Quantity::Speed] {
         let right = |f: &Finding| f.quantity == quantity && (127.0..=129.0).contains(&figure(f, "window"));
         assert_eq!(files(&found, |f| f.code == "averaged_sensor" && right(f)).len(), 12, "{quantity}");
@@ -383,7 +383,7 @@ fn real_waam() {
 fn real_tutla53() {
     let Some(folder) = folder() else { return };
     let columns = parse_columns("time=Timestamp(ms):ms,speed=Motor_Speed(RPM):rpm,voltage=Commanded_PWM:V").unwrap();
-    let found = findings(&folder.join("tutla53-dc-motor"), |path| read_csv(path, &columns).unwrap());
+    let found = findings(&folder.join("tutla53-dc-motor"), |path| read_recording(path, &columns).unwrap());
     let of = |code: &str| files(&found, |f| f.code == code);
     let still = of("no_motion");
     assert_eq!((still.len(), of("input_reset").len(), of("idle_input").len()), (17, 15, 104));
@@ -398,7 +398,7 @@ fn real_tutla53() {
 fn real_labmrd() {
     let Some(folder) = folder() else { return };
     let columns = parse_columns("time=timestep (8Hz):8kHz").unwrap();
-    let found = findings(&folder.join("labmrd-odrive"), |path| read_csv(path, &columns).unwrap());
+    let found = findings(&folder.join("labmrd-odrive"), |path| read_recording(path, &columns).unwrap());
     let of = |code: &str| files(&found, |f| f.code == code && f.severity == Severity::Report);
     assert_eq!(of("jitter").len(), 20);
     assert_eq!(of("motion_without_input"), ["impulse2", "impulse3", "impulse4", "impulse5"]);

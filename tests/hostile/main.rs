@@ -18,10 +18,10 @@ use motorfit::Error;
 use motorfit::candidates::Candidates;
 use motorfit::criterion::{Criterion, Noise};
 use motorfit::device::BatchSearchEvaluator;
-use motorfit::estimate::{fit_problem, global_reference, squares_on};
+use motorfit::estimate::{fit_problem, global_reference, residual_squares};
 use motorfit::evaluate::{Evaluator, Model, Problem, Scalar, Simd};
 use motorfit::identify::{IdentifySpec, identify, validate};
-use motorfit::motor::{Axis, Discretization, Drive, Parameter, Parameters, Scope, Space, simulate};
+use motorfit::motor::{Axis, Discretization, Parameter, Parameters, Scope, SimulationInput, Space, simulate};
 use motorfit::optimize::{Evaluate as _, Sample, Sampling};
 use motorfit::record::{FilterKind, Lines, LowPass, Preparation, Record};
 use motorfit::study::sweep::{Shard, Sweep};
@@ -77,10 +77,10 @@ fn wrong_numbers_of_values_are_rejected() {
     let plain = fit_problem(std::slice::from_ref(&record), &Space::table2(), Model::default()).unwrap();
     let motor = Parameters::M2.to_array();
     for count in 0..5 {
-        refused(squares_on(&plain, &motor[..count]), "expected 5, one for each free parameter");
+        refused(residual_squares(&plain, &motor[..count]), "expected 5, one for each free parameter");
     }
-    refused(squares_on(&plain, &[1.0; 6]), "found 6 values");
-    assert!(squares_on(&plain, &motor).unwrap()[0].iter().all(|sum| *sum < 1e-12));
+    refused(residual_squares(&plain, &[1.0; 6]), "found 6 values");
+    assert!(residual_squares(&plain, &motor).unwrap()[0].iter().all(|sum| *sum < 1e-12));
     for wrong in [f64::NAN, 0.0, -1.0, f64::INFINITY] {
         refused(global_reference(&plain, &[[1.0, wrong]], None), "found a \u{3c3} of");
     }
@@ -111,11 +111,11 @@ fn parameters_of_missing_recordings_are_rejected() {
 
 #[test]
 fn a_drive_without_steps_gives_values_that_are_not_finite() {
-    let nothing = Drive { step_s: &[], step_index: &[], voltage: &[], voltage_end: &[], torque: &[] };
+    let nothing = SimulationInput { step_s: &[], step_index: &[], voltage: &[], voltage_end: &[], torque: &[] };
     assert_eq!(simulate(&Parameters::M2, &nothing, [1.0, 2.0], Discretization::Zoh), [const { Vec::<f64>::new() }; 2]);
     assert!(nothing.step(0).is_nan() && nothing.end(usize::MAX).is_nan());
-    let no_steps = Drive { voltage: &[1.0, 2.0, 3.0], ..nothing };
-    let missing = Drive { step_s: &[0.001], step_index: &[0, 9, 0], ..no_steps };
+    let no_steps = SimulationInput { voltage: &[1.0, 2.0, 3.0], ..nothing };
+    let missing = SimulationInput { step_s: &[0.001], step_index: &[0, 9, 0], ..no_steps };
     for (drive, known) in [(no_steps, 1), (missing, 2)] {
         let [current, speed] = simulate(&Parameters::M2, &drive, [1.0, 2.0], Discretization::Zoh);
         assert_eq!(current.len(), 3);

@@ -9,7 +9,7 @@ use motorfit::device::with_threads;
 use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::Method;
 use motorfit::named::Named as _;
-use motorfit::study::compare::{CompareSettings, CompareSpec, Comparison as Compared, Preset, Subject};
+use motorfit::study::compare::{CompareSettings, CompareSpec, Comparison as Compared, ComparisonSubject, Preset};
 use motorfit::{Error, Result};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -91,8 +91,8 @@ pub fn compare(
 ) -> PyResult<Comparison> {
     let keys = Keywords::new(py, settings, &COMPARE)?;
     let subject = match records {
-        Some(records) => Subject { records: several(records)?, truth: None },
-        None => Subject::m2().raise(py)?,
+        Some(records) => ComparisonSubject { records: several(records)?, truth: None },
+        None => ComparisonSubject::m2().raise(py)?,
     };
     let paper = keys.choice::<Preset>("preset")?.is_some();
     let conflicting =
@@ -110,7 +110,7 @@ pub fn compare(
 }
 
 fn run(
-    subject: Subject,
+    subject: ComparisonSubject,
     factors: &CompareSettings,
     spec: CompareSpec,
     on: (Option<usize>, &Watch),
@@ -152,7 +152,7 @@ fn spec(keys: &Keywords<'_, '_>, paper: bool) -> PyResult<(Option<usize>, Compar
         target: keys.value("target")?,
         device: device.device,
         precision: device.precision,
-        paces: device.paces,
+        throughput_profile: device.throughput_profile,
         ..usual
     };
     Ok((device.threads, spec))

@@ -124,7 +124,7 @@ impl Record {
     fn from_columns(py: Python<'_>, frame: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let reading = reading(py, options)?;
         let frame = Frame::new(frame)?;
-        let read = on_all(py, || reading.records_of(frame.text.as_bytes()))?;
+        let read = on_all(py, || reading.records_from_bytes(frame.text.as_bytes()))?;
         let mut records = read.map_err(|error| frame.error(py, &error))?;
         match (records.pop(), records.len()) {
             (Some(record), 0) => Ok(Self(record)),

@@ -185,6 +185,6 @@ pub fn device(keys: &Keywords<'_, '_>) -> PyResult<IdentifySpec> {
 }
 
 fn measured(spec: IdentifySpec) -> IdentifySpec {
-    let paces = if spec.device == DeviceSpec::Auto { throughput_profile() } else { None };
-    IdentifySpec { paces, ..spec }
+    let throughput_profile = if spec.device == DeviceSpec::Auto { throughput_profile() } else { None };
+    IdentifySpec { throughput_profile, ..spec }
 }

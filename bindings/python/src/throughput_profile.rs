@@ -7,5 +7,5 @@ use motorfit::device::ThroughputProfile;
 pub fn throughput_profile() -> Option<ThroughputProfile> {
     let folder = etcetera::choose_base_strategy().ok()?.cache_dir();
     let text = std::fs::read_to_string(folder.join("motorfit").join("bench.json")).ok()?;
-    serde_json::from_str::<ThroughputProfile>(&text).ok().filter(ThroughputProfile::are_current)
+    serde_json::from_str::<ThroughputProfile>(&text).ok().filter(ThroughputProfile::is_current)
 }

@@ -23,7 +23,7 @@ const ROWS: usize = 40;
 pub(super) fn run(args: &SweepArgs, style: &Style) -> Result<Outcome> {
     match &args.action {
         Some(SweepAction::Plan { study, out }) => {
-            let (sweep, again) = Sweep::plan(study, out, cache::paces(style))?;
+            let (sweep, again) = Sweep::plan(study, out, cache::throughput_profile(style))?;
             data(&planned(&sweep, out, again))?;
             Ok(Outcome::Done)
         }
@@ -50,7 +50,7 @@ fn all(args: &SweepArgs, style: &Style) -> Result<Outcome> {
     // Clap requires both without a subcommand.
     let (Some(study), Some(out)) = (&args.study, &args.out) else { return Ok(Outcome::Done) };
     let show = Show::new(&args.shown, args.report.as_deref(), args.json)?;
-    let (sweep, again) = Sweep::plan(study, out, cache::paces(style))?;
+    let (sweep, again) = Sweep::plan(study, out, cache::throughput_profile(style))?;
     style.note(planned(&sweep, out, again).trim_end());
     let tally = shard_run(&sweep, Shard::ALL, args.threads.threads, style)?;
     style.note(tally_text(Shard::ALL, &tally).trim_end());

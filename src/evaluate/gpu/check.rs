@@ -7,7 +7,7 @@ use super::variant::{Precision, Variant};
 use crate::Result;
 use crate::criterion::{Criterion, Norm};
 use crate::evaluate::{Model, Problem, Scalar};
-use crate::motor::{Discretization, Drive, Parameter, Parameters, Space, simulate};
+use crate::motor::{Discretization, Parameter, Parameters, SimulationInput, Space, simulate};
 use crate::record::{Record, Samples};
 use crate::setting::text;
 use std::sync::Arc;
@@ -24,7 +24,7 @@ pub(super) fn specimen(variant: Variant) -> Result<(Arc<Problem>, Vec<f64>)> {
         _ => 10.0 - f64::from(n / 100),
     };
     let voltage: Vec<f64> = (0..SAMPLES).map(volts).collect();
-    let drive = Drive { step_s: &[0.001], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &[] };
+    let drive = SimulationInput { step_s: &[0.001], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &[] };
     let [current, speed] = simulate(&Parameters::M2, &drive, [0.0; 2], Discretization::Zoh);
     let time_s = (0..SAMPLES).map(|n| f64::from(n) * 0.001).collect();
     let record = Record::new(Samples { time_s, voltage, torque: None, current: Some(current), speed: Some(speed) })?;

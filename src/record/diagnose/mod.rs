@@ -130,7 +130,7 @@ const MINOR: [&str; 6] = ["rest_offset", "speed_ripple", "input_reset", "idle_in
 
 /// Returns true if reported findings of a code can cause a failed or poor fit.
 #[must_use]
-pub fn explains_failure(code: &str) -> bool {
+pub fn can_cause_poor_fit(code: &str) -> bool {
     FINDINGS.iter().any(|(listed, _)| *listed == code) && !MINOR.contains(&code)
 }
 

@@ -46,7 +46,7 @@ impl Winding {
         let starts = BACKS.iter().flat_map(|part| LAGS.map(|lag| [part * ratio, lag.ln(), 0.0]));
         let best = starts.map(|at| fit.winding(at)).min_by(|a, b| a.error.total_cmp(&b.error))?;
         let peak = view.input.peak;
-        (ratio > 0.0).then(|| fit.descended(best, [0.1 * ratio, 0.5, DROP[0] * peak], DROP[1] * peak))
+        (ratio > 0.0).then(|| fit.coordinate_search(best, [0.1 * ratio, 0.5, DROP[0] * peak], DROP[1] * peak))
     }
 
     /// Returns the current \[A\] of the winding under the voltage and speed of a complete recording.
@@ -97,7 +97,7 @@ impl Fit<'_> {
     }
 
     /// Improves a fit by coordinate search: a step grows by 1.3 after a success and is halved after a failure.
-    fn descended(&self, mut best: Winding, mut steps: [f64; 3], drop_max: f64) -> Winding {
+    fn coordinate_search(&self, mut best: Winding, mut steps: [f64; 3], drop_max: f64) -> Winding {
         for _ in 0..ROUNDS {
             for k in 0..3 {
                 let moved = [1.0, -1.0].map(|sign| {

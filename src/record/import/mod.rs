@@ -71,7 +71,7 @@ pub struct ReadOptions {
 /// Returns a `Data` error with file, line and column if the file cannot be read or interpreted or its data are invalid, and
 /// a `Usage` error if the options do not fit the file.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Vec<Record>> {
-    let read = || records_of(open(path)?, Some(path), options);
+    let read = || records_from_bytes(open(path)?, Some(path), options);
     read().map_err(|error: Error| error.in_file(path))
 }
 
@@ -81,11 +81,11 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Vec<Record>> {
 /// Returns an error in the cases of [`read`].
 pub fn read_bytes(bytes: &[u8], path: Option<&Path>, options: &ReadOptions) -> Result<Vec<Record>> {
     let located = |error: Error| path.iter().fold(error, |error, path| error.in_file(path));
-    records_of(bytes, path, options).map_err(located)
+    records_from_bytes(bytes, path, options).map_err(located)
 }
 
 /// Reads the recordings from a reader; `path` is their origin.
-fn records_of(reader: impl Read, path: Option<&Path>, options: &ReadOptions) -> Result<Vec<Record>> {
+fn records_from_bytes(reader: impl Read, path: Option<&Path>, options: &ReadOptions) -> Result<Vec<Record>> {
     let mut records = Vec::new();
     for mut table in tables(reader, options, Need::Recording)? {
         table.source.path = path.map(Path::to_path_buf);
@@ -127,7 +127,7 @@ pub fn read_joined(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<Recor
 ///
 /// # Errors
 /// Returns an error in the cases of [`read`], and a `Data` error if the file holds no recording.
-pub fn read_csv(path: &Path, columns: &[ColumnRequest]) -> Result<Record> {
+pub fn read_recording(path: &Path, columns: &[ColumnRequest]) -> Result<Record> {
     let options = ReadOptions { columns: columns.to_vec(), ..ReadOptions::default() };
     read(path, &options)?.pop().ok_or_else(|| Error::data("holds no recording", "Check the file.").in_file(path))
 }

@@ -17,7 +17,7 @@ impl Record {
     ///
     /// # Errors
     /// `Usage` if the copy would have more than [`SAMPLES_MAX`] times as many samples.
-    pub(crate) fn at_even_steps(&self, period_s: f64, is_held: bool) -> Result<Self> {
+    pub(crate) fn resampled_evenly(&self, period_s: f64, is_held: bool) -> Result<Self> {
         if self.duration_s() / period_s > SAMPLES_MAX * crate::numeric::count(self.len()) {
             let message = format!("a recording with long gaps cannot be resampled to a clock of {period_s} s");
             return Err(Error::usage(message, text!("Use " [Gaps = "split"] ".")));
@@ -40,7 +40,7 @@ impl Record {
     }
 
     /// Returns the longest segment without a gap; `None` for a recording without gaps.
-    pub(crate) fn longest_part(&self) -> Option<Self> {
+    pub(crate) fn longest_segment(&self) -> Option<Self> {
         let gaps = time::gaps(&self.samples.time_s);
         if gaps.is_empty() {
             return None;
@@ -64,13 +64,13 @@ mod tests {
         let voltage = vec![1.0; 60];
         let samples = Samples { speed: Some(time_s.clone()), voltage, time_s, ..Samples::default() };
         let record = Record::from_file(samples, Source::default(), true).unwrap();
-        let copy = record.at_even_steps(0.01, true).unwrap();
+        let copy = record.resampled_evenly(0.01, true).unwrap();
         assert!(copy.steps().step_index.is_empty() && copy.len() == 90);
         let counting: Vec<usize> = copy.counting().iter().enumerate().filter(|(_, c)| !c[1]).map(|(n, _)| n).collect();
         assert_eq!((counting[0], counting[counting.len() - 1], counting.len()), (20, 50, 31));
         let error = |n: usize| copy.samples().speed.as_ref().unwrap()[n] - copy.samples().time_s[n];
         assert!((0..90).all(|n| error(n).abs() < 1e-12), "a line stays a line");
-        assert_eq!(record.longest_part().unwrap().len(), 40);
-        assert!(copy.longest_part().is_none() && record.at_even_steps(1e-3, true).is_err());
+        assert_eq!(record.longest_segment().unwrap().len(), 40);
+        assert!(copy.longest_segment().is_none() && record.resampled_evenly(1e-3, true).is_err());
     }
 }

@@ -66,7 +66,7 @@ pub enum Offset {
 impl Preparation {
     /// Returns true if no step changes a recording.
     #[must_use]
-    pub fn is_nothing(&self) -> bool {
+    pub fn is_identity(&self) -> bool {
         *self == Self { sampled_input: self.sampled_input, ..Self::default() }
     }
 
@@ -164,7 +164,7 @@ impl Preparation {
         let widened = |e: &Excluded| Excluded { end: e.end.saturating_add(tail).min(record.len()), ..*e };
         let excluded = record.excluded().iter().map(widened).collect();
         let Response { noise_power, memory } = cascade.response();
-        let independent = record.independent() * noise_power;
+        let independent = record.effective_sample_ratio() * noise_power;
         let at_rest = record.starts_at_rest();
         let filtered = |signal: &[f64]| cascade.apply(signal, if at_rest { 0.0 } else { signal[0] });
         let slope = if record.slope.is_empty() { Vec::new() } else { filtered(&record.slope) };

@@ -1,12 +1,12 @@
 //! Tables of a comparison: costs, ranking, parameters, errors, targets, responses.
 
 use crate::identify::Method;
-use crate::motor::{Parameter, Parameters, Response, response, simulate};
+use crate::motor::{Parameter, Parameters, StepResponse, response, simulate};
 use crate::numeric::{mean, quantile, sorted};
 use crate::report::Table;
 use crate::report::spelling::command_line;
 use crate::report::table::dash;
-use crate::study::compare::{Block, Comparison, FEW, MethodResult, Setting, reached};
+use crate::study::compare::{Block, Comparison, ComparisonSetting, FEW, MethodResult, reached};
 use crate::text::{decimals, engineering, significant};
 
 /// Headings of tables with a column for each parameter.
@@ -14,7 +14,7 @@ const PARAMETERS: [&str; 6] = ["method", "R [ohm]", "L [H]", "K [V s/rad]", "B [
 
 /// Describes a setting: criterion, scale, budget and changed hyperparameters.
 #[must_use]
-pub fn setting_name(setting: &Setting) -> String {
+pub fn setting_name(setting: &ComparisonSetting) -> String {
     let criterion = setting.criterion.norm.name();
     let scale = setting.criterion.scale.name();
     let own: String = setting.methods.iter().filter_map(changed).map(|own| format!("; {own}")).collect();
@@ -280,11 +280,11 @@ pub(super) fn simulated(comparison: &Comparison, motor: &Parameters) -> Option<[
 
 /// Returns the response of the current of a motor under the input of the first recording, with settling bands of 2 %
 /// and 5 %.
-pub(super) fn current_of(comparison: &Comparison, motor: &Parameters) -> Option<[Response; 2]> {
+pub(super) fn current_of(comparison: &Comparison, motor: &Parameters) -> Option<[StepResponse; 2]> {
     in_bands(&comparison.subject.records.first()?.samples().time_s, &simulated(comparison, motor)?[0])
 }
 
-fn in_bands(time: &[f64], current: &[f64]) -> Option<[Response; 2]> {
+fn in_bands(time: &[f64], current: &[f64]) -> Option<[StepResponse; 2]> {
     Some([response(time, current, 0.02)?, response(time, current, 0.05)?])
 }
 

@@ -32,7 +32,7 @@ pub struct SignalFacts {
     /// Estimated standard deviation of the white noise.
     pub noise_sigma: f64,
     /// Peak, settling and steady state of an output; `None` for inputs.
-    pub response: Option<crate::motor::Response>,
+    pub response: Option<crate::motor::StepResponse>,
     /// True if the noise exceeds the settling band, so that there is no settling time.
     pub settling_hidden: bool,
 }

@@ -173,7 +173,7 @@ fn understood(record: &Record, band: f64) -> Vec<Part> {
     let mut signals = Table::new("signals", "Signals in SI units", &heads);
     for facts in SignalFacts::of(record, band) {
         let number = |value: f64| significant(value, 4);
-        let response = |of: &dyn Fn(&crate::motor::Response) -> Option<f64>| {
+        let response = |of: &dyn Fn(&crate::motor::StepResponse) -> Option<f64>| {
             facts.response.as_ref().and_then(of).map_or_else(dash, number)
         };
         signals.row([

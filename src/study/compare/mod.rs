@@ -16,7 +16,7 @@ mod targets;
 pub use estimates::MethodEstimates;
 pub use ranking::{FEW, PairwiseTest, Ranking, Summary};
 pub use settings::CompareSettings;
-pub use spec::{CompareSpec, Preset, Setting, Subject};
+pub use spec::{CompareSpec, ComparisonSetting, ComparisonSubject, Preset};
 pub use steiglitz::Steiglitz;
 pub use targets::{Reached, reached};
 
@@ -62,7 +62,7 @@ pub struct MethodResult {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
     /// The setting.
-    pub setting: Setting,
+    pub setting: ComparisonSetting,
     /// Results by method, in the order of the setting.
     pub results: Vec<MethodResult>,
     /// Cost of the refined estimate in this criterion; `None` without one, or if its initial states differ from those
@@ -76,7 +76,7 @@ pub struct Block {
 #[derive(Debug, Clone)]
 pub struct Comparison {
     /// The motor that methods are compared on.
-    pub subject: Subject,
+    pub subject: ComparisonSubject,
     /// Settings of the comparison.
     pub spec: CompareSpec,
     /// Results, one block per setting.
@@ -155,14 +155,15 @@ const REFERENCE: usize = 20;
 /// Returns a `Usage` error for invalid settings, a `Data` or `NotIdentified` error for unsuitable recordings, and a
 /// `Device` error if the requested device is missing or fails.
 pub fn compare(
-    subject: Subject,
+    subject: ComparisonSubject,
     spec: &CompareSpec,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Comparison> {
     check(spec)?;
     needs_voltage(&subject.records)?;
-    let problem =
-        |s: &Setting| Problem::new(&subject.records, spec.model, spec.space.clone(), s.criterion).map(Arc::new);
+    let problem = |s: &ComparisonSetting| {
+        Problem::new(&subject.records, spec.model, spec.space.clone(), s.criterion).map(Arc::new)
+    };
     let problems: Vec<Arc<Problem>> = spec.settings.iter().map(problem).collect::<Result<_>>()?;
     let mut batches: BTreeMap<usize, Vec<Entry>> = BTreeMap::new();
     for (s, setting) in spec.settings.iter().enumerate() {
@@ -242,7 +243,7 @@ fn check(spec: &CompareSpec) -> Result<()> {
     Ok(())
 }
 
-fn empty(setting: &Setting) -> Block {
+fn empty(setting: &ComparisonSetting) -> Block {
     let result = |method: &Method| MethodResult { method: *method, runs: Vec::new(), seconds: None };
     let results = setting.methods.iter().map(result).collect();
     Block { setting: setting.clone(), results, reference_cost: None, steiglitz_cost: None }
@@ -272,7 +273,7 @@ impl ComparisonRun<'_> {
             Ok(Run::new(setting.methods[m].optimizer(setup)?))
         };
         let mut runs: Vec<Run> = entries.iter().map(run).collect::<Result<_>>()?;
-        self.searches.turn_to(entries.iter().map(|entry| self.problems[entry.indices[0]].clone()).collect());
+        self.searches.set_problems(entries.iter().map(|entry| self.problems[entry.indices[0]].clone()).collect());
         let budget = Budget { generations, slice: self.searches.slice() };
         let stop = minimize(&mut runs, budget, &mut self.searches, observe)?;
         Ok((runs, stop))
@@ -310,7 +311,7 @@ fn outcome(problem: &Problem, run: Run) -> Outcome {
 
 /// Returns the refined estimate: Steiglitz–McBride and Levenberg–Marquardt with noise weights, whose optimum is the
 /// best that a search can reach.
-fn reference(subject: &Subject, spec: &CompareSpec) -> std::result::Result<Box<Identification>, Text> {
+fn reference(subject: &ComparisonSubject, spec: &CompareSpec) -> std::result::Result<Box<Identification>, Text> {
     let auto = IdentifySpec {
         model: spec.model,
         space: spec.space.clone(),

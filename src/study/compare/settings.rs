@@ -1,6 +1,6 @@
 //! Settings of a comparison as texts, shared by the front ends.
 
-use super::{Setting, Subject};
+use super::{ComparisonSetting, ComparisonSubject};
 use crate::criterion::Criterion;
 use crate::device::DeviceSpec;
 use crate::evaluate::Model;
@@ -37,7 +37,7 @@ impl CompareSettings {
     ///
     /// # Errors
     /// Returns a `Usage` error for invalid or repeated values.
-    pub fn settings(&self) -> Result<Vec<Setting>> {
+    pub fn settings(&self) -> Result<Vec<ComparisonSetting>> {
         let variants = self.variants()?;
         let repeated = [
             (Named::Criteria, twice(&self.criteria).is_some()),
@@ -52,7 +52,7 @@ impl CompareSettings {
             let criterion: Criterion = criterion.parse()?;
             for &population in &self.population {
                 for &generations in &self.generations {
-                    let setting = |methods| Setting { criterion, population, generations, methods };
+                    let setting = |methods| ComparisonSetting { criterion, population, generations, methods };
                     settings.extend(variants.iter().cloned().map(setting));
                 }
             }
@@ -106,7 +106,7 @@ impl CompareSettings {
     /// # Errors
     /// Returns a `Usage` error for invalid bounds or fixed values, and a `Data` or `NotIdentified` error for unsuitable
     /// recordings.
-    pub fn space(&self, subject: &Subject, model: Model) -> Result<Space> {
+    pub fn space(&self, subject: &ComparisonSubject, model: Model) -> Result<Space> {
         let usual = [if subject.truth.is_some() { "table2" } else { "auto" }.to_owned()];
         let bounds = if self.bounds.is_empty() { &usual[..] } else { &self.bounds };
         let fixed = values::parameters(&self.fix, Named::Fix)?;

@@ -13,7 +13,7 @@ use crate::record::Record;
 
 /// A setting under which all methods are compared.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Setting {
+pub struct ComparisonSetting {
     /// Criterion that the searches minimize.
     pub criterion: Criterion,
     /// Candidates per generation.
@@ -24,7 +24,7 @@ pub struct Setting {
     pub methods: Vec<Method>,
 }
 
-impl Setting {
+impl ComparisonSetting {
     /// Returns the paper's setting: bounds of Table 2, hyperparameters of Table 3, and Eq. 13 over channels divided by
     /// `scale`.
     #[must_use]
@@ -52,14 +52,14 @@ named! {
 
 /// Motor that methods are compared on.
 #[derive(Debug, Clone)]
-pub struct Subject {
+pub struct ComparisonSubject {
     /// Recordings of the motor.
     pub records: Vec<Record>,
     /// True parameters of a simulated motor; `None` for a measured one.
     pub truth: Option<Parameters>,
 }
 
-impl Subject {
+impl ComparisonSubject {
     /// Returns the paper's experiment: motor M2 at rest, 10.5 V from 1 s on, 3 s sampled at 1 ms, without noise.
     ///
     /// # Errors
@@ -75,7 +75,7 @@ impl Subject {
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompareSpec {
     /// Settings to compare under, each of which gives a block of results.
-    pub settings: Vec<Setting>,
+    pub settings: Vec<ComparisonSetting>,
     /// Number of runs of each method.
     pub runs: usize,
     /// Seed from which, with its number, every run draws.
@@ -98,14 +98,14 @@ pub struct CompareSpec {
     /// Floating-point precision of the evaluation.
     pub precision: PrecisionSpec,
     /// Throughput measured on this machine, by which `auto` chooses the device.
-    pub paces: Option<ThroughputProfile>,
+    pub throughput_profile: Option<ThroughputProfile>,
 }
 
 impl Default for CompareSpec {
     fn default() -> Self {
         let criterion = Criterion::default();
         Self {
-            settings: vec![Setting { criterion, ..Setting::paper(Scale::Std) }],
+            settings: vec![ComparisonSetting { criterion, ..ComparisonSetting::paper(Scale::Std) }],
             runs: 50,
             seed: 1,
             model: Model { discretization: Discretization::Zoh, initial: Initial::Auto },
@@ -116,7 +116,7 @@ impl Default for CompareSpec {
             target: None,
             device: DeviceSpec::default(),
             precision: PrecisionSpec::default(),
-            paces: None,
+            throughput_profile: None,
         }
     }
 }
@@ -126,7 +126,10 @@ impl CompareSpec {
     /// printed.
     #[must_use]
     pub fn paper() -> Self {
-        Self { settings: vec![Setting::paper(Scale::Peak), Setting::paper(Scale::None)], ..Self::default() }
+        Self {
+            settings: vec![ComparisonSetting::paper(Scale::Peak), ComparisonSetting::paper(Scale::None)],
+            ..Self::default()
+        }
     }
 
     /// Returns the settings by which the device is chosen, with `population` candidates per generation.
@@ -136,7 +139,7 @@ impl CompareSpec {
             generations,
             device: self.device.clone(),
             precision: self.precision,
-            paces: self.paces.clone(),
+            throughput_profile: self.throughput_profile.clone(),
             ..IdentifySpec::default()
         }
     }

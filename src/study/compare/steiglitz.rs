@@ -1,6 +1,6 @@
 //! Steiglitz–McBride in a comparison. It has no seeds, so its spread is computed over records with new noise.
 
-use super::{CompareSpec, MethodEstimates, Subject};
+use super::{CompareSpec, ComparisonSubject, MethodEstimates};
 use crate::Result;
 use crate::criterion::Noise;
 use crate::estimate::steiglitz_mcbride;
@@ -27,7 +27,11 @@ pub struct Steiglitz {
 }
 
 impl Steiglitz {
-    pub(super) fn of(subject: &Subject, spec: &CompareSpec, reference: Option<&Identification>) -> Result<Self> {
+    pub(super) fn of(
+        subject: &ComparisonSubject,
+        spec: &CompareSpec,
+        reference: Option<&Identification>,
+    ) -> Result<Self> {
         let attempt = |record: &Record| -> Result<std::result::Result<Parameters, String>> {
             let found = steiglitz_mcbride(record, spec.model)?;
             Ok(found.map(|estimate| estimate.parameters).map_err(|failure| failure.message().to_owned()))
@@ -64,7 +68,7 @@ impl Steiglitz {
 /// Returns the record without noise and the standard deviations of the noise to add; `None` if the motor does not start
 /// at rest or has no refined estimate.
 fn noiseless(
-    subject: &Subject,
+    subject: &ComparisonSubject,
     spec: &CompareSpec,
     reference: Option<&Identification>,
 ) -> Result<Option<(Record, [f64; 2])>> {

@@ -17,7 +17,7 @@ use toml::de::{DeTable, DeValue};
 
 named! {
     /// Bounds that are given by name.
-    enum UsualBounds (default Auto) {
+    enum DefaultBounds (default Auto) {
         /// Bounds of Table 2.
         Table2 = "table2",
         /// A decade to each side of the Steiglitz–McBride estimate.
@@ -265,7 +265,7 @@ fn parameters<T>(item: Item<'_>, one: impl Fn(&str, Item<'_>) -> Result<T>) -> R
 /// Returns the bounds as a list of texts.
 fn bounds(item: Item<'_>) -> Result<Vec<String>> {
     if item.value.get_ref().as_str().is_some() {
-        return Ok(vec![item.choice::<UsualBounds>()?.name().to_owned()]);
+        return Ok(vec![item.choice::<DefaultBounds>()?.name().to_owned()]);
     }
     parameters(item, |symbol, value| {
         let [min, max] = value.list(Item::number)?[..] else {

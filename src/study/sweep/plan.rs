@@ -24,19 +24,19 @@ pub(super) const BYTES_MAX: u64 = 16 << 20;
 
 impl Sweep {
     /// Plans a study in a folder that is new, empty or has a sweep of the same study. Returns the sweep, and true if it
-    /// had been planned before. `paces` is the throughput measured on this machine, for the device `auto`.
+    /// had been planned before. `throughput_profile` is the throughput measured on this machine, for the device `auto`.
     ///
     /// # Errors
     /// Returns a `Usage` error for an invalid study, a `Data` error if the folder has another sweep or cannot be
     /// written or recordings are missing, and a `Device` error if the device is not available.
-    pub fn plan(path: &Path, folder: &Path, paces: Option<ThroughputProfile>) -> Result<(Self, bool)> {
+    pub fn plan(path: &Path, folder: &Path, throughput_profile: Option<ThroughputProfile>) -> Result<(Self, bool)> {
         let text = read(path, BYTES_MAX)?;
         let study = Study::parse(&text, path)?;
         let mut manifest = Manifest::of(&study, &text, path)?;
         remove_leftovers(&folder.join(NAME));
         let known = if folder.join(NAME).exists() {
             match Self::open(folder) {
-                Err(error) => return repaired(&study, &manifest, folder, paces).unwrap_or(Err(error)),
+                Err(error) => return repaired(&study, &manifest, folder, throughput_profile).unwrap_or(Err(error)),
                 known => Some(known?),
             }
         } else {
@@ -46,7 +46,7 @@ impl Sweep {
         // The device is not selected again, because this may be another machine.
         manifest.device = match &known {
             Some(known) if known.manifest.study == manifest.study => known.manifest.device.clone(),
-            _ => pinned(&study, &manifest, paces)?,
+            _ => pinned(&study, &manifest, throughput_profile)?,
         };
         if let Some(known) = known {
             if known.manifest.is_same(&manifest) {
@@ -143,7 +143,7 @@ fn repaired(
     study: &Study,
     manifest: &Manifest,
     folder: &Path,
-    paces: Option<ThroughputProfile>,
+    throughput_profile: Option<ThroughputProfile>,
 ) -> Option<Result<(Sweep, bool)>> {
     let path = folder.join(NAME);
     let found = std::fs::read(&path).ok()?;
@@ -151,7 +151,7 @@ fn repaired(
     if Manifest::of_text(&found).is_ok_and(|(_, is_intact)| is_intact) {
         return None;
     }
-    let device = pinned(study, manifest, paces).ok()?;
+    let device = pinned(study, manifest, throughput_profile).ok()?;
     let text = Manifest { device, ..manifest.clone() }.text().ok()?;
     let found_lines: BTreeSet<&str> = found.lines().collect();
     let (same, all) = (text.lines().filter(|line| found_lines.contains(line)).count(), text.lines().count());
@@ -179,7 +179,7 @@ fn check_empty(folder: &Path) -> Result<()> {
 }
 
 /// Selects the device of a study, with `auto` resolved on this machine.
-fn pinned(study: &Study, manifest: &Manifest, paces: Option<ThroughputProfile>) -> Result<PinnedDevice> {
+fn pinned(study: &Study, manifest: &Manifest, throughput_profile: Option<ThroughputProfile>) -> Result<PinnedDevice> {
     let cpu = manifest.device.clone();
     let spec = &study.spec;
     let searches = study.methods.iter().any(crate::identify::Method::is_search);
@@ -192,7 +192,7 @@ fn pinned(study: &Study, manifest: &Manifest, paces: Option<ThroughputProfile>) 
         DeviceSpec::GpuName(name) => format!("gpu:{name}"),
         _ => "gpu".to_owned(),
     };
-    let (kind, precision) = match opened(study, manifest, paces) {
+    let (kind, precision) = match opened(study, manifest, throughput_profile) {
         Ok(("cpu", _)) => return Ok(cpu),
         Ok(device) => device,
         // A sweep may be planned on a machine without a GPU for one that has one.
@@ -212,7 +212,7 @@ fn pinned(study: &Study, manifest: &Manifest, paces: Option<ThroughputProfile>) 
 fn opened(
     study: &Study,
     manifest: &Manifest,
-    paces: Option<ThroughputProfile>,
+    throughput_profile: Option<ThroughputProfile>,
 ) -> Result<(&'static str, &'static str)> {
     let runs = Runs::new(study.clone(), manifest.motors.len());
     let sweep = Sweep { folder: Path::new("").to_path_buf(), manifest: manifest.clone(), digest: String::new(), runs };
@@ -227,7 +227,7 @@ fn opened(
     let spec = IdentifySpec {
         population: population.saturating_mul(many),
         generations: study.generations.iter().max().copied().unwrap_or(1),
-        paces,
+        throughput_profile,
         ..study.spec.clone()
     };
     let (kind, _, precision) = BatchSearchEvaluator::open(&spec, vec![search.problem().clone()])?.device();

@@ -156,7 +156,7 @@ impl Running<'_> {
         let problems: Vec<Arc<Problem>> = ready.iter().map(|one| one.prepared.problem().clone()).collect();
         let lockstep = match device.as_mut() {
             Some(lockstep) => {
-                lockstep.turn_to(problems);
+                lockstep.set_problems(problems);
                 lockstep
             }
             None => device.insert(sweep.open_device(problems)?),
@@ -245,7 +245,7 @@ impl Sweep {
         match BatchSearchEvaluator::open(&spec, problems.clone()) {
             Err(error) if error.kind() == ErrorKind::Device && on_loss == OnLoss::ReopenOrCpu => {
                 let cpu = IdentifySpec { device: DeviceSpec::Cpu, precision: PrecisionSpec::Auto, ..spec };
-                Ok(BatchSearchEvaluator::open(&cpu, problems)?.in_place_of_one_that_failed(&error))
+                Ok(BatchSearchEvaluator::open(&cpu, problems)?.replacing_failed(&error))
             }
             opened => Ok(opened?.on_loss(on_loss)),
         }

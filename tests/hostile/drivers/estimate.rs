@@ -3,8 +3,8 @@
 use crate::arguments::step;
 use crate::calls::{Calls, ask, drive};
 use motorfit::estimate::{
-    fit_problem, global_reference, initial_states, refine_on, refine_roughly, squares_on, steiglitz_mcbride,
-    steiglitz_mcbride_on, widened,
+    fit_problem, global_reference, initial_states, refine_coarse, refine_on, residual_squares, robust_uncertainty,
+    steiglitz_mcbride, steiglitz_mcbride_on,
 };
 use motorfit::evaluate::Model;
 use motorfit::experiment::with_noise;
@@ -57,14 +57,14 @@ pub fn identifiable_recordings(calls: &mut Calls) {
             for sigma in [[0.01, 0.1], [1e-12; 2], [1e12, 1e-12]] {
                 let with = (record, start, sigma);
                 ask!(calls, with;
-                    "estimate::squares_on" => squares_on(&problem, &start),
+                    "estimate::residual_squares" => residual_squares(&problem, &start),
                     "estimate::initial_states" => initial_states(&problem, &start, sigma),
-                    "estimate::refine_roughly" => refine_roughly(&problem, &start, &[sigma]),
+                    "estimate::refine_coarse" => refine_coarse(&problem, &start, &[sigma]),
                 );
                 let refined = calls.ask("estimate::refine_on", &with, || refine_on(&problem, &start, Some(&[sigma])));
                 let Some(refined) = refined else { continue };
                 refined_all += 1;
-                drive!(calls, with; "estimate::widened" => widened(&problem, &refined));
+                drive!(calls, with; "estimate::robust_uncertainty" => robust_uncertainty(&problem, &refined));
                 assert!(refined.values.iter().all(|v| v.is_finite()), "{with:?}");
             }
         }

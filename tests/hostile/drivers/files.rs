@@ -8,7 +8,7 @@ use motorfit::file::{
     create, is_at, remove_leftovers, replace, replace_if, sync, sync_folder, unreadable, unwritable, with_similar_name,
 };
 use motorfit::motor::{Discretization, Extended, Parameter, Parameters};
-use motorfit::record::{ReadOptions, Reading, read, read_csv, read_inputs, read_joined};
+use motorfit::record::{ReadOptions, Reading, read, read_inputs, read_joined, read_recording};
 use motorfit::study::sweep::Sweep;
 use std::io::Write as _;
 use std::ops::ControlFlow;
@@ -57,7 +57,7 @@ pub fn files(calls: &mut Calls) {
         }
         ask!(calls, path;
             "record::read" => read(&path, &ReadOptions::default()),
-            "record::read_csv" => read_csv(&path, &[]),
+            "record::read_recording" => read_recording(&path, &[]),
             "record::read_inputs" => read_inputs(&path, &[]),
             "record::read_joined" => read_joined(&[path.clone(), path.clone()], &ReadOptions::default()),
             "record::Reading::records" => Reading::default().records(&path),

@@ -140,7 +140,7 @@ pub fn settings_and_errors(calls: &mut Calls) {
             "Error::spelled" => error.spelled(shouted),
             "Error::from" => Error::from(motorfit::settings::Fault { setting: Setting::Rate, error: error.clone() }),
             "warning::Warning::new" => Warning::new("", word),
-            "warning::Warning::explains_failure" => Warning::new("unknown", word).explains_failure(),
+            "warning::Warning::can_cause_poor_fit" => Warning::new("unknown", word).can_cause_poor_fit(),
             "warning::Warning::spelled" => Warning::new("unknown", word).spelled(shouted),
         );
     }

@@ -6,12 +6,12 @@ use motorfit::candidates::Candidates;
 use motorfit::identify::Method;
 use motorfit::named::Named;
 use motorfit::optimize::{
-    Budget, Evaluate, GeneticOptions, GwoOptions, JayaOptions, PsoOptions, Run, Sample, Sampling, SearchOptions,
-    SearchSettings, Stop, Tuned, minimize,
+    Budget, ConfiguredSearch, Evaluate, GeneticOptions, GwoOptions, JayaOptions, PsoOptions, Run, Sample, Sampling,
+    SearchOptions, SearchSettings, Stop, minimize,
 };
 use std::ops::ControlFlow;
 
-fn searches() -> Vec<Tuned> {
+fn searches() -> Vec<ConfiguredSearch> {
     Method::all().iter().filter_map(Method::search).collect()
 }
 
@@ -25,19 +25,19 @@ fn boxes() -> Vec<Vec<(f64, f64)>> {
 pub fn settings(calls: &mut Calls) {
     for tuned in searches() {
         for place in COUNTS {
-            calls.may_panic("optimize::Tuned::shown", || tuned.shown(place));
+            calls.may_panic("optimize::ConfiguredSearch::shown", || tuned.shown(place));
         }
         drive!(calls, tuned;
-            "optimize::Tuned::from" => Tuned::from(tuned.search),
-            "optimize::Tuned::shown" => (0..tuned.search.settings.len()).map(|n| tuned.shown(n)).collect::<String>(),
-            "optimize::Tuned::changed" => tuned.changed(),
+            "optimize::ConfiguredSearch::from" => ConfiguredSearch::from(tuned.search),
+            "optimize::ConfiguredSearch::shown" => (0..tuned.search.settings.len()).map(|n| tuned.shown(n)).collect::<String>(),
+            "optimize::ConfiguredSearch::changed" => tuned.changed(),
             "optimize::Hyperparameter::form" => tuned.search.settings.iter().map(|s| s.form()).collect::<String>(),
         );
         for word in texts() {
             for name in tuned.search.settings.iter().map(|s| s.name).chain([word.as_str()]) {
                 let mut changed = tuned;
-                ask!(calls, (name, &word); "optimize::Tuned::set" => changed.set(name, &word));
-                drive!(calls, (name, &word); "optimize::Tuned::changed" => changed.changed());
+                ask!(calls, (name, &word); "optimize::ConfiguredSearch::set" => changed.set(name, &word));
+                drive!(calls, (name, &word); "optimize::ConfiguredSearch::changed" => changed.changed());
                 begun(calls, changed, vec![(0.0, 1.0)], 3, 2);
             }
             if tuned.search.name == "gwo" {
@@ -48,8 +48,8 @@ pub fn settings(calls: &mut Calls) {
     for number in FEW {
         // Values written directly into the structures, which are not checked there.
         let typed = [
-            Tuned::from(GeneticOptions { crossover: number, mutation: number, ..GeneticOptions::default() }),
-            Tuned::from(PsoOptions { c1: number, velocity: number, ..PsoOptions::default() }),
+            ConfiguredSearch::from(GeneticOptions { crossover: number, mutation: number, ..GeneticOptions::default() }),
+            ConfiguredSearch::from(PsoOptions { c1: number, velocity: number, ..PsoOptions::default() }),
         ];
         for tuned in typed {
             begun(calls, tuned, vec![(0.0, 1.0); 2], 4, 3);
@@ -75,10 +75,12 @@ pub fn settings(calls: &mut Calls) {
 }
 
 /// Runs a search by ask and tell and by the loop, with extreme costs.
-fn begun(calls: &mut Calls, tuned: Tuned, bounds: Vec<(f64, f64)>, population: usize, generations: usize) {
+fn begun(calls: &mut Calls, tuned: ConfiguredSearch, bounds: Vec<(f64, f64)>, population: usize, generations: usize) {
     let setup = SearchSettings { bounds, population, generations, seed: u64::MAX, run: 1 };
     let with = (tuned, &setup);
-    let Some(mut search) = calls.ask("optimize::Tuned::begin", &with, || tuned.begin(setup.clone())) else { return };
+    let Some(mut search) = calls.ask("optimize::ConfiguredSearch::begin", &with, || tuned.begin(setup.clone())) else {
+        return;
+    };
     let size = search.ask().count();
     for cost in FEW {
         drive!(calls, (&with, cost);
