@@ -7,7 +7,7 @@
 //! # Five uses
 //!
 //! 1. **Identify one motor.** [`identify::identify`] takes one or more [`record::Record`]s and returns R, L, K, B, J and the
-//!    parameters of extensions with standard errors, a comparison with a search of the whole box, and a level of trust.
+//!    parameters of extensions with standard errors, a comparison with a global search, and a level of trust.
 //!    [`estimate`] has its estimators: Steiglitz–McBride and the output-error refinement with its covariance.
 //! 2. **Identify many motors.** [`study::sweep`] runs a study, or the recordings of a production line, as one batch that can be
 //!    interrupted and resumed. [`device::BatchSearchEvaluator`] evaluates any number of searches, each on its own recordings, in

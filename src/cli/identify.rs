@@ -290,7 +290,7 @@ fn residuals([current, speed]: [Option<f64>; 2]) -> String {
 fn verdict(found: &Identification) -> String {
     let check = &found.verification;
     let reference = match check.reference {
-        Some(ReferenceKind::VariableProjection) => "a search of the whole box (variable projection)",
+        Some(ReferenceKind::VariableProjection) => "a global search (variable projection)",
         Some(_) => "refinements from starts all over the box",
         None => "no reference",
     };

@@ -2,7 +2,7 @@
 //!
 //! A method finds a first optimum: Steiglitz–McBride (1965), or a population search that minimizes the criterion over the
 //! search space, one batch per generation. Levenberg–Marquardt refines it to the maximum-likelihood estimate, which is then
-//! compared with a search of the complete box. `pipeline.rs` calls the stages in their order.
+//! compared with a global search. `pipeline.rs` calls the stages in their order.
 
 mod automatic;
 mod batch_costs;

@@ -1,4 +1,4 @@
-//! One search of the complete box that all runs on the same recordings share.
+//! One global search that all runs on the same recordings share.
 //!
 //! The reference is computed under the weights of a separate fit, which starts from the Steiglitz–McBride estimate or from the
 //! starts of the extensions. It therefore depends on the recordings and the model, but not on the runs.
@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// Largest relative difference of the weights of two fits of the same optimum.
 const SAME_WEIGHTS: f64 = 1e-3;
 
-/// A search of the complete box of one problem, with which many fits are compared.
+/// A global search of one problem, with which many fits are compared.
 pub(super) struct SharedReference {
     problem: Arc<Problem>,
     estimate: Option<Estimate>,
@@ -59,7 +59,7 @@ impl SharedReference {
 }
 
 /// Fits a problem from `optimum`, from the Steiglitz–McBride estimate or from the starts of the extensions; if there are none,
-/// from a search of the complete box.
+/// from a global search.
 fn fitted(prepared: &Prepared<'_>, problem: &Arc<Problem>, start: &Start, optimum: Option<&[f64]>) -> Option<Refined> {
     let (plain, deviations) = (prepared.fitted(problem.space()), prepared.deviations());
     let inside = |estimate: &Estimate| {

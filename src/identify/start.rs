@@ -2,7 +2,7 @@
 //!
 //! The linear motor starts from the Steiglitz–McBride estimate, on an irregular clock of copies that are resampled at even
 //! steps. Other models start from Steiglitz–McBride estimates with the voltage delayed by several lags, from the gain and time
-//! constant of the only measured channel, or from a search of the complete box.
+//! constant of the only measured channel, or from a global search.
 
 use super::extension_bounds::extended_space;
 use super::method::Method;
@@ -33,7 +33,7 @@ pub(super) struct Start {
 /// Computes the initial estimates and the search space of the linear motor.
 ///
 /// # Errors
-/// Propagates the errors of the Steiglitz–McBride estimates, of the search of the complete box and of the space.
+/// Propagates the errors of the Steiglitz–McBride estimates, of the global search and of the space.
 pub(super) fn start(prepared: &Prepared<'_>) -> Result<Start> {
     if !prepared.is_linear() {
         let (motors, space) = near(prepared)?;

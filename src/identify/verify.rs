@@ -1,4 +1,4 @@
-//! Verification of a fit: comparison with the refined Steiglitz–McBride estimate and with a search of the complete box.
+//! Verification of a fit: comparison with the refined Steiglitz–McBride estimate and with a global search.
 
 use super::method::Method;
 use super::prepare::Prepared;
@@ -45,7 +45,7 @@ impl Status {
 pub struct Verification {
     /// Verdict of the comparison.
     pub status: Status,
-    /// Kind of the search of the complete box.
+    /// Kind of the global search.
     pub reference: Option<ReferenceKind>,
     /// Number of starts that this search refined.
     pub starts: usize,
@@ -86,7 +86,7 @@ pub(super) struct Verified {
     better: Option<Refined>,
 }
 
-/// Stage 5, verify: compares a fit with a search of the complete box and with the refined Steiglitz–McBride estimate.
+/// Stage 5, verify: compares a fit with a global search and with the refined Steiglitz–McBride estimate.
 pub(super) fn verify(prepared: &Prepared<'_>, fit: &Fit, estimate: Option<&Estimate>) -> Verified {
     verified(prepared, &Claim::of(prepared, fit, estimate))
 }
@@ -168,7 +168,7 @@ fn verified(prepared: &Prepared<'_>, claim: &Claim<'_>) -> Verified {
     compared(prepared, (&plain, &sigma), claim, references.as_ref())
 }
 
-/// The best reference fit, and the search of the complete box that produced it.
+/// The best reference fit, and the global search that produced it.
 pub(super) struct References {
     /// Fit with the lowest weighted sum of squares.
     pub best: Refined,
